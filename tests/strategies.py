@@ -82,6 +82,11 @@ INPUTS = {
     ("E", name): type
     for name, type in _types(m_m="vector[6, rad]", F_m="wrench[E]", F="Fingers").items()
 }
+LAGS = [
+    m.Lag(name, m.Input("c", element, type=INPUTS["c", element]), type=type)
+    for element in ("T_d", "n")
+    for name, type in (("age", Real(SECOND)), ("late", Int()))
+]
 MEMORY = _types(
     q_p="vector[6, rad]",
     p="vector[3, m]",
@@ -195,6 +200,9 @@ class _Maker:
             found += [kind(name, type=t) for name, t in names.items() if t == type]
         if type == Real(SECOND):
             found += [m.Clock("elapsed", type=type), m.Clock("period", type=type)]
+            found += [lag for lag in LAGS if lag.name == "age"]
+        if type == Int():
+            found += [lag for lag in LAGS if lag.name == "late"]
         return [st.sampled_from(found)] if found else []
 
     def events(self) -> list[m.Expr]:
@@ -461,6 +469,17 @@ def values(type: Type) -> st.SearchStrategy[object]:
     return st.builds(pose, st.tuples(*[values(Real())] * 3), quaternion)
 
 
+def lags() -> st.SearchStrategy[dict[tuple[str, str, str], float]]:
+    """How far behind inputs are, of which it is asked."""
+    seconds, periods = st.integers(0, 24).map(lambda n: n / 8), st.integers(0, 3)
+    return st.fixed_dictionaries(
+        {
+            (lag.name, lag.input.peer, lag.input.element): seconds if lag.name == "age" else periods
+            for lag in LAGS
+        }
+    )
+
+
 @st.composite
 def environments(draw: st.DrawFn) -> Environment:
     """A value for every name in `SCOPE`; which inputs are fresh and present is random too."""
@@ -476,6 +495,7 @@ def environments(draw: st.DrawFn) -> Environment:
         inputs=inputs,
         fresh=draw(keys),
         present=draw(keys),
+        lags=draw(lags()),
         memory=groups[0],
         lets=groups[1],
         constants=groups[2],

@@ -16,6 +16,7 @@ from specc.model.expr import (
     Expr,
     Fresh,
     IsNone,
+    Lag,
     LetRef,
     Logic,
     Number,
@@ -90,7 +91,7 @@ class _Walk(Generic[K]):
         self.found.append(Part(expr, known, let))
         learn = self.guards.learn
         match expr:
-            case Fresh() | Present():
+            case Fresh() | Present() | Lag():
                 pass
             case LetRef(name=name) if name in self.guards.ranks:
                 known = self.guards.outside(known)

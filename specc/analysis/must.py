@@ -22,6 +22,7 @@ from specc.model.expr import (
     Fresh,
     Input,
     IsNone,
+    Lag,
     Logic,
     MemoryRef,
     Present,
@@ -109,17 +110,19 @@ class Presence:
         # The texts of lets are among them, so that none needs to be followed from its users.
         alone = Guards((), self.behind, frozenset.intersection)
         first, every = self.in_first_period, texts(self._subsystem)
-        read = (part for text in every for part in alone.parts(text.expr, first))
+        parts = (part for text in every for part in alone.parts(text.expr, first))
         return not any(
-            isinstance(part.expr, Input) and (part.expr.peer, part.expr.element) not in part.known
-            for part in read
+            (read.peer, read.element) not in part.known
+            for part in parts
+            if (read := _read(part.expr))
         )
 
     def unguarded(self, expr: Expr, present: Inputs) -> Iterator[Reading]:
         """What `expr` may read without a value where only `present` is sure; tests in it count."""
         for part, known, let in self._guards.parts(expr, present):
-            if isinstance(part, Input) and (part.peer, part.element) not in known:
-                yield Reading(part, let)
+            read = _read(part)
+            if read and (read.peer, read.element) not in known:
+                yield Reading(read, let)
 
     def after(self, step: Step) -> Inputs:
         """Once a row was taken."""
@@ -154,6 +157,13 @@ class Presence:
         return must_hold(
             most, ways, lambda names, _, known, ensures: names & self._after(known, ensures)
         )
+
+
+def _read(part: Expr) -> Input | None:
+    """The input that has to have a value where an expression is evaluated, if any."""
+    if isinstance(part, Lag):
+        return part.input
+    return part if isinstance(part, Input) else None
 
 
 # Optional values that are not None, and lists that are not empty.

@@ -13,6 +13,7 @@ from specc.model.expr import (
     Expr,
     Fresh,
     Input,
+    Lag,
     LetRef,
     MemoryRef,
     Present,
@@ -116,6 +117,8 @@ class Dependence:
     lasts: bool = True
     """It changes with the memory only: no input, clock or variable of a quantifier is in it."""
     clock: bool = False
+    lags: bool = False
+    """How far an input is behind is in it, which changes without anything new."""
     literal: bool = False
     """`True` or `False` is in it."""
 
@@ -143,7 +146,7 @@ class Dependences:
                 return Dependence(literal=True)
             case Clock(name="elapsed" | "entered"):
                 return Dependence(lasts=False, clock=True)
-            case Input() | Fresh() | Present():
+            case Input() | Fresh() | Present() | Lag():
                 return _of_input(expr)
             case BoundVariable():
                 return Dependence(lasts=False)
@@ -165,11 +168,12 @@ class Dependences:
             _any_of(part.constants for part in parts),
             all(part.lasts for part in parts),
             any(part.clock for part in parts),
+            any(part.lags for part in parts),
             any(part.literal for part in parts),
         )
 
 
-def _of_input(expr: Input | Fresh | Present) -> Dependence:
+def _of_input(expr: Input | Fresh | Present | Lag) -> Dependence:
     element = expr if isinstance(expr, Input) else expr.input
     key, nothing = frozenset(((element.peer, element.element),)), frozenset[InputName]()
     return Dependence(
@@ -177,6 +181,7 @@ def _of_input(expr: Input | Fresh | Present) -> Dependence:
         key if isinstance(expr, Input) else nothing,
         key if isinstance(expr, Fresh) else nothing,
         lasts=False,
+        lags=isinstance(expr, Lag),
     )
 
 

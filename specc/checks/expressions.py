@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.analysis.misfits import Misfit
+from specc.analysis.reads import texts
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED, show
-from specc.model.expr import Binary, Builtin, Choice, Logic, walk
+from specc.model.expr import Binary, Builtin, Choice, Lag, Logic, walk
 from specc.model.fsm import Assignment, Behaviour
 from specc.model.requirement import expressions
 from specc.model.system import Constant, Let, Memory, Outside, Subsystem
@@ -22,6 +23,23 @@ def constants_have_values(facts: Facts) -> Iterator[Diagnostic]:
     for constant, why in facts.valueless:
         message = f"`{show(constant.value)}` has no value: {why}"
         yield Diagnostic("E0334", message, constant.place, help="write another number")
+
+
+# Who can be late.
+
+
+def lateness_of_subsystems(facts: Facts) -> Iterator[Diagnostic]:
+    """E0339."""
+    for subsystem in facts.subsystems:
+        for text in texts(subsystem):
+            for node in walk(text.expr):
+                if not (isinstance(node, Lag) and node.name == "late"):
+                    continue
+                device = subsystem.sender(node.input.peer)
+                if device in facts.connections.devices:
+                    message = f"`{show(node.input)}` comes from a device, which has no periods"
+                    help = f"ask how old the measurement is: `age({show(node.input)})`"
+                    yield Diagnostic("E0339", message, text.place(node), help=help)
 
 
 # Numbers and expressions make sense.
@@ -189,4 +207,10 @@ def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) ->
     )
 
 
-CHECKS = (constants_have_values, expressions_meant, names_distinct, one_writer)
+CHECKS = (
+    constants_have_values,
+    lateness_of_subsystems,
+    expressions_meant,
+    names_distinct,
+    one_writer,
+)

@@ -20,7 +20,7 @@ from specc.lang.errors import CLOCK_NAMES
 from specc.lang.mismatch import scalar_unit
 from specc.model.expr import Fresh, Present
 from specc.model.types import Int, ListOf, Pose, Real, Type, Vector
-from specc.model.units import DIMENSIONLESS, METRE, RADIAN
+from specc.model.units import DIMENSIONLESS, METRE, RADIAN, SECOND
 
 # Types of results by the type of the argument; None for an argument that does not fit.
 
@@ -126,6 +126,20 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         "x.peer.element -> bool: the element has received a value at least once",
         rules.of_input("present(x.peer.element)", Present),
         python="",
+    ),
+    "age": _exact(
+        "x.peer.element -> real[s]: the time since the oldest measurement behind the value",
+        rules.lag("age", Real(SECOND)),
+        python="",
+        not_negative=True,
+        gives_way=True,
+    ),
+    "late": _exact(
+        "x.peer.element -> int: periods that its sender has skipped in a row until now",
+        rules.lag("late", Int()),
+        python="",
+        not_negative=True,
+        gives_way=True,
     ),
     "near": _exact(
         "a, b, tolerance, angle -> bool: numbers or vectors within a tolerance; two poses within a "

@@ -30,6 +30,8 @@ class Environment:
     fresh: Collection[tuple[str, str]] = ()
     present: Collection[tuple[str, str]] | None = None
     """None: whatever has a value in `inputs`."""
+    lags: Mapping[tuple[str, str, str], Value] = field(default_factory=dict)
+    """How far inputs are behind: `age` or `late`, peer, element."""
     memory: Mapping[str, Value] = field(default_factory=dict)
     lets: Mapping[str, Value] = field(default_factory=dict)
     constants: Mapping[str, Value] = field(default_factory=dict)
@@ -186,6 +188,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Clock: partial(_named, "clock"),
     m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
     m.Present: _present,
+    m.Lag: lambda e, env: env.lags[e.name, e.input.peer, e.input.element],
     m.Call: lambda e, env: env.operators[e.operator](*_arguments(e.args, env)),
     m.Builtin: _builtin,
     m.Unary: _unary,

@@ -13,7 +13,7 @@ from specc.lang.errors import ExprError
 from specc.lang.mismatch import scalar_unit
 from specc.lang.names import input_element
 from specc.lang.parse import span
-from specc.model.expr import Builtin, Expr, Fresh, Present, Quantifier
+from specc.model.expr import Builtin, Expr, Fresh, Lag, LagName, Present, Quantifier
 from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector, point
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN
 
@@ -142,6 +142,22 @@ def of_input(usage: str, kind: type[Fresh | Present]) -> Rule:
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _take(ctx, node, usage, 1)
         return kind(input_element(ctx, node.args[0]), type=Bool(), span=span(node))
+
+    return rule
+
+
+def lag(name: LagName, type: Type) -> Rule:
+    """How far an element of an input buffer is behind."""
+
+    def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+        _take(ctx, node, f"{name}(x.peer.element)", 1)
+        asked = node.args[0]
+        match asked:
+            case ast.Name(id=value) if ctx.scope.value(value):
+                message = f"`{value}` is not an element of an input buffer, for which `{name}` asks"
+                help = f"ask when it is read, and keep the answer: `{name}(x.peer.element)`"
+                raise ctx.error(asked, message, help, "E0203")
+        return Lag(name, input_element(ctx, asked), type=type, span=span(node))
 
     return rule
 

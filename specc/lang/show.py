@@ -129,6 +129,7 @@ _ATOMS: dict[type, Callable[[Any], str]] = {
     m.Clock: lambda e: e.name,
     m.Fresh: lambda e: f"fresh({show(e.input)})",
     m.Present: lambda e: f"present({show(e.input)})",
+    m.Lag: lambda e: f"{e.name}({show(e.input)})",
     m.Call: lambda e: f"{m.written(e.operator)}({_listed(e.args)})",
     m.Builtin: lambda e: f"{e.name}({_listed(e.args)})",
     m.Items: lambda e: f"[{_listed(e.items)}]",

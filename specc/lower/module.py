@@ -104,7 +104,8 @@ class Module:
         self.settled: dict[Term, str] = {}
         """Attributes for arrays that stay as they are once the first period is over."""
         self.memory = memory_names(part)
-        self.flags: set[tuple[str, str, str]] = set()
+        self.beside_inputs: set[tuple[str, str, str]] = set()
+        """`fresh`, `present`, `age` or `late`, peer, element: what is asked of inputs."""
         if isinstance(part, Subsystem):
             self.rate_hz = part.rate_hz
             self.inputs = buffer_names(part.inputs)
@@ -143,9 +144,9 @@ class Module:
         """`x.c_T_d`."""
         return f"x.{self.inputs[source.peer, source.element]}"
 
-    def flag(self, kind: str, source: e.Input) -> str:
-        """`x.fresh_c_T_d`; the buffer gets that flag."""
-        self.flags.add((kind, source.peer, source.element))
+    def beside(self, kind: str, source: e.Input) -> str:
+        """`x.fresh_c_T_d`; the buffer gets that slot."""
+        self.beside_inputs.add((kind, source.peer, source.element))
         return f"x.{kind}_{self.inputs[source.peer, source.element]}"
 
     def operator(self, name: str) -> str:
@@ -177,8 +178,8 @@ class Module:
 
 def buffer_names(pairs: Collection[tuple[str, str]]) -> dict[tuple[str, str], str]:
     """Attribute of every element of the input or output buffers, `<peer>_<element>`."""
-    flags = {f"{kind}_{identifier('_'.join(p))}" for p in pairs for kind in ("fresh", "present")}
-    return joined(pairs, flags)
+    kinds = "fresh", "present", *e.LAGS
+    return joined(pairs, {f"{kind}_{identifier('_'.join(p))}" for p in pairs for kind in kinds})
 
 
 def memory_names(part: Subsystem | Device) -> dict[str, str]:

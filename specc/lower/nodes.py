@@ -255,12 +255,12 @@ class Nodes:
             for term, name in self.module.settled.items()
         ]
 
-    def _input(self, node: e.Input | e.Fresh | e.Present) -> Spelled:
+    def _input(self, node: e.Input | e.Fresh | e.Present | e.Lag) -> Spelled:
         self.touched.add("x")
         if isinstance(node, e.Input):
             return Spelled(self.module.input(node), PRIMARY)
-        kind = "fresh" if isinstance(node, e.Fresh) else "present"
-        return Spelled(self.module.flag(kind, node.input), PRIMARY)
+        kind = node.name if isinstance(node, e.Lag) else type(node).__name__.lower()
+        return Spelled(self.module.beside(kind, node.input), PRIMARY)
 
     def _memory(self, node: e.MemoryRef) -> Spelled:
         self.touched.add("memory")
@@ -333,6 +333,7 @@ _RULES: dict[type[e.Node], _Rule] = {
     e.Input: lambda nodes, node, args, term: nodes._input(node),
     e.Fresh: lambda nodes, node, args, term: nodes._input(node),
     e.Present: lambda nodes, node, args, term: nodes._input(node),
+    e.Lag: lambda nodes, node, args, term: nodes._input(node),
     e.MemoryRef: lambda nodes, node, args, term: nodes._memory(node),
     e.ConstantRef: lambda nodes, node, args, term: Spelled(nodes.constant(node.name), PRIMARY),
     e.FileRef: lambda nodes, node, args, term: Spelled(nodes.module.file(node.name), PRIMARY),

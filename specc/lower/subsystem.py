@@ -169,13 +169,14 @@ def _parts(
     inputs = tuple(_attribute(module, module.inputs[k], e) for k, e in subsystem.inputs.items())
     outputs = tuple(_attribute(module, module.outputs[k], e) for k, e in subsystem.outputs.items())
     memory = tuple(_attribute(module, module.memory[m.name], m) for m in subsystem.memory)
-    flags = _flags(module)
+    flags, lags = tuple(_flags(module)), tuple(_lags(module))
     return {
         "title": in_docstring(subsystem.title or subsystem.name),
         "spec": in_docstring(spec_file(system)),
         "inputs": inputs,
-        "inputs_slots": literal((*(item.name for item in inputs), *flags)),
+        "inputs_slots": literal(tuple(item.name for item in (*inputs, *flags, *lags))),
         "flags": flags,
+        "lags": lags,
         "outputs": outputs,
         "outputs_slots": _slots(outputs),
         "memory": memory,
@@ -233,14 +234,25 @@ def _attribute(module: Module, name: str, item: Element | Memory) -> AttributePl
     return AttributePlan(name, module.annotations.of(item.type), said)
 
 
-def _flags(module: Module) -> tuple[str, ...]:
-    """Flags that conditions ask for, in order of the buffer's elements."""
-    return tuple(
-        f"{kind}_{name}"
-        for kind in ("fresh", "present")
-        for (peer, element), name in module.inputs.items()
-        if (kind, peer, element) in module.flags
-    )
+def _flags(module: Module) -> Iterator[AttributePlan]:
+    """Flags that are asked for, in order of the buffer's elements."""
+    for kind in ("fresh", "present"):
+        for name in _asked(module, kind):
+            yield AttributePlan(name, "bool", "")
+
+
+def _lags(module: Module) -> Iterator[AttributePlan]:
+    """How far behind inputs are, where it is asked for."""
+    for name in _asked(module, "age"):
+        yield AttributePlan(name, "float", "s")
+    for name in _asked(module, "late"):
+        yield AttributePlan(name, "int", "periods")
+
+
+def _asked(module: Module, kind: str) -> Iterator[str]:
+    for (peer, element), name in module.inputs.items():
+        if (kind, peer, element) in module.beside_inputs:
+            yield f"{kind}_{name}"
 
 
 def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> Iterator[str]:
@@ -252,7 +264,7 @@ def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> I
             spelled = nodes.value(table.of(element.init, element.type))
             name = module.inputs[peer, element.name]
             yield f"self.x.{name} = {spelled.text}"
-            if ("present", peer, element.name) in module.flags:
+            if ("present", peer, element.name) in module.beside_inputs:
                 yield f"self.x.present_{name} = True"
 
 

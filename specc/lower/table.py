@@ -80,7 +80,7 @@ class TermTable:
         that one look at the end is enough; wherever it could hide, it is looked at before."""
         if isinstance(node, e.LetRef):
             return self._lets[node.name]
-        if isinstance(node, (e.Fresh, e.Present)):
+        if isinstance(node, (e.Fresh, e.Present, e.Lag)):
             return self._make(node, ())
         shown = shows(node)
         args = (
@@ -167,6 +167,8 @@ def _payload(node: e.Expr) -> object:
         return (type(node.value), repr(node.value))  # 0.0 and -0.0 are equal numbers
     if isinstance(node, (e.Fresh, e.Present)):
         return node.input
+    if isinstance(node, e.Lag):
+        return node.name, node.input
     values = (getattr(node, part.name) for part in fields(node) if part.name not in _COMMON)
     return tuple(v for v in values if isinstance(v, (str, int, float, bool, frozenset)))
 

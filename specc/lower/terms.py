@@ -254,7 +254,7 @@ def largest_of(node: e.Expr, args: Sequence[Term]) -> float:
     match node:
         case e.Number(value=value):
             return abs(float(value)) if abs(value) < FAR else math.inf
-        case e.Clock(name="elapsed"):
+        case e.Clock(name="elapsed") | e.Lag(name="age"):
             return LONGEST_S
         case e.Binary():
             return _of_binary(node, args)

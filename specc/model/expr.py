@@ -118,6 +118,20 @@ class Present(Node):
     input: Input
 
 
+LagName = Literal["age", "late"]
+LAGS: tuple[LagName, ...] = ("age", "late")
+
+
+@frozen
+class Lag(Node):
+    """How far an input is behind: the `age` of the oldest measurement behind its value, in s; for
+    how many periods in a row its sender has been `late`.
+    """
+
+    name: LagName
+    input: Input
+
+
 @frozen
 class Call(Node):
     """An operator, by its name in the system, applied to arguments."""
@@ -255,9 +269,9 @@ class Unknown(Node):
 
 Expr = (
     Number | Truth | TextLiteral | Member | Unused | Nothing | Input | MemoryRef | LetRef
-    | ConstantRef | FileRef | BoundVariable | Clock | Fresh | Present | Call | Builtin | Unary
-    | Binary | Compare | IsNone | Sure | Among | Logic | Choice | Items | FieldOf | Component
-    | Quantifier | Unknown
+    | ConstantRef | FileRef | BoundVariable | Clock | Fresh | Present | Lag | Call | Builtin
+    | Unary | Binary | Compare | IsNone | Sure | Among | Logic | Choice | Items | FieldOf
+    | Component | Quantifier | Unknown
 )  # fmt: skip
 
 TRUE = Truth(True, type=Bool())

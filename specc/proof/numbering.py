@@ -21,6 +21,7 @@ from specc.model.expr import (
     ConstantRef,
     Expr,
     Items,
+    Lag,
     LetRef,
     Member,
     Node,
@@ -142,7 +143,7 @@ class Numbering:
         match expr:
             case Builtin(name="len", args=(several,)):
                 return float(isinstance(several.type, ListOf) and several.type.nonempty)
-            case Clock():
+            case Clock() | Lag():
                 return 0.0
             case Builtin(name=name) if FUNCTIONS[name].not_negative:
                 return 0.0

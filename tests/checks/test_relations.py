@@ -51,6 +51,10 @@ PROVED = {
     "an order": ["d < e and e < f and f < d", "not (d < e and e < f and f < d)"],
     "larger than something": ["max(d, 0) >= 0"],
     "squares": ["d ** 2 >= 0"],
+    "no age is negative": ["age(x.s.i) >= 0", "age(x.s.i) < -1[s]"],
+    "nor are two": ["age(x.s.i) + age(x.s.j) >= 0"],
+    "lateness counts periods": ["late(x.s.i) < 1", "late(x.s.i) > 0.5"],
+    "one age in one period": ["age(x.s.i) < 1[s]", "age(x.s.i) >= 1[s]"],
 }
 REFUTED = {
     "real arguments are more than their order": [
@@ -62,6 +66,8 @@ REFUTED = {
     "items of one list": ["any(v > 1 for v in l)", "any(v <= 1 for v in l)", "len(l) == 0"],
     "other tolerances": ["near(X, Y, 1[mm], 2[deg])", "not near(X, Y, 2[mm], 1[deg])"],
     "lists of other names": ["any(v > 1 for v in l) and len(i) == 0", "len(l) > 0", "len(l) == 0"],
+    "ages of two inputs": ["age(x.s.i) < 1[s]", "age(x.s.j) >= 1[s]"],
+    "ages of equal values": ["late(x.s.i) == late(x.s.j)", "x.s.i != x.s.j"],
     "between two periods": ["elapsed <= 1[s]", "elapsed >= 3[s]"],
 }
 

@@ -16,7 +16,7 @@ from specc.lang import (
 from specc.model.expr import Expr
 from specc.model.system import Operator
 from specc.model.trace import Trace
-from specc.model.types import Bool, Enum
+from specc.model.types import Bool, Enum, Int
 from specc.proof import Prover, RowVerdict
 from specc.source import Place
 from tests.checks.conditions import machine
@@ -47,6 +47,7 @@ SCOPE = Scope(
     memory=of_types({name: parse_type(text, NAMES) for name, text in TYPES.items()}),
     enums=members_of([MODE]),
     operators={name: _operator(name, text) for name, text in SIGNATURES.items()},
+    inputs=of_types({("s", name): Int() for name in "ij"}),
     allow_clock=True,
 )
 

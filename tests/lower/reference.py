@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from specc.lang import Environment, evaluate
@@ -36,6 +37,9 @@ class Lets(Mapping[str, Any]):
         return len(self._known)
 
 
+NO_LAGS: Mapping[tuple[str, str, str], Any] = MappingProxyType({})
+
+
 class Reference:
     """Executes the model of a subsystem."""
 
@@ -52,10 +56,19 @@ class Reference:
         self.memory: dict[str, Any] = {}
         self.periods = 0
 
-    def step(self, inputs: Mapping[Key, Any], fresh: Collection[Key]) -> tuple[int, dict[Key, Any]]:
+    def step(
+        self,
+        inputs: Mapping[Key, Any],
+        fresh: Collection[Key],
+        lags: Mapping[tuple[str, str, str], Any] = NO_LAGS,
+    ) -> tuple[int, dict[Key, Any]]:
         """Index of the transition, or -1, and the output elements written."""
         self._now = Environment(
-            inputs=inputs, fresh=fresh, constants=self.constants, operators=self.operators
+            inputs=inputs,
+            fresh=fresh,
+            lags=lags,
+            constants=self.constants,
+            operators=self.operators,
         )
         row = -1
         if not self.state:

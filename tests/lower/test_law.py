@@ -57,6 +57,7 @@ from tests.strategies import (
     Reading,
     conditions,
     expressions,
+    lags,
     typed,
     widen,
 )
@@ -166,7 +167,7 @@ def replaced(expr: m.Expr, keep: tuple[str, ...]) -> m.Expr:
     parts: dict[str, Any] = {}
     for name in type(expr).__slots__:
         value = getattr(expr, name)
-        if isinstance(value, m.Node) and not isinstance(expr, (m.Fresh, m.Present)):
+        if isinstance(value, m.Node) and not isinstance(expr, (m.Fresh, m.Present, m.Lag)):
             parts[name] = replaced(value, keep)
         elif isinstance(value, tuple):
             parts[name] = tuple(replaced(v, keep) if isinstance(v, m.Node) else v for v in value)
@@ -309,8 +310,13 @@ def check(system: System, data: st.DataObject, *, proved: bool) -> None:
         fresh |= set(INPUTS) if period == 0 and all_present else set()
         inputs |= {key: data.draw(exact(INPUTS[key])) for key in sorted(fresh)}
         feed(generated, inputs, fresh)
+        behind = data.draw(lags())
+        for (kind, peer, name), value in behind.items():
+            if (slot := f"{kind}_{peer}_{name}") in generated.x.__slots__:
+                setattr(generated.x, slot, value)
+        there = {key: value for key, value in behind.items() if key[1:] in inputs}
         try:
-            expected, outputs = reference.step(inputs, fresh)
+            expected, outputs = reference.step(inputs, fresh, there)
         except (ArithmeticError, ValueError, KeyError):
             return  # an operation that is not defined, or an element without a value
         except Undecided:

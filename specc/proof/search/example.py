@@ -28,7 +28,7 @@ from specc.model.types import (
 )
 from specc.model.units import DIMENSIONLESS, Unit
 from specc.proof.search.search import Goal, find
-from specc.proof.search.situation import NO_VALUE, Freedom, Meaning, Situation, Value
+from specc.proof.search.situation import NO_VALUE, Freedom, Meaning, Situation, Value, lag_key
 from specc.proof.search.trying import SearchBudget
 from specc.proof.verdict import InputName
 
@@ -53,7 +53,9 @@ def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m
             yield from of_lets[name]
         case m.FieldOf() if _is_path(expr):
             yield expr
-        case m.Input() | m.MemoryRef() | m.Fresh() | m.Present() | m.Clock(name="elapsed"):
+        case m.Input() | m.MemoryRef() | m.Fresh() | m.Present() | m.Lag():
+            yield expr
+        case m.Clock(name="elapsed"):
             yield expr
         case _:
             yield from (leaf for part in m.children(expr) for leaf in _leaves(part, of_lets))
@@ -132,6 +134,10 @@ def _simpler(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situatio
         case m.MemoryRef(name=memory):
             for value in _plainer(at.memory[memory], start.memory[memory]):
                 yield replace(at, memory={**at.memory, memory: value})
+        case m.Lag() if (key := lag_key(node)) in at.lags:
+            for value in _plainer(at.lags[key], type(at.lags[key])(0)):
+                if value >= 0:
+                    yield replace(at, lags={**at.lags, key: value})
         case m.Clock(name="elapsed") if at.periods > 2:
             yield replace(at, periods=2)
             yield replace(at, periods=at.periods - 1)

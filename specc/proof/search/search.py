@@ -53,6 +53,7 @@ class Ways:
             m.Input: lambda e, v, at: freedom.input(_name(e), v, at),
             m.Fresh: lambda e, v, at: freedom.fresh(_name(e.input), v, at),
             m.Present: lambda e, v, at: freedom.present(_name(e.input), v, at),
+            m.Lag: freedom.behind,
             m.MemoryRef: lambda e, v, at: freedom.remembered(e.name, v, at),
             m.LetRef: lambda e, v, at: self.ways(meaning.lets[e.name], v, at),
             m.ConstantRef: lambda e, v, at: self.ways(meaning.constants[e.name], v, at),

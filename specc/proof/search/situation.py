@@ -196,6 +196,15 @@ Answer = tuple[str, tuple[Value, ...], Value]
 """An operator, its arguments and what it gives for them."""
 
 
+LagKey = tuple[str, str, str]
+"""`age` or `late`, peer and element of an input."""
+
+
+def lag_key(lag: m.Lag) -> LagKey:
+    """What a situation knows it by."""
+    return lag.name, lag.input.peer, lag.input.element
+
+
 @frozen
 class Situation:
     """One period of a subsystem.
@@ -208,6 +217,8 @@ class Situation:
     inputs: Mapping[InputName, Value]
     present: frozenset[InputName]
     fresh: frozenset[InputName] = frozenset()
+    lags: Mapping[LagKey, Value] = field(default_factory=dict)
+    """How far inputs are behind; not at all where nothing is said."""
     memory: Mapping[str, Value] = field(default_factory=dict)
     periods: int = 0
     answers: tuple[Answer, ...] = ()
@@ -296,6 +307,8 @@ class Meaning:
         inputs = at.inputs
         if strictly:
             inputs = {name: value for name, value in inputs.items() if name in at.present}
+        lags = {("age", *name): 0.0 for name in inputs} | {("late", *name): 0 for name in inputs}
+        lags |= {key: value for key, value in at.lags.items() if key[1:] in inputs}
         clock = {
             "elapsed": float(at.periods / self._rate_hz),
             "entered": at.periods == 0,
@@ -306,6 +319,7 @@ class Meaning:
             inputs=inputs,
             fresh=at.fresh,
             present=at.present,
+            lags=lags,
             memory=at.memory,
             files=self._files,
             clock=clock,
@@ -374,6 +388,12 @@ class Freedom:
                 yield replace(at, present=at.present | {name})
         if not wanted and name not in self.sure and self.unsent:
             yield replace(at, present=at.present - {name}, fresh=at.fresh - {name})
+
+    def behind(self, lag: m.Lag, value: Value, at: Situation) -> Iterator[Situation]:
+        """The situation with an input that is as far behind; none is ahead."""
+        if value >= 0:
+            lags = {**at.lags, lag_key(lag): value}
+            yield from self.present(lag_key(lag)[1:], True, replace(at, lags=lags))
 
     def remembered(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value in memory."""

@@ -296,6 +296,7 @@ _RULES: dict[type, Callable[[Any, Known], m.Expr]] = {
     m.ConstantRef: _constant,
     m.Fresh: lambda e, known: _asked(known.fresh, e),
     m.Present: lambda e, known: _asked(known.present, e),
+    m.Lag: lambda e, known: e,
     m.Clock: _clock,
     m.Compare: _compare,
     m.Unary: _unary,

@@ -84,6 +84,6 @@ def leaves(expr: m.Expr) -> Iterator[m.Input | m.MemoryRef]:
     """
     if isinstance(expr, (m.Input, m.MemoryRef)):
         yield expr
-    elif not isinstance(expr, (m.Call, m.Fresh, m.Present)):
+    elif not isinstance(expr, (m.Call, m.Fresh, m.Present, m.Lag)):
         for part in m.children(expr):
             yield from leaves(part)

@@ -351,7 +351,8 @@ class Walker:
         """The formulas that stay true until an input or memory is renewed, by number."""
         for part in _conjuncts(expr):
             rests = self.kept.rests.of(part)
-            if part != m.TRUE and not rests.clock and rests.inputs <= self.slots.keys():
+            changes = rests.clock or rests.lags
+            if part != m.TRUE and not changes and rests.inputs <= self.slots.keys():
                 yield self._formulas.of(part)
 
     # Time in a state: counted, or in classes between the periods at which a condition turns.

@@ -41,7 +41,7 @@ Value = Any
 _VARIANTS = 8
 """Ways in which what has single precision may have been something else."""
 _ULP = 2.0**-23
-_LEAVES = m.Input, m.MemoryRef, m.Clock, m.Fresh, m.Present, m.LetRef, m.ConstantRef
+_LEAVES = m.Input, m.MemoryRef, m.Clock, m.Fresh, m.Present, m.Lag, m.LetRef, m.ConstantRef
 _MOST_ITEMS = 1_000_000
 """Of lists that are looked through for the conditions of a moment."""
 _LONGEST_MESSAGE = 200
@@ -194,7 +194,7 @@ class Moment:
                 found[node] = None
             if isinstance(node, m.LetRef):
                 inside.append(self.subsystem.let(node.name).value)
-            elif not isinstance(node, m.Fresh | m.Present):
+            elif not isinstance(node, m.Fresh | m.Present | m.Lag):
                 inside += reversed(list(m.children(node)))
         return list(found)
 
@@ -209,6 +209,7 @@ class Moment:
         env = Environment(
             inputs=_Lazy(self._input),
             fresh=_Fresh(self._step["fresh"]),
+            lags=_Lazy(self._behind),
             present={key for key in self.subsystem.inputs if self._data_of(key) is not None},
             memory=_Lazy(lambda name: self._remembered(name, variant)),
             lets=_Lazy(lambda name: evaluate(self.subsystem.let(name).value, env)),
@@ -230,6 +231,14 @@ class Moment:
         if data is None:
             raise NotKnown(f"x.{'.'.join(key)} has no value yet")
         return value_of(self.subsystem.inputs[key].type, data[0])
+
+    def _behind(self, key: tuple[str, str, str]) -> Value:
+        kind, peer, element = key
+        told = self._step.get(kind)
+        data = told.get(f"{peer}.{element}") if isinstance(told, dict) else None
+        if data is None:
+            raise NotKnown(f"the {kind} of x.{peer}.{element} is not recorded")
+        return value_of(Real() if kind == "age" else Int(), data)
 
     def _remembered(self, name: str, variant: int) -> Value:
         item = next(item for item in self.subsystem.memory if item.name == name)

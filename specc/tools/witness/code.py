@@ -19,14 +19,16 @@ from specc_runtime.faults import UndecidedTransition
 from specc_runtime.loading import load_system
 from specc_runtime.stepping import Stepper, array
 
+from specc.analysis.reads import nodes
 from specc.frozen import frozen
 from specc.lower.annotations import PythonTypes, named_types
 from specc.lower.module import Module
+from specc.model.expr import Lag
 from specc.model.fsm import Transition
 from specc.model.system import System
 from specc.model.types import ListOf, OptionalOf, Pose, Real, Record, Spatial, Type, Vector, whole
 from specc.proof import InputName
-from specc.proof.search import Answer, Fields, Value, alike, first_value
+from specc.proof.search import Answer, Fields, LagKey, Value, alike, first_value, lag_key
 from specc.tools.witness.subject import OPERATORS, alone, unproved
 
 # What a script does, period by period. Values go by the names that the specification has for them:
@@ -90,6 +92,11 @@ def input_text(name: InputName) -> str:
     return f"x.{name[0]}.{name[1]}"
 
 
+def lag_text(key: LagKey) -> str:
+    """How far an input is behind, as expressions ask for it."""
+    return f"{key[0]}({input_text(key[1:])})"
+
+
 # Values of the language as generated code has them.
 
 
@@ -139,6 +146,12 @@ class Code:
         self.elements = {
             input_text(key): (self.names.inputs[key], item.type)
             for key, item in self.subsystem.inputs.items()
+        }
+        self.elements |= {
+            lag_text(key): (f"{lag.name}_{self.names.inputs[key[1:]]}", lag.type)
+            for lag in nodes(self.subsystem)
+            if isinstance(lag, Lag)
+            for key in [lag_key(lag)]
         }
         self.memory = {
             item.name: (self.names.memory[item.name], item.type) for item in self.subsystem.memory

@@ -32,6 +32,7 @@ from specc.tools.witness.code import (
     Step,
     StrayError,
     input_text,
+    lag_text,
     lasting,
     led,
     row_words,
@@ -50,6 +51,8 @@ def step_between(before: Situation | None, at: Situation, into: str = "", way: s
         if name not in at.fresh
         and (name not in known or repr(known[name]) != repr(at.inputs[name]))
     }
+    lags = {} if before is None else before.lags
+    there |= {lag_text(key): lag for key, lag in at.lags.items() if lags.get(key) != lag}
     arrives = {input_text(name): at.inputs[name] for name in present if name in at.fresh}
     absent = map(input_text, sorted(known.keys() - at.present))
     return Step(arrives, there, tuple(absent), into, way)
