@@ -89,7 +89,7 @@ def _kept(tree: Tree, name: str, folder: Path, keep: Path | None) -> None:
     def fails(candidate: Tree) -> bool:
         try:
             verdict = compare(candidate, folder, name, TICKS, odd=NASTY)
-        except TypeError:  # something is left out that it needs
+        except (KeyError, SyntaxError, TypeError):  # something is left out that it needs
             return False
         return bool(verdict.differences or verdict.unsound)
 

@@ -120,13 +120,14 @@ class IrpG(Subsystem):
     def _in_s0(self) -> int:
         """Idle."""
         x = self.x
-        d_c = MD(x.E_m_m)  # current distance
         if x.fresh_c_d_d:  # motion_commanded
             self.state, self._work = "S1", self._in_s1
             self._periods = 0
+            d_c = MD(x.E_m_m)  # current distance
             self._motion(d_c)
             return 0
         else:  # otherwise
+            d_c = MD(x.E_m_m)  # current distance
             self._idle(d_c)
             return 2
 

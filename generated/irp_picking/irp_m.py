@@ -201,18 +201,22 @@ class IrpM(Subsystem):
         x = self.x
         # error never: idle.error, eq. 12
         # terminal always: idle.terminal, eq. 11
-        q_c = MJ(x.E_m_m)  # current joint positions
-        T_c = DK(q_c)  # current pose of the end-effector
         if not x.fresh_c_T_d and (not x.fresh_c_b or "s" in x.c_b):  # idle_commanded, eq. 10
+            q_c = MJ(x.E_m_m)  # current joint positions
+            T_c = DK(q_c)  # current pose of the end-effector
             self._idle(q_c, T_c)
             return 0
         elif x.fresh_c_T_d:  # p2p_commanded, eq. 4
             self.state, self._work = "S1", self._in_s1
             self._periods = 0
+            q_c = MJ(x.E_m_m)  # current joint positions
+            T_c = DK(q_c)  # current pose of the end-effector
             self._p2p(q_c, T_c)
             return 1
         else:  # force_commanded, eq. 7
             self.state, self._work = "S2", self._in_s2
+            q_c = MJ(x.E_m_m)  # current joint positions
+            T_c = DK(q_c)  # current pose of the end-effector
             self._position_force(q_c, T_c)
             return 2
 
@@ -246,21 +250,27 @@ class IrpM(Subsystem):
         """Execute position-force control, Table 3."""
         x = self.x
         # error never: position_force.error, eq. 9
-        q_c = MJ(x.E_m_m)  # current joint positions
-        T_c = DK(q_c)  # current pose of the end-effector
         if x.fresh_c_b or x.fresh_c_T_d:  # commanded_anew, eq. 8
             if not x.fresh_c_T_d and (not x.fresh_c_b or "s" in x.c_b):  # idle_commanded, eq. 10
                 self.state, self._work = "S0", self._in_s0
+                q_c = MJ(x.E_m_m)  # current joint positions
+                T_c = DK(q_c)  # current pose of the end-effector
                 self._idle(q_c, T_c)
                 return 6
             elif x.fresh_c_T_d:  # p2p_commanded, eq. 4
                 self.state, self._work = "S1", self._in_s1
                 self._periods = 0
+                q_c = MJ(x.E_m_m)  # current joint positions
+                T_c = DK(q_c)  # current pose of the end-effector
                 self._p2p(q_c, T_c)
                 return 7
             else:  # force_commanded, eq. 7
+                q_c = MJ(x.E_m_m)  # current joint positions
+                T_c = DK(q_c)  # current pose of the end-effector
                 self._position_force(q_c, T_c)
                 return 8
+        q_c = MJ(x.E_m_m)  # current joint positions
+        T_c = DK(q_c)  # current pose of the end-effector
         self._position_force(q_c, T_c)
         return -1
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import chain
 
 from specc.lower.flow import Activity, Check, Enter, Flow, Flows, Proofs, Row, Rows, surely
@@ -41,30 +41,25 @@ class CycleWriter(Writer):
             case Rows():
                 self._undecided(flow)
 
-    def _test(self, test: Term, due: Terms, enters: Iterable[Enter] = ()) -> str:
-        """A test, after locals for those of the terms `due` that it needs, or that all behaviours
-        behind it take."""
-        taken = [set(enter.taken) for enter in enters]
-        everywhere = set.intersection(*taken) if taken else set()
+    def _test(self, test: Term, due: Terms) -> str:
+        """A test, after locals for those of the terms `due` that it needs."""
         needed = test.perhaps & self.again | {t for t in test.perhaps - {test} if t.let}
-        self.assign(due & (needed | everywhere))
+        self.assign(due & needed)
         return self.spelled(test)
 
     def _check(self, check: Check) -> None:
         self.nodes.hint = check.condition.name
-        due = check.surely(self.nodes.known)
-        test = self._test(check.test, due, (enter for enter, _ in check.enters()))
+        test = self._test(check.test, check.surely(self.nodes.known))
         with self.block(_condition(f"if {test}:", check.condition)):
             self.flow(check.rows)
         self.flow(check.otherwise)
 
     def _proved(self, flow: Rows) -> None:
         tested, last, keyword = flow.tested, flow.rows[-1], "if"
-        for index, row in enumerate(tested):
+        for row in tested:
             self.nodes.hint = row.transition.condition.name
-            due = flow.surely(self.nodes.known, index)
             written = len(self._lines)
-            test = self._test(row.test, due, (r.enter for r in flow.rows[index:]))
+            test = self._test(row.test, surely((row.test,), self.nodes.known))
             keyword = keyword if written == len(self._lines) else "if"
             self._row(f"{keyword} {test}:", row)
             keyword = "elif"
@@ -104,7 +99,6 @@ class CycleWriter(Writer):
             one, enabled = "sum(holds.values()) != 1", "[row for row in holds if holds[row]]"
         with self.block(f"if {one}:"):
             self.write(f"raise self.undecided({literal(flow.cause)}, {enabled})")
-        self.assign(set(last.enter.fixed).intersection(*(row.enter.fixed for row in tested)))
         for row, name in zip(tested, held, strict=False):
             with self.block(f"if {name}:"):
                 self.enter(row.enter)

@@ -16,7 +16,8 @@ from specc.model.types import Type, Vector
 # What must be evaluated in any case, and may therefore be computed early.
 #
 # A term behind a guard (a later operand of `and` and `or`, a branch of a choice, the body of a
-# quantifier over a list) is not, unless both branches of a choice come to it.
+# quantifier over a list) is not, unless both branches of a choice come to it. Neither is, in a
+# condition, a term of the behaviour behind it: if it fails, the fault is one of the state entered.
 
 
 def surely(terms: Iterable[Term], known: Collection[Term]) -> Terms:
@@ -94,14 +95,9 @@ class Enter:
         """Arguments that the behaviour needs in any case."""
         return tuple(term for term in self.taken if term in self.activity.surely)
 
-    @property
-    def fixed(self) -> tuple[Term, ...]:
-        """Those that have their value before the state is entered."""
-        return tuple(t for t in self.needed if not (self.is_entry and t.reads_clock))
-
-    def surely(self, known: Collection[Term]) -> Terms:
-        """Terms that are evaluated in any case before the state is entered."""
-        return surely(self.fixed, known)
+    def surely(self, _: Collection[Term]) -> Terms:
+        """No terms: nothing is evaluated before the state is entered."""
+        return NONE
 
     def enters(self, before: Terms = NONE) -> Iterator[tuple[Enter, Terms]]:
         """All ways in which the period can end, and what may be evaluated on them."""
@@ -141,15 +137,10 @@ class Rows:
         rounded = any(row.test.rests_on_rounding for row in self.rows)
         return self.rows if rounded and not certain else tuple(most)
 
-    def surely(self, known: Collection[Term], first: int = 0) -> Terms:
-        """Terms that are evaluated in any case from row `first` on; a fault evaluates nothing."""
-        if not self.is_proved:
-            return surely((row.test for row in self.rows), known)
-        found = self.rows[-1].enter.surely(known)
-        for row in reversed(self.rows[first:]):
-            if row in self.tested:
-                found = surely((row.test,), known) | (found & row.enter.surely(known))
-        return found
+    def surely(self, known: Collection[Term]) -> Terms:
+        """Terms that are evaluated in any case before a state is entered."""
+        tested = self.tested[:1] if self.is_proved else self.rows
+        return surely((row.test for row in tested), known)
 
     def enters(self, before: Terms = NONE) -> Iterator[tuple[Enter, Terms]]:
         """All ways in which the period can end, and what may be evaluated on them."""
@@ -175,7 +166,7 @@ class Check:
     otherwise: Flow
 
     def surely(self, known: Collection[Term]) -> Terms:
-        """Terms that are evaluated in any case from here on."""
+        """Terms that are evaluated in any case from here on, before a state is entered."""
         behind = self.rows.surely(known) & self.otherwise.surely(known)
         return surely((self.test,), known) | behind
 

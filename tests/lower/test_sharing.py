@@ -162,6 +162,61 @@ def test_an_optional_term_reaches_the_behaviour_from_every_path() -> None:
         assert subsystem.y.E_u == (a + 1.0 if m else 0.0)
 
 
+def fails_at_nine(a: float) -> float:
+    if a == 9.0:
+        raise ValueError(a)
+    return a
+
+
+def entering(test: str, rows: tuple[str, ...], proved: bool) -> Any:
+    """`wait` ends by `test` and goes on to `go`, by whichever of `rows`; both compute w."""
+    s = spec(lets={"w": "f(x.E.m)"})
+    system = s.system(
+        [s.behaviour("wait", {"E.v": "w"}, terminal=test), s.behaviour("go", {"E.u": "w"})],
+        [
+            *(("wait", "terminal", row, "go") for row in rows),
+            ("go", "terminal", "w > 3", "wait"),
+            ("go", "terminal", "w <= 3", "wait"),
+        ],
+    )
+    subsystem, _ = running(system, {**s.functions, "f": fails_at_nine}, proved=proved)
+    stepped(subsystem, E_m=0.0, c_a=0.0, c_b=1.0)
+    return subsystem
+
+
+@pytest.mark.parametrize("proved", [True, False])
+def test_what_a_behaviour_computes_fails_in_the_state_that_is_entered(proved: bool) -> None:
+    for test, rows in (
+        ("x.c.a > 0", ("True",)),
+        ("x.c.a > 0", ("x.c.a > 1",)),
+        ("x.c.a > 0", ("x.c.a <= 1", "x.c.a > 1")),
+        ("x.c.a > 0", ("x.c.a <= 1 and w > 1", "x.c.a > 1 or w <= 1")),
+        ("x.c.a > 0 and (x.c.b > 0 or w > 1)", ("x.c.a > 1",)),
+    ):
+        subsystem = entering(test, rows, proved)
+        with pytest.raises(ValueError, match="9"):
+            stepped(subsystem, E_m=9.0, c_a=2.0)
+        assert subsystem.state == "go", (test, rows)
+        subsystem = entering(test, rows, proved)
+        with pytest.raises(ValueError, match="9"):
+            stepped(subsystem, E_m=9.0)
+        assert subsystem.state == "wait", (test, rows)
+
+
+@pytest.mark.parametrize("proved", [True, False])
+def test_what_a_condition_computes_fails_in_the_state_that_it_ends(proved: bool) -> None:
+    for test, rows in (
+        ("w > 3", ("True",)),
+        ("x.c.a > 0 and w > 1", ("True",)),
+        ("x.c.a > 0", ("w > 1", "w <= 1")),
+        ("x.c.a > 0", ("x.c.b > 0 and w > 1", "x.c.b <= 0 or w <= 1")),
+    ):
+        subsystem = entering(test, rows, proved)
+        with pytest.raises(ValueError, match="9"):
+            stepped(subsystem, E_m=9.0, c_a=2.0)
+        assert subsystem.state == "wait", (test, rows)
+
+
 def test_functions_take_effect_at_once_whatever_their_order() -> None:
     swap = {"k": "n", "n": "k", "E.u": "k - n"}
     for assignments in (swap, dict(reversed(swap.items()))):

@@ -132,6 +132,36 @@ def test_an_item_that_is_not_there_is_a_fault(folder: Path) -> None:
     assert differences(expected, found) == []
 
 
+FAILS_ON_ENTRY = """specc: 1
+system: fails_on_entry
+agents:
+  one:
+    control:
+      rate: 10 Hz
+      memory:
+        held: {type: "list[real[m]]", init: "[]"}
+        taken: {type: "real[m]", init: 0}
+      behaviours:
+        wait: {functions: [], terminal: always}
+        take: {functions: [{taken: "argmin(v for v in held)"}], terminal: always}
+      conditions:
+        initial:
+          far: all(v > 1[m] for v in held)
+          some: "len(held) > 0 and argmin(v for v in held) > 0.5[m]"
+      states: {S0: wait, S1: take}
+      initial_state: S0
+      transitions: [[S0, terminal, far, S1], [S1, terminal, some, S1]]
+"""
+
+
+def test_a_behaviour_fails_in_the_state_that_is_entered(folder: Path) -> None:
+    expected, found = runs_of(FAILS_ON_ENTRY, folder, 3, ok=False)
+    assert [(failure.kind, failure.state) for failure in expected.failures] == [
+        ("StepFailed", "S1")
+    ]
+    assert differences(expected, found) == []
+
+
 def judged(tree: Tree, folder: Path, seed: str, tolerance: float = 0.0) -> Verdict:
     """The verdict, which has to be a good one."""
     verdict = compare(tree, folder, seed, TICKS, odd=NASTY, tolerance=tolerance)

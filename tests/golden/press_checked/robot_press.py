@@ -143,12 +143,13 @@ class RobotPress(Subsystem):
             holds = {0: shut, 1: other}
             if sum(holds.values()) != 1:
                 raise self.undecided("terminal", [row for row in holds if holds[row]])
-            X_c = DK(x.E_q)  # current pose, eq. 8
             if shut:
                 self.state, self._work = "S1", self._in_s1
                 self._periods = 0
+                X_c = DK(x.E_q)  # current pose, eq. 8
                 self._close(X_c)
                 return 0
+            X_c = DK(x.E_q)  # current pose, eq. 8
             self._rest(X_c)
             return 1
         X_c = DK(x.E_q)  # current pose, eq. 8
