@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -120,3 +121,18 @@ SIGNATURES = {
     "turn": ("(n: int) -> pose[E, E]", "turn_array"),
 }
 """Name -> signature in a specification, function in this module."""
+
+
+RAISING = ("widen", "far", "holds", "choose", "readings", "best", "turned")
+
+
+def rarely_raising(name: str) -> Callable[..., Any]:
+    """The operator, but for some arguments it raises."""
+    operator = PLAIN[name]
+
+    def raises(*args: Any) -> Any:
+        if _mixed("raises", name, *args) % 7 == 0:
+            raise ValueError(name)
+        return operator(*args)
+
+    return raises

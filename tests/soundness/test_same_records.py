@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 from specc.pipeline import compile_spec
 from tests.seeds import blocks
+from tests.soundness import operators
 from tests.soundness.agreement import differences
 from tests.soundness.interpreter import Interpreter, Run
 from tests.soundness.law import Verdict, compare
@@ -175,6 +177,23 @@ def test_random_specifications(seeds: Sequence[int], folder: Path) -> None:
     # Products of poses may be added up in any order, and a machine may multiply them again.
     for seed in seeds:
         judged(specification(Random(seed)), folder, str(seed), tolerance=1e-12)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seeds", blocks(range(60, 75), long=60, each=15))
+def test_operators_that_raise(
+    seeds: Sequence[int], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in operators.RAISING:
+        raises = operators.rarely_raising(name)
+        monkeypatch.setattr(operators, name, raises)
+        monkeypatch.setitem(PLAIN, name, raises)
+    failed = 0
+    for seed in seeds:
+        with suppress(ValueError):  # of a constant or an initial value: there is no run
+            verdict = judged(specification(Random(seed)), folder, str(seed), tolerance=1e-12)
+            failed += verdict.faults["StepFailed"]
+    assert failed
 
 
 @pytest.mark.long
