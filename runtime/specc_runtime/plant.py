@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from threading import Condition, Lock, Thread
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 from specc_runtime.plants.errors import PlantError
 
@@ -22,6 +22,13 @@ class NoSample(Enum):
 
 NO_SAMPLE: Final = NoSample.NO_SAMPLE
 """What a plant gives for an element that is bound as sporadic and has no new value."""
+
+
+class Sample(NamedTuple):
+    """A value with the time of its measurement, `at_s` seconds after tick 0 of the run."""
+
+    value: Any
+    at_s: float
 
 
 class Deferred:
@@ -140,6 +147,8 @@ class Plant(Protocol):
 
     def sample(self, name: str) -> Any:
         """The value of an element that a device reports, now; `NO_SAMPLE` if none is new.
+
+        A value that was measured earlier comes as a `Sample`.
 
         Called once at each time stamp of its readers, or at its rate. What takes long to compute
         may come as a `Deferred`, which each reader asks for its value at the begin of its step.

@@ -9,7 +9,7 @@ from typing import Any
 from specc_runtime.buffers import Put
 from specc_runtime.distortion import Distortion
 from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
-from specc_runtime.plant import NO_SAMPLE, Deferred
+from specc_runtime.plant import NO_SAMPLE, Deferred, Sample
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.records import Observer, StepRecord
@@ -74,6 +74,8 @@ class Sensor:
             if why := self._refusal(time_s):
                 raise DeviceFailed(self.name, PlantError(why))
             return
+        if type(value) is Sample:
+            value = value.value
         if type(value) is Deferred:
             self.value = Deferred(partial(self._computed, value, self.distortion), value.begin)
         else:
