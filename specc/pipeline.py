@@ -205,16 +205,20 @@ def build(
     *,
     stop_when: str | None = None,
     is_read: bool = True,
+    tests_all_rows: bool = False,
 ) -> Build:
     """Compile the specification at `path` like `compile_spec`, then lower and emit it."""
     result = compile_spec(path, values, texts, stop_when=stop_when)
-    return generated(result, path, is_read=is_read)
+    return generated(result, path, is_read=is_read, tests_all_rows=tests_all_rows)
 
 
-def generated(result: Result, path: str, *, is_read: bool = True) -> Build:
+def generated(
+    result: Result, path: str, *, is_read: bool = True, tests_all_rows: bool = False
+) -> Build:
     """Lower and emit what was compiled of the specification at `path`.
 
-    Code that nobody reads, since it runs at once and is gone, is not formatted.
+    Code that nobody reads, since it runs at once and is gone, is not formatted. It `tests_all_rows`
+    where a run may skip periods, which proofs know nothing of.
     """
     if not result.ok or result.system is None:
         return Build(result, "", {})
@@ -222,7 +226,7 @@ def generated(result: Result, path: str, *, is_read: bool = True) -> Build:
     from specc.lower import TooLarge, lower
 
     try:
-        plans = lower(result.system, result.proofs)
+        plans = lower(result.system, None if tests_all_rows else result.proofs)
         files = emit(plans) if is_read else filled(plans)
     except (TooLarge, FormatError) as error:
         code, at = "E0094", Place(path)

@@ -102,6 +102,11 @@ class _Attempt:
         options, interruption = self._options, self._interruption
         examined = options.check_operators
         system = load_system(options.directory, options.base, check_operators=examined)
+        if options.real_time and not system.tests_all_rows:
+            raise UsageError(
+                f"{options.directory} relies on proofs that hold where no period is skipped; "
+                "build it with --real-time"
+            )
         self._check_interrupted()
         spec = system.plant
         plant = self._handed_over(spec) or self._set_up(system) if spec is not None else None

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
+from itertools import chain
 from typing import Any, cast
 
 from specc_runtime.blame import Blame
@@ -24,6 +25,7 @@ from specc_runtime.sampling import Onlooker, Port, Sensor
 from specc_runtime.snapshot import Values
 from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.system import System
+from specc_runtime.timing import RealTime, SimulatedTime, Timing
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
 from specc_runtime.wiring import Slot, sensor_rates, timeline, tracks, worker_pool
@@ -31,6 +33,8 @@ from specc_runtime.wiring import Slot, sensor_rates, timeline, tracks, worker_po
 Mark = tuple[int, Commands, list[tuple[object, dict[str, Any]]]]
 """A moment of a run: its tick, the last commands, and what each part held, none of it copied."""
 REST_S = 1.0
+LEAST_APART = 0.5 - 1e-6
+"""Of its period, by the clock, between the beginnings of two steps of a subsystem in real time."""
 
 _ROUNDING = 1e-6  # times are multiples of a rounded tick
 
@@ -47,9 +51,12 @@ class Executor:
         onlooker: Onlooker | None = None,
         inline: bool = False,
         clock: WallClock | None = None,
+        timing: Timing | None = None,
         at_rest: Callable[[], None] = lambda: None,
     ) -> None:
         """`plant` must be there, and reset, if the system has devices; `inline` forbids workers.
+
+        `timing` says how the ticks follow a clock; without one time is simulated.
 
         `at_rest` is called about every `REST_S` of simulated time, when nothing is under way.
 
@@ -60,6 +67,9 @@ class Executor:
         self.faults: list[Fault] = []
         self._abandoned = False
         self._tick_s = system.tick_s
+        self._timing = timing or SimulatedTime()
+        self._real = self._timing if isinstance(self._timing, RealTime) else None
+        self._is_timed = self._timing.is_free
         self._plant = plant
         self._onlooker = onlooker
         self._observers = tuple(observers)
@@ -94,29 +104,47 @@ class Executor:
         return self.tick * self._tick_s
 
     @property
+    def skipped(self) -> dict[str, int]:
+        """Periods of each subsystem in which no step began, but for those that are not over."""
+        return {
+            name: track.skipped + max(0, track.skipped_until(self.tick - 1))
+            for name, track in self._tracks.items()
+        }
+
+    @property
+    def first_skipped(self) -> tuple[str, int, float] | None:
+        """The first period in which no step began: subsystem, stamp and time; None without one."""
+        found = []
+        for track in self._tracks.values():
+            stamp = track.first_skipped
+            if stamp is None and track.skipped_until(self.tick - 1) > 0:
+                stamp = track.stamp + 1
+            if stamp is not None:
+                found.append((stamp * track.ticks * self._tick_s, track.name, stamp))
+        time_s, name, stamp = min(found, default=(0.0, "", -1))
+        return (name, stamp, time_s) if name else None
+
+    @property
     def busy_s(self) -> dict[str, float]:
         """Wall time spent in the steps of each subsystem."""
         return {name: track.runner.busy_s for name, track in self._tracks.items()}
 
     def advance(self) -> bool:
-        """One base tick: commit, sample, step, let the plant move. False after a fault."""
-        tick = self.tick
-        due, sensors = self._table[tick % len(self._table)]
-        if not self.settle():
-            return False
-        if tick % self._rest == 0:
-            self._at_rest()
+        """One base tick: commit, sample, step, let the plant move. False after a fault.
+
+        In real time it is the newest one that is due; those before it are skipped.
+        """
+        tick = self._timing.next(self.tick)
+        due, sensors = self._due(tick)
         try:
-            time_s = self.time_s
-            for sensor in sensors:
-                sensor.update(time_s)
-            if self._onlooker is not None:
-                self._onlooker.look(tick, time_s)
-            for track in due:
-                for port in track.ports:
-                    port.deliver()
-            for track in due:
-                track.start(tick)
+            if tick > self.tick and self._plant is not None:
+                self._plant.advance((tick - self.tick) * self._tick_s)
+            self.tick = tick
+            if not self._settled(due):
+                return False
+            if tick % self._rest == 0 and not (self._real and self._under_way):
+                self._at_rest()
+            self._begin(due, sensors)
             if self._plant is not None:
                 self._plant.advance(self._tick_s)
         except KeyboardInterrupt:
@@ -125,13 +153,50 @@ class Executor:
             self.faults.append(self._blame.of_plant(error, self.time_s))
             return False
         self.tick = tick + 1
+        if not self._is_timed:
+            self.wait()  # what a first step loads is not part of any period
+            self._timing.begin(self.tick, self._tick_s)
+            self._is_timed = True
         return True
+
+    def _begin(self, due: Iterable[Track], sensors: Iterable[Sensor]) -> None:
+        """Sample, and begin the steps that are due; raises whatever a plant raises."""
+        time_s = self.time_s
+        for sensor in sensors:
+            sensor.update(time_s)
+        if self._onlooker is not None:
+            self._onlooker.look(self.tick, time_s)
+        for track in due:
+            for port in track.ports:
+                port.deliver()
+        for track in due:
+            if self._real is not None:
+                track.began_s = self._real.now_s
+            track.start(self.tick)
+
+    def _due(self, tick: int) -> tuple[Sequence[Track], Iterable[Sensor]]:
+        """Who steps at a tick, with what was due in the gap before it, and what is sampled."""
+        due, sensors = self._table[tick % len(self._table)]
+        if self._real is None:
+            return due, sensors
+        if tick > self.tick:
+            over = range(max(self.tick, tick - len(self._table)), tick + 1)
+            rows = [self._table[number % len(self._table)] for number in over]
+            sensors = tuple(dict.fromkeys(chain.from_iterable(sampled for _, sampled in rows)))
+            owed = [t for t in self._tracks.values() if t.is_owed(self.tick, tick)]
+            due = (*due, *(track for track in owed if track not in due))
+        now_s, least_s = self._real.now_s, self._tick_s * LEAST_APART
+        apart = [t for t in due if now_s - t.began_s > t.ticks * least_s]
+        return [track for track in apart if not track.is_under_way], sensors
 
     def settle(self) -> bool:
         """Commit the steps that are due now. False after a fault."""
-        for track in self._table[self.tick % len(self._table)][0]:
+        return self._settled(self._table[self.tick % len(self._table)][0])
+
+    def _settled(self, due: Iterable[Track]) -> bool:
+        for track in due:
             if track.pending or track.late:
-                self._commit(track)
+                self._commit(track, self.tick)
         return not self.faults
 
     def part(self) -> bool:
@@ -270,7 +335,7 @@ class Executor:
         for track in self._under_way:
             if self._abandoned:
                 return
-            self._commit(track)
+            self._commit(track, max(track.visible_tick, track.next_tick(self.tick)))
 
     @property
     def _under_way(self) -> list[Track]:
@@ -313,12 +378,12 @@ class Executor:
             return {}
         return leave_safe(self._safe, self._plant, self._sensors, self._commands)
 
-    def _commit(self, track: Track, *, is_early: bool = False) -> None:
+    def _commit(self, track: Track, at: int | None = None, *, is_early: bool = False) -> None:
         try:
             if not track.pending:
                 track.show()
                 return
-            record = track.commit(self._tick_s, is_early=is_early)
+            record = track.commit(self._tick_s, at, is_early=is_early)
             for observe in self._observers:
                 observe(record)
         except Fault as fault:

@@ -41,6 +41,9 @@ class Options:
     viewer: bool = False
     renderer: RendererName = "auto"
     inline: bool = False
+    real_time: bool = False
+    speed: float | None = None
+    """Seconds of simulated time in one of the clock, at most."""
     quiet: bool = False
     check_operators: bool = False
     resume: tuple[Path, float] | None = None
@@ -117,6 +120,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     words = "groups of geoms that the film shows (default: 0,1,2)"
     add("--geom-groups", metavar="N,N", type=_groups, help=words)
     add("--viewer", action="store_true", help="show the scene in a window")
+    pace = parser.add_mutually_exclusive_group().add_argument
+    words = "follow the clock: skip periods that are over"
+    pace("--real-time", action="store_true", help=words)
+    words = "simulated seconds in one of the clock, at most (default: as fast as it goes)"
+    pace("--speed", metavar="X", type=_speed, help=words)
     add("--inline", action="store_true", help="no worker threads; the records are the same")
 
 
@@ -181,6 +189,16 @@ def _rate(text: str) -> float:
     if not 0.01 <= rate <= _MOST_FPS:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number from 0.01 to {_MOST_FPS}")
     return rate
+
+
+def _speed(text: str) -> float:
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
+    if not 1e-3 <= speed <= 1e3:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 0.001 to 1000")
+    return speed
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -132,8 +132,8 @@ class StepRecord(NamedTuple):
     """What a subsystem did at its time stamp `stamp`, committed when the others could see it.
 
     `transition` is an index into the subsystem's table or -1, `state` the state whose behaviour
-    ran, `time_s` the simulated time of the stamp, `sent` the output elements that it wrote and
-    `watched` memory that the task asked for.
+    ran, `time_s` when the step began, `sent` the output elements that it wrote and `watched` memory
+    that the task asked for. `visible_s` is when the others saw it, of which digests know nothing.
     """
 
     subsystem: str
@@ -143,6 +143,7 @@ class StepRecord(NamedTuple):
     transition: int
     sent: tuple[tuple[str, Any], ...]
     watched: tuple[tuple[str, Any], ...] = ()
+    visible_s: float = 0.0
 
 
 Observer = Callable[[StepRecord], None]

@@ -244,17 +244,17 @@ class Requirements:
         groups = [group for group in self._groups if name in group.settled]
         if not groups:
             return
-        subsystem, ticks = self._subsystems[name]
+        subsystem = self._subsystems[name][0]
         start = round(record.time_s / self._tick_s)
+        visible = start + 1 if name == PLANT else round(record.visible_s / self._tick_s)
         sent = dict(record.sent)
         for group in groups:
             for reading in group.readings[name]:
                 value = _found(reading, record, sent, subsystem)
                 if value is not ABSENT or reading.kind == "observed":
-                    # Others see an output one period later.
-                    seen = start + ticks * (reading.kind == "sent")
+                    seen = visible if reading.kind == "sent" else start
                     group.change(reading, seen, _told(reading, value))
-            group.settled[name] = start + ticks
+            group.settled[name] = visible
 
     def advance(self, tick: int) -> None:
         """Judge the ticks before `tick`, each requirement as far as its values are known."""

@@ -31,6 +31,7 @@ from specc_runtime.savable import restored, saved_by
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 from specc_runtime.task import Judge, drawn
+from specc_runtime.timing import Paced, RealTime, SimulatedTime, Timing
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
@@ -71,6 +72,7 @@ class Session:
         self._scene = drawn(system.task.starts, options.seed) if system.task else {}
         self._system = system
         self._clock = clock
+        self._timing = _timing(options, clock)
         self._wall_s = 0.0
         self._begin_s = clock.now_s()
         self._over_now = False
@@ -85,6 +87,7 @@ class Session:
             onlooker=self._account.onlooker(system, plant, recorder),
             inline=options.inline,
             clock=clock,
+            timing=self._timing,
             at_rest=self._rest,
         )
         self._plant = plant
@@ -248,7 +251,25 @@ class Session:
             disturbances=self._disturbances.as_data(),
             unobserved=account.unobserved,
             stop_when=self._stop_data(),
+            real_time=self._real_time_data(),
         )
+
+    def _real_time_data(self) -> dict[str, Any]:
+        """The entry of the report for a run in real time: how late it was, what it skipped."""
+        timing, executor = self._timing, self._executor
+        if not isinstance(timing, RealTime):
+            return {}
+        lateness, first = timing.lateness, executor.first_skipped
+        return {
+            "ticks": lateness.count,
+            "late_us": {
+                **{f"p{share:g}": 1e6 * lateness.at(share / 100) for share in (50, 99)},
+                "max": 1e6 * lateness.longest_s,
+            },
+            "skipped": executor.skipped,
+            "first_skipped": first
+            and dict(zip(("subsystem", "stamp", "time_s"), first, strict=True)),
+        }
 
     def _stop_data(self) -> dict[str, Any]:
         """The entry of the report for the formula that ends the run, if there is one."""
@@ -310,15 +331,17 @@ class Session:
 
     def _advance(self, companions: Sequence[Companion]) -> None:
         calls = [(self._ticks(c.period_s), c) for c in companions]
-        executor = self._executor
+        executor, before = self._executor, self._executor.tick
         while not self._over() and self._disturbed() and executor.advance():
             if executor.tick == 1:
                 executor.wait()
                 self._begin_s = self._clock.now_s()
             self._account.advance(executor.tick)
             for ticks, companion in calls:
-                if executor.tick % ticks == 0 and not self._accompanied(companion):
+                is_due = executor.tick // ticks > before // ticks
+                if is_due and not self._accompanied(companion):
                     calls = [call for call in calls if call[1] is not companion]
+            before = executor.tick
 
     def _disturbed(self) -> bool:
         """Let happen to the plant what is due before this tick; whether that was possible."""
@@ -379,6 +402,12 @@ class Session:
         """Add a fault of what goes on around the executor."""
         fault.time_s = fault.time_s or self._executor.time_s
         self._other_faults.append(fault)
+
+
+def _timing(options: Options, clock: WallClock) -> Timing:
+    if options.real_time:
+        return RealTime(clock)
+    return SimulatedTime() if options.speed is None else Paced(clock, options.speed)
 
 
 def _meeting(time_s: float, *ticks_s: float) -> float:

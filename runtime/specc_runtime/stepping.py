@@ -47,6 +47,10 @@ class Stepper:
         self.subsystem.violations = ()
         return self.subsystem.step()
 
+    def skip(self, periods: int) -> None:
+        """Let whole periods pass without a step."""
+        self.subsystem.skip(periods)
+
     def place(self, state: str, method: str) -> None:
         """Put it into a state, which `method` of the generated class works in."""
         self.subsystem.state = state

@@ -71,6 +71,12 @@ class Subsystem(ABC):
         Raises `UndecidedTransition`, and whatever an operator raises.
         """
 
+    def skip(self, periods: int) -> None:
+        """Let whole periods pass without a step: `elapsed` counts them."""
+        own = vars(self)
+        if "_periods" in own:  # else nothing asks for the time
+            own["_periods"] += periods
+
     def violated(self, index: int) -> None:
         """Note that axiom `index` does not hold; the executor stops the run."""
         self.violations = (*self.violations, index)

@@ -155,6 +155,8 @@ class System:
     """Conditions on which disturbances begin, and the run ends."""
     stop_when: int | None = None
     """Number of the trigger that ends a run."""
+    tests_all_rows: bool = False
+    """Whether the code tests rows although they are proved, as a run in real time needs it."""
 
     def __post_init__(self) -> None:
         """Raises ValueError that lists all inconsistencies."""

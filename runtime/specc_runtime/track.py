@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
@@ -26,12 +27,13 @@ class Track:
 
     `pending` tells whether a step was started at `started_tick` and is not committed yet; `last` is
     the record of the last step that the others have seen; `late` is what was committed and sent
-    before they may see it. `entered` is the stamp of the step that entered the state.
+    before they may see it. `entered` is the stamp of the step that entered the state, `skipped`
+    the number of periods before `stamp` in which no step began, `first_skipped` the first of them.
     """
 
     __slots__ = (
-        "_readers", "_scheduled", "_send", "_watch", "entered", "last", "late", "name", "pending",
-        "ports", "runner", "stamp", "started_tick",
+        "_readers", "_scheduled", "_send", "_watch", "began_s", "entered", "first_skipped", "last",
+        "late", "name", "pending", "ports", "runner", "skipped", "stamp", "started_tick",
     )  # fmt: skip
 
     def __init__(
@@ -47,8 +49,12 @@ class Track:
         self.runner = runner
         self.ports = ports
         self.stamp = -1
+        self.began_s = -math.inf
+        """When the last step began by the clock of a run in real time."""
         self.started_tick = 0
         self.entered = 0
+        self.skipped = 0
+        self.first_skipped: int | None = None
         self.pending = False
         self.last: StepRecord | None = None
         self.late: Sent = ()
@@ -67,15 +73,37 @@ class Track:
 
     @property
     def visible_tick(self) -> int:
-        """When the others may see the step that is pending."""
-        return self.started_tick + self._scheduled.ticks
+        """When the others may see the step that is pending, if it is done by then."""
+        return (self.stamp + 1) * self._scheduled.ticks
+
+    @property
+    def is_under_way(self) -> bool:
+        """Whether a step was started whose outcome is not there yet."""
+        return self.pending and not self.runner.is_done
 
     def start(self, tick: int) -> None:
-        """Begin the next step."""
-        self.stamp += 1
+        """Begin the step of the period that this tick is in."""
+        stamp = tick // self.ticks
+        if skipped := stamp - self.stamp - 1:
+            self.skipped += skipped
+            if self.first_skipped is None:
+                self.first_skipped = self.stamp + 1
+        self.stamp = stamp
         self.started_tick = tick
         self.pending = True
-        self.runner.start()
+        self.runner.start(skipped)
+
+    def is_owed(self, gap: int, tick: int) -> bool:
+        """Whether a step is due at a tick since its own one was in the `gap` that ends there.
+
+        A gap is told by its first tick. A step is not owed within half a period of the next one.
+        """
+        own = tick - tick % self.ticks
+        return gap <= own < tick and 2 * (own + self.ticks - tick) >= self.ticks
+
+    def skipped_until(self, tick: int) -> int:
+        """Periods in a row, with the one of this tick, in which no step began."""
+        return tick // self.ticks - self.stamp
 
     def next_tick(self, tick: int) -> int:
         """When it is due, from this tick on."""
@@ -91,8 +119,10 @@ class Track:
         first = self.stamp + 1
         self.entered = first if entered_tick is None else round(entered_tick / self.ticks)
 
-    def commit(self, tick_s: float, *, is_early: bool = False) -> StepRecord:
-        """Make the pending step visible; raises the fault that it ended in.
+    def commit(
+        self, tick_s: float, visible: int | None = None, *, is_early: bool = False
+    ) -> StepRecord:
+        """Make the pending step visible, at a tick; raises the fault that it ended in.
 
         If that `is_early`, what it sent is `late`, and nobody sees it yet.
         """
@@ -114,7 +144,9 @@ class Track:
             self.late = sent = sender(names, [()] * len(names))(subsystem.y)
         else:
             sent = self._send[state](subsystem.y)
-        self.last = StepRecord(self.name, self.stamp, time_s, state, outcome, sent, watched)
+        visible_s = (self.visible_tick if visible is None else visible) * tick_s
+        told = self.name, self.stamp, time_s, state, outcome, sent, watched, visible_s
+        self.last = StepRecord(*told)
         return self.last
 
     def show(self) -> None:
@@ -147,8 +179,13 @@ class Runner(ABC):
         self._now_s = clock.now_s
 
     @abstractmethod
-    def start(self) -> None:
-        """Begin the step. From now on new inputs belong to the next one."""
+    def start(self, skipped: int = 0) -> None:
+        """Begin the step, so many periods `skipped`. New inputs belong to the next one now."""
+
+    @property
+    @abstractmethod
+    def is_done(self) -> bool:
+        """Whether the outcome is there, so that nobody has to wait for it."""
 
     @abstractmethod
     def outcome(self) -> Outcome:
@@ -165,9 +202,12 @@ class InlineRunner(Runner):
     """Steps at once, in the thread of the executor."""
 
     _outcome: Outcome = -1
+    is_done = True
 
-    def start(self) -> None:
+    def start(self, skipped: int = 0) -> None:
         """See `Runner`."""
+        if skipped:
+            self.subsystem.skip(skipped)
         self._outcome = self._step()
         self._clear()
 
@@ -191,11 +231,18 @@ class WorkerRunner(Runner):
         self._pool = pool
         self._future: Future[Outcome] | None = None
 
-    def start(self) -> None:
+    def start(self, skipped: int = 0) -> None:
         """See `Runner`."""
+        if skipped:
+            self.subsystem.skip(skipped)
         self.subsystem.x = copy.copy(self.inbox)
         self._clear()
         self._future = self._pool.submit(self._step)
+
+    @property
+    def is_done(self) -> bool:
+        """See `Runner`."""
+        return self._future is None or self._future.done()
 
     def outcome(self) -> Outcome:
         """See `Runner`."""

@@ -63,6 +63,9 @@ def _compiling(commands: Any) -> None:
     build.add_argument(
         "--check", action="store_true", help="compare only; exit code 1 if not up to date"
     )
+    build.add_argument(
+        "--real-time", action="store_true", help="test rows that are proved, for runs in real time"
+    )
     run = _command(commands, "run", "run:run", "simulate a specification")
     run.late = _of_run
     words = "run a specification many times: over values of constants, and over seeds"

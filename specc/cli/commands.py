@@ -40,7 +40,7 @@ def build(options: Namespace) -> int:
     built_from: dict[Path, str] = {}
     stopped = False
     for path in options.specs:
-        built = pipeline.build(path)
+        built = pipeline.build(path, tests_all_rows=options.real_time)
         found, refused = inspect.judged(path, built.result, inspect.overrides_of(options))
         findings += found
         stopped |= not built.result.ok

@@ -29,7 +29,13 @@ def run(options: Namespace) -> int:
     """Generate code into a temporary directory and simulate it."""
     from specc import pipeline
 
-    built = pipeline.build(options.spec, options.set, stop_when=options.stop_when, is_read=False)
+    built = pipeline.build(
+        options.spec,
+        options.set,
+        stop_when=options.stop_when,
+        is_read=False,
+        tests_all_rows=options.real_time,
+    )
     findings, refused = judged(options.spec, built.result, overrides_of(options))
     if refused or not built.result.can("run"):
         return tell(report(findings, [options.spec])) or 1

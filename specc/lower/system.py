@@ -8,7 +8,7 @@ from specc.analysis.rates import base_tick
 from specc.frozen import frozen
 from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
 from specc.lower.families import Family, Part, families
-from specc.lower.flow import Proofs
+from specc.lower.flow import NOTHING_PROVED, Proofs
 from specc.lower.layouts import layouts_plan
 from specc.lower.module import buffer_names
 from specc.lower.names import (
@@ -191,14 +191,15 @@ def _ends(system: System, direction: str) -> Iterator[str]:
 # The whole system to its plans: packages, types, subsystems, and what connects them.
 
 
-def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[str, FilePlan]:
+def lower(system: System, proofs: Proofs | None, *, stand_ins: bool = False) -> dict[str, FilePlan]:
     """What the generated package of a system contains: path in the package -> plan.
 
-    `proofs` says which transition tables need no check while they run. `stand_ins` is for code
+    `proofs` says which transition tables need no check while they run; without it all have one. `stand_ins` is for code
     whose operators and devices are played by a test: images and values of classes can be anything.
     """
     types = PythonTypes(named_types(system))
     title = in_docstring(system.title or system.name)
+    tests_all_rows, proofs = proofs is None, proofs or NOTHING_PROVED
     found = [
         *families(system, system.subsystems, proofs, types),
         *families(system, [d for d in system.devices if d.safe], proofs, types),
@@ -230,7 +231,9 @@ def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[st
         tick = base_tick(1 / s.rate_hz for s in system.subsystems)
         files["triggers.py"] = requirements_plan(system, types, tick, title, spec, triggers=True)
     made = Made(known, classes, modules)
-    files["system.py"] = _whole(system, title, types, made, stand_ins=stand_ins)
+    files["system.py"] = _whole(
+        system, title, types, made, stand_ins=stand_ins, tests_all_rows=tests_all_rows
+    )
     return files
 
 
@@ -319,6 +322,7 @@ def _whole(
     made: Made,
     *,
     stand_ins: bool,
+    tests_all_rows: bool,
 ) -> FilePlan:
     imports = Imports()
     imports.own("Scheduled")
@@ -346,6 +350,7 @@ def _whole(
         "subsystems": scheduled,
         "connections": connected,
         "plant": plant,
+        "tests_all_rows": tests_all_rows,
         **judged,
     }
     return FilePlan("system.py.j2", parts)

@@ -350,8 +350,8 @@ def test_watched_memory_is_recorded_for_the_task_only() -> None:
 def test_records_are_values() -> None:
     run = Run(system(Node("a")), 2)
     assert run.records == [
-        StepRecord("a", 0, 0.0, "run", -1, (("value", 0),)),
-        StepRecord("a", 1, TICK_S, "run", 0, (("value", 1),)),
+        StepRecord("a", 0, 0.0, "run", -1, (("value", 0),), (), TICK_S),
+        StepRecord("a", 1, TICK_S, "run", 0, (("value", 1),), (), 2 * TICK_S),
     ]
     with pytest.raises(AttributeError):
         run.records[0].stamp = 5

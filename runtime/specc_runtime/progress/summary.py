@@ -53,6 +53,8 @@ def _show(report: Report, console: Console) -> None:
         soft_wrap=True,
     )
     console.print(f"records {report.records_sha256}", highlight=False, style="dim")
+    for line in _followed_the_clock(report.real_time):
+        console.print(line, highlight=False, soft_wrap=True)
     for disturbance in sorted(report.disturbances, key=_beginning_s):
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
@@ -65,6 +67,24 @@ def _show(report: Report, console: Console) -> None:
     for fault in report.faults:
         for line in _told(fault):
             console.print(line, highlight=False, soft_wrap=True)
+
+
+def _followed_the_clock(told: dict[str, Any]) -> Iterator[str]:
+    """How late ticks were, and which periods were skipped."""
+    if not told:
+        return
+    late = (f"{told['late_us'][of] / 1000:.3g} ms {words}" for of, words in _LATE.items())
+    yield f"{told['ticks']} ticks in real time, late by {', '.join(late)}"
+    skipped = {name: count for name, count in told["skipped"].items() if count}
+    if first := told["first_skipped"]:
+        words = ", ".join(f"{count} of {_safe(name)}" for name, count in skipped.items())
+        yield (
+            f"[yellow]periods skipped: {words}[/]; the first is period {first['stamp']} of "
+            f"{_safe(first['subsystem'])}, at {first['time_s']:.3f} s: proofs hold until then"
+        )
+
+
+_LATE = {"p50": "(half of them)", "p99": "(99 of 100)", "max": "at most"}
 
 
 def _beginning_s(disturbance: dict[str, Any]) -> float:

@@ -123,6 +123,14 @@ def simulated_s(report: Mapping[str, str]) -> float | None:
         return None
 
 
+def first_of(told: Mapping[str, Any]) -> int:
+    """The stamp of a step, or of the first period that was skipped before it. Raises Misshapen."""
+    stamp, skipped = told.get("stamp"), told.get("skipped", 0)
+    if type(stamp) is not int or type(skipped) is not int or not 0 <= skipped <= stamp:
+        raise Misshapen("a message without the number of its period")
+    return stamp - skipped
+
+
 def step_of(text: bytes) -> dict[str, Any]:
     """The content of the message of a step; raises Misshapen."""
     told = loaded(text)
@@ -134,9 +142,13 @@ def step_of(text: bytes) -> dict[str, Any]:
 
 
 class Beginning(NamedTuple):
-    """The beginning of the message of a step: stamp, state, state before, row and its text."""
+    """The beginning of the message of a step: stamp, state, state before, row and its text.
+
+    `first` is the stamp of the first period that was skipped before it, or its own.
+    """
 
     stamp: int
+    first: int
     state: str
     before: str
     row: int
@@ -144,7 +156,8 @@ class Beginning(NamedTuple):
 
 
 _BEGINNING = re.compile(
-    rb'\{"stamp":(\d{1,15}),"time":[^,]{1,30},"before":"([^"\\]*)","state":"([^"\\]+)",'
+    rb'\{"stamp":(\d{1,15}),(?:"skipped":(\d{1,15}),"visible":[^,]{1,30},)?'
+    rb'"time":[^,]{1,30},"before":"([^"\\]*)","state":"([^"\\]+)",'
     rb'"cause":"[^"\\]*","row":(-?\d{1,9}),"transition":"([^"\\]*)",'
 )
 
@@ -154,9 +167,10 @@ def beginning_of(text: bytes) -> Beginning:
     found = _BEGINNING.match(text)
     if found is None:
         raise Misshapen("a message that does not begin as that of a step")
-    stamp, before, state, row, transition = found.groups()
+    stamp, skipped, before, state, row, transition = found.groups()
     before, state, transition = (t.decode(errors="replace") for t in (before, state, transition))
-    return Beginning(int(stamp), state, before, int(row), transition)
+    first = int(stamp) - int(skipped or 0)
+    return Beginning(int(stamp), first, state, before, int(row), transition)
 
 
 def within(data: Any, element: Element) -> Any:
@@ -171,6 +185,15 @@ def within(data: Any, element: Element) -> Any:
 def about(file: Path) -> Mapping[str, str]:
     """The metadata of a recorded run: spec, seed, set, exact. Raises Unusable."""
     return recorded(file)[0]
+
+
+def followed_the_clock(told: Mapping[str, str]) -> bool:
+    """Whether a run with these metadata was one in real time."""
+    try:
+        options = loaded(told.get("options", "{}").encode())
+    except Misshapen:
+        return False
+    return isinstance(options, dict) and options.get("real_time") is True
 
 
 def recorded(file: Path, budget: Budget | None = None) -> tuple[Mapping[str, str], dict[str, str]]:

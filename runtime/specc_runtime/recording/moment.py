@@ -59,8 +59,8 @@ class Seen:
 
     def take(self, time_s: float, text: bytes, budget: Budget) -> None:
         """Note the next step. Raises Misshapen, and Unusable."""
-        stamp, _, before, row, transition = beginning_of(text)
-        if stamp != self._stamp + 1:
+        stamp, first, _, before, row, transition = beginning_of(text)
+        if first != self._stamp + 1:
             self._texts, self.known_from = (b"", b""), stamp
             self.since_s, self.row = None, ""
         self._texts, self._stamp = (self._texts[1], text), stamp

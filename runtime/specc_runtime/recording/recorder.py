@@ -116,6 +116,7 @@ def _about(options: Options, system: System, begin_s: float) -> dict[str, str]:
                 "duration_s": options.duration_s,
                 "cycle_limit_s": options.cycle_limit_s,
                 "renderer": options.renderer,
+                "real_time": options.real_time,
             }
         ).decode(),
     }

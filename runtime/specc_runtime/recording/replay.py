@@ -22,6 +22,7 @@ from specc_runtime.recording.messages import (
     NOTHING,
     Shelved,
     about,
+    first_of,
     step_of,
     steps_of,
     within,
@@ -122,12 +123,15 @@ class _Replayed:
     def step(self, text: bytes) -> None:
         """Make the next step and compare; raises Misshapen if the text is no message of a step."""
         told = step_of(text)
-        stamp = told["stamp"]
+        stamp, first = told["stamp"], first_of(told)
         is_behind = stamp < self._stamp and bool(self.outcome.gaps)
-        if stamp != self._stamp and not is_behind and not self._resume(stamp):
+        if first != self._stamp and not is_behind and not self._resume(stamp):
             self.outcome.unknown = f"the steps from stamp {self._stamp} on are missing"
-        if stamp != self._stamp or self.is_over:
+        if self._stamp not in (first, stamp) or self.is_over:
             return
+        if skipped := stamp - self._stamp:
+            self._stepper.skip(skipped)
+            self._stamp = stamp
         if self._gone:
             here = self.outcome.subsystem, told["stamp"], float(told["time"]), self._gone
             self.outcome.difference = Difference(*here, "state", self._gone, "no such state")

@@ -6,11 +6,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from math import isfinite
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple, TypeGuard
 
 from specc_runtime.buffers import slots
 from specc_runtime.forms import Element, Layout, NotRecorded
-from specc_runtime.recording.messages import NOTHING, Shelved, simulated_s, step_of, within
+from specc_runtime.recording.messages import (
+    LATEST_S,
+    NOTHING,
+    Shelved,
+    first_of,
+    simulated_s,
+    step_of,
+    within,
+)
 from specc_runtime.recording.steps import topic_of
 from specc_runtime.recording.text import loaded
 from specc_runtime.records import StepRecord
@@ -52,7 +60,7 @@ class Watch:
         self._requirements.restore(known, tick, partial(values.found, "requirements"))
         stamps = {**saved["stamps"], PLANT: saved["tick"] - 1}
         for told in self._told.values():
-            told.begin(int(stamps.get(told.name, -1)) + 1)  # a new subsystem has no steps
+            told.begin(int(stamps.get(told.name, -1)) + 1, self._tick_s)  # a new one has no steps
 
     def take(self, topic: str, text: bytes) -> None:
         """Note a message; raises Misshapen."""
@@ -63,14 +71,14 @@ class Watch:
     def _note(self, told: _Told, record: StepRecord | None) -> None:
         if record is not None:
             self._requirements(record)
-            self._requirements.advance(record.stamp * told.ticks)
+            self._requirements.advance(round(record.time_s / self._tick_s))
 
     def finish(self, until_s: float) -> None:
         """End the run, at the end of the recording."""
         for told in self._told.values():
-            self._note(told, told.end(self._tick_s))
-        begun = max((told.begun for told in self._told.values()), default=0)
-        settled = max((told.settled for told in self._told.values()), default=0)
+            self._note(told, told.end())
+        ends = [(told.begun_s, told.settled_s) for told in self._told.values()]
+        begun, settled = (round(max(s) / self._tick_s) for s in zip(*ends, strict=True))
         total_s = simulated_s(self._shelf.report)
         end = begun + 1 if total_s is None else round(total_s / self._tick_s)
         if isfinite(until_s):
@@ -94,8 +102,18 @@ class Watch:
         return found
 
 
-def _is_about(told_s: Any, time_s: float) -> bool:
-    return isinstance(told_s, int | float) and abs(told_s - time_s) < _ROUNDING_S
+def _is_time(told_s: Any) -> TypeGuard[float]:
+    return isinstance(told_s, int | float) and 0 <= told_s < LATEST_S
+
+
+class _Step(NamedTuple):
+    """A recorded step: its period, when it began and was seen, its state and what is read of it."""
+
+    stamp: int
+    time_s: float
+    visible_s: float
+    state: str
+    found: Sequence[tuple[Reading, str, Any]]
 
 
 def _copy(buffer: Any) -> SimpleNamespace:
@@ -132,24 +150,18 @@ class _Told:
         self.is_over = False
         self._readings = tuple(readings)
         self._shelf = shelf
+        self.begun_s, self.settled_s = 0.0, 0.0
+        """When its last step began, and until when its values are known."""
         self._stamp = 0
-        self._held: tuple[str, list[tuple[Reading, str, Any]]] | None = None
-        """The values of the last step, which hold until the next step."""
+        self._held: _Step | None = None
+        """The last step, whose values hold until the next step."""
         self._last: dict[Element, tuple[Any, Any]] = {}
 
-    def begin(self, stamp: int) -> None:
+    def begin(self, stamp: int, tick_s: float) -> None:
         """The next step has this stamp."""
         self._stamp = stamp
-
-    @property
-    def begun(self) -> int:
-        """The tick of its last step."""
-        return max(0, self._stamp - 1) * self.ticks
-
-    @property
-    def settled(self) -> int:
-        """The tick until which its values are known."""
-        return self._stamp * self.ticks
+        self.begun_s = max(0, stamp - 1) * self.ticks * tick_s
+        self.settled_s = stamp * self.ticks * tick_s
 
     def follow(self, text: bytes, tick_s: float) -> StepRecord | None:
         """Note a step; returns the record of the step before, which ends here.
@@ -157,34 +169,38 @@ class _Told:
         None before the first step, and from the first incomplete step on.
         """
         told = loaded(text) if self.name == PLANT else step_of(text)
-        held, stamp = self._held, self._stamp + (self._held is not None)
-        self._held = None
+        held, self._held = self._held, None
         if not isinstance(told, dict) or not {"y", "stamp"} <= told.keys():
             self.is_over = True  # the step failed
-        elif told["stamp"] != stamp:
+        elif first_of(told) != self._stamp:
             self.is_over = True  # steps before it are missing
-        elif not _is_about(told.get("time"), stamp * self.ticks * tick_s):
+        elif (times := self._times(told, tick_s)) is None:
             self.is_over, held = True, None  # it had another rate
         else:
-            self._held = (
-                told.get("state", ""),
-                [
-                    (reading, part, self._value(told.get(part), element) if element else NOTHING)
-                    for reading, part, element in self._readings
-                ],
-            )
-        return held and self._record(*held, tick_s)
+            self._stamp = told["stamp"] + 1
+            found = [
+                (reading, part, self._value(told.get(part), element) if element else NOTHING)
+                for reading, part, element in self._readings
+            ]
+            self._held = _Step(told["stamp"], *times, told.get("state", ""), found)
+        return held and self._record(held)
 
-    def end(self, tick_s: float) -> StepRecord | None:
+    def _times(self, told: Mapping[str, Any], tick_s: float) -> tuple[float, float] | None:
+        """When a step began and was seen; None if it is not a step of this rate."""
+        stamp, begun_s, period_s = told["stamp"], told.get("time"), self.ticks * tick_s
+        if "visible" in told and _is_time(begun_s) and _is_time(told["visible"]):
+            return float(begun_s), float(told["visible"])
+        is_regular = _is_time(begun_s) and abs(begun_s - stamp * period_s) < _ROUNDING_S
+        return (stamp * period_s, (stamp + 1) * period_s) if is_regular else None
+
+    def end(self) -> StepRecord | None:
         """The record of the last step."""
         held, self._held = self._held, None
-        return held and self._record(*held, tick_s)
+        return held and self._record(held)
 
-    def _record(
-        self, state: str, found: Sequence[tuple[Reading, str, Any]], tick_s: float
-    ) -> StepRecord:
+    def _record(self, step: _Step) -> StepRecord:
         sent = {}
-        for reading, part, value in found:
+        for reading, part, value in step.found:
             if value is not NOTHING:
                 if part == "y":
                     sent[reading.element] = value
@@ -192,10 +208,9 @@ class _Told:
                     setattr(getattr(self, part), reading.element, value)
             if value is not NOTHING or reading.kind == "state":
                 self.known.add(reading.attribute)
-        time_s = self._stamp * self.ticks * tick_s
-        record = StepRecord(self.name, self._stamp, time_s, state, -1, tuple(sent.items()))
-        self._stamp += 1
-        return record
+        self.begun_s, self.settled_s = step.time_s, step.visible_s
+        told = self.name, step.stamp, step.time_s, step.state, -1, tuple(sent.items()), ()
+        return StepRecord(*told, step.visible_s)
 
     def _value(self, data: Any, element: Element) -> Any:
         found = within(data, element)

@@ -22,7 +22,13 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.recording.budget import Budget
 from specc_runtime.recording.cells import VALUE, VALUE_SCHEMA, Shelf, digest_of
 from specc_runtime.recording.log import Log
-from specc_runtime.recording.messages import Shelved, recorded, simulated_s, unpacked
+from specc_runtime.recording.messages import (
+    Shelved,
+    followed_the_clock,
+    recorded,
+    simulated_s,
+    unpacked,
+)
 from specc_runtime.recording.reading import Channel, Message, Metadata, Reading, Unusable
 from specc_runtime.recording.text import dumped, loaded
 from specc_runtime.session import Session
@@ -236,6 +242,8 @@ def _last_before(file: Path, until_s: float) -> Kept:
     seed = about.get("seed", "")
     if not seed.isdecimal() or len(seed) > _MOST_DIGITS:
         raise UsageError(f"{file} does not say with which seed it was recorded")
+    if followed_the_clock(about):
+        raise UsageError(f"{file} is of a run in real time, which cannot be gone on with")
     kept = Kept(until_s=until_s, seed=int(seed), set=_set(about), texts=texts)
     reading = Reading(file, {SNAPSHOTS}, budget)
     report: dict[str, str] = {}

@@ -17,6 +17,9 @@ from specc_runtime.sampling import PLANT
 from specc_runtime.subsystem import Subsystem, Transition
 
 STEP_SCHEMA, TRUTH_SCHEMA = "specc.Step.", "specc.Truth"
+Late = tuple[int, float] | tuple[()]
+_LATE = b'"skipped":%d,"visible":%b,'
+_ROUNDING_S = 1e-6  # times are multiples of a rounded tick
 _BOOLEANS = {"type": "object", "additionalProperties": {"type": "boolean"}}
 
 
@@ -50,6 +53,8 @@ class Steps:
         self.subsystem = subsystem
         self._taken: tuple[str, Held, tuple[bool, ...]] | None = None
         """State, inputs and freshness of the step that is not committed yet."""
+        self._stamp: int | None = None
+        """Of the step that was written last."""
         self._shelf = shelf
         brief = not shelf.exact
         topic = topic_of(subsystem.name)
@@ -79,11 +84,13 @@ class Steps:
         """Write a committed step."""
         assert self._taken is not None
         before, (x, inputs), fresh = self._taken
-        _, stamp, time_s, state, row, sent, _ = record
+        _, stamp, time_s, state, row, sent, _, visible_s = record
         memory, values = self._memory.held(self.subsystem.memory)
         self._taken = None
         passage = before, row, state, fresh
-        self._channel.add(time_s, ((x, state, memory, ""), stamp, passage, inputs, sent, values))
+        late = self._late(stamp, time_s, visible_s)
+        kind = x, state, memory, "", bool(late)
+        self._channel.add(time_s, (kind, stamp, late, passage, inputs, sent, values))
 
     def failed(self, stamp: int, time_s: float, message: str) -> None:
         """Write the step that ended in a fault, if any."""
@@ -91,7 +98,19 @@ class Steps:
             before, (x, inputs), fresh = self._taken
             state = self.subsystem.state
             passage = before, -1, state, fresh
-            self._channel.add(time_s, ((x, state, (), message), stamp, passage, inputs, (), ()))
+            late = self._late(stamp, time_s, None)
+            kind = x, state, (), message, bool(late)
+            self._channel.add(time_s, (kind, stamp, late, passage, inputs, (), ()))
+
+    def _late(self, stamp: int, time_s: float, visible_s: float | None) -> Late:
+        """Of a step that was not on time: the periods skipped before it, and when it was seen."""
+        last, self._stamp = self._stamp, stamp
+        skipped = 0 if last is None else stamp - last - 1
+        period_s = self.subsystem.period_s
+        due_s = (stamp + 1) * period_s
+        visible_s = due_s if visible_s is None else visible_s
+        off_s = abs(visible_s - due_s) + abs(time_s - stamp * period_s)
+        return (skipped, visible_s) if skipped or off_s > _ROUNDING_S else ()
 
     def _texts(
         self, steps: Sequence[Any], times: Sequence[float], dates: Sequence[int]
@@ -103,16 +122,20 @@ class Steps:
         self, kind: tuple[Any, ...], rows: Sequence[Any], times: Times
     ) -> Iterator[bytes]:
         """The texts of steps that have values for the same elements: column by column."""
-        x, state, memory, fault = kind
+        x, state, memory, fault, is_late = kind
         shelf, names = self._shelf, self.subsystem.sends[state] if not fault else ()
-        _, stamps, passages, inputs, sent, held = zip(*rows, strict=True)
+        _, stamps, late, passages, inputs, sent, held = zip(*rows, strict=True)
         columns = [
             stamps,
+            *_late_columns(late if is_late else ()),
             dumped_each(times[0]),
             map(self._passages.__getitem__, passages),
             *self._x.texts(x, zip(*inputs, strict=True), shelf, times),
         ]
-        template = b'{"stamp":%%d,"time":%%b,%%b,"x":%b' % self._x.template(x)
+        template = b'{"stamp":%%d,%b"time":%%b,%%b,"x":%b' % (
+            _LATE if is_late else b"",
+            self._x.template(x),
+        )
         if fault:
             template += b',"fault":%b}' % dumped(fault).replace(b"%", b"%%")
         else:
@@ -126,6 +149,13 @@ class Steps:
         return map(template.__mod__, zip(*columns, strict=True))
 
 
+def _late_columns(late: Sequence[Late]) -> Iterator[Sequence[Any]]:
+    if late:
+        skipped, visible_s = zip(*late, strict=True)
+        yield skipped
+        yield dumped_each(visible_s)
+
+
 class Truth:
     """Writes the ground truth of the plant."""
 
@@ -134,21 +164,25 @@ class Truth:
         self._shelf = shelf
         self._y = Cells(f"{topic}/y", layout.y)
         number, counted = {"type": "number"}, {"type": "integer"}
-        form = {"stamp": counted, "time": number, "y": _of_elements(layout.y)}
+        form = {"stamp": counted, "skipped": counted, "time": number, "y": _of_elements(layout.y)}
         self._channel = log.channel(topic, TRUTH_SCHEMA, object_schema(form), self._texts)
+        self._stamp: int | None = None
 
     def add(self, record: StepRecord) -> None:
         """Write the ground truth at a tick."""
         names, values = (tuple(one[i] for one in record.sent) for i in (0, 1))
-        self._channel.add(record.time_s, (names, record.stamp, values))
+        skipped = 0 if self._stamp is None else record.stamp - self._stamp - 1
+        self._stamp = record.stamp
+        self._channel.add(record.time_s, ((names, skipped), record.stamp, values))
 
     def _texts(
         self, ticks: Sequence[Any], times: Sequence[float], dates: Sequence[int]
     ) -> Iterator[bytes]:
-        for names, (alike, at) in _runs(ticks, times, dates):
+        for (names, skipped), (alike, at) in _runs(ticks, times, dates):
             _, stamps, values = zip(*alike, strict=True)
             y = self._y.texts(names, zip(*values, strict=True), self._shelf, at)
-            template = b'{"stamp":%%d,"time":%%b,"y":%b}' % self._y.template(names)
+            late = b'"skipped":%d,' % skipped if skipped else b""
+            template = b'{"stamp":%%d,%b"time":%%b,"y":%b}' % (late, self._y.template(names))
             columns = stamps, dumped_each(at[0]), *y
             yield from map(template.__mod__, zip(*columns, strict=True))
 
@@ -211,6 +245,8 @@ def _schema(layout: Layout) -> Schema:
     return object_schema(
         {
             "stamp": {"type": "integer"},
+            "skipped": {"type": "integer"},
+            "visible": {"type": "number"},
             "time": {"type": "number"},
             "row": {"type": "integer"},
             **texts,

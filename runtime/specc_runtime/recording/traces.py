@@ -18,6 +18,7 @@ from specc_runtime.recording.messages import (
     Beginning,
     Shelved,
     beginning_of,
+    first_of,
     simulated_s,
     step_of,
     steps_of,
@@ -70,21 +71,21 @@ class Line:
     columns: list[list[array[float]]] = field(default_factory=list)
     _stamp: int = -1
 
-    def follow(self, time_s: float, stamp: int, state: str) -> int:
+    def follow(self, time_s: float, begun: Beginning) -> int:
         """Note a step; returns the number of spans that it adds. Raises Misshapen."""
         if self.spans and time_s < self.spans[-1].end_s:
             raise Misshapen(f"the step before was later, at {self.spans[-1].end_s:.12g} s")
-        is_next, before = stamp == self._stamp + 1, len(self.spans)
-        self._stamp = stamp
+        is_next, before, state = self.is_next(begun), len(self.spans), begun.state[:_LONGEST]
+        self._stamp = begun.stamp
         if self.spans and is_next:
             self.spans[-1].end_s = time_s
         if not self.spans or not is_next or self.spans[-1].state != state:
             self.spans.append(Span(time_s, time_s, state))
         return len(self.spans) - before
 
-    def is_next(self, stamp: int) -> bool:
-        """Whether no step is missing before the step of that stamp."""
-        return stamp == self._stamp + 1
+    def is_next(self, begun: Beginning) -> bool:
+        """Whether no step is missing before that one."""
+        return begun.first == self._stamp + 1
 
     def add(self, time_s: float, rows: Sequence[Sequence[float]]) -> None:
         """Add the numbers of each wanted element in a step."""
@@ -156,19 +157,20 @@ def _take(
         rows = [_numbers(each, told) for each in wanted]
         size = 8 * (1 + sum(each.width for each in wanted))
         reading.budget.keep(2 * size)
-        if not line.is_next(begun.stamp) and line.times_s:
+        if not line.is_next(begun) and line.times_s:
             line.add(at_s, blank)
         line.add(at_s, rows)
-    more = line.follow(at_s, begun.stamp, begun.state[:_LONGEST])
+    more = line.follow(at_s, begun)
     reading.budget.keep(more * _OF_SPAN)
     if fault := told.get("fault"):
         _mark(found.faults, at_s, f"{name}: {fault}")
 
 
 def _of_plant(told: Any) -> Beginning:
-    if not isinstance(told, dict) or type(told.get("stamp")) is not int:
-        raise Misshapen("a message of the plant without its stamp")
-    return Beginning(told["stamp"], "", "", -1, "")
+    if not isinstance(told, dict):
+        raise Misshapen("a message of the plant that is no object")
+    first = first_of(told)
+    return Beginning(told["stamp"], first, "", "", -1, "")
 
 
 def _numbers(wanted: Wanted, told: Mapping[str, Any]) -> Sequence[float]:

@@ -1,0 +1,131 @@
+"""How the ticks of a run follow the clock: not at all, at a pace, or in real time."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Iterator
+
+from specc_runtime.clock import WallClock
+
+_EARLY = 1e-6  # of a tick: the clock may be read just before the moment that was waited for
+
+
+class Timing(ABC):
+    """Tells the executor which base tick is next, once it is time for it."""
+
+    is_free = False
+    """Whether no clock is followed at all."""
+
+    @abstractmethod
+    def begin(self, tick: int, tick_s: float) -> None:
+        """Tick `tick` is now, and ticks of `tick_s` follow."""
+
+    @abstractmethod
+    def next(self, tick: int) -> int:
+        """Wait for the time of `tick`; returns the tick to go on with, that one or a later one."""
+
+
+class SimulatedTime(Timing):
+    """Goes on at once: a run is as fast as the machine."""
+
+    is_free = True
+
+    def begin(self, tick: int, tick_s: float) -> None:
+        """See `Timing`."""
+
+    def next(self, tick: int) -> int:
+        """See `Timing`."""
+        return tick
+
+
+class Paced(Timing):
+    """Simulated time, not faster than `speed` times the clock; no tick is ever skipped.
+
+    Time that was lost is not made up for.
+    """
+
+    def __init__(self, clock: WallClock, speed: float = 1.0) -> None:
+        self._clock = clock
+        self._speed = speed
+        self._origin_s = 0.0
+        self._tick_s = 0.0
+
+    def begin(self, tick: int, tick_s: float) -> None:
+        """See `Timing`."""
+        self._tick_s = tick_s / self._speed
+        self._origin_s = self._clock.now_s() - tick * self._tick_s
+
+    def next(self, tick: int) -> int:
+        """See `Timing`."""
+        left_s = self._origin_s + tick * self._tick_s - self._clock.now_s()
+        self._origin_s -= min(left_s, 0.0)
+        self._clock.wait(left_s)
+        return tick
+
+
+class RealTime(Timing):
+    """The ticks of the clock. Ticks that are over are skipped, never made up for.
+
+    `lateness` has how long after its time every tick began that was not skipped.
+    """
+
+    def __init__(self, clock: WallClock) -> None:
+        self.lateness = Quantiles()
+        self._clock = clock
+        self._origin_s: float | None = None
+        self._tick_s = 0.0
+
+    def begin(self, tick: int, tick_s: float) -> None:
+        """See `Timing`."""
+        self._tick_s = tick_s
+        self._origin_s = self._clock.now_s() - tick * tick_s
+
+    @property
+    def now_s(self) -> float:
+        """Time since tick 0."""
+        return 0.0 if self._origin_s is None else self._clock.now_s() - self._origin_s
+
+    def next(self, tick: int) -> int:
+        """See `Timing`; before `begin` the next tick is always due."""
+        if self._origin_s is None:
+            return tick
+        due_s = tick * self._tick_s
+        self._clock.wait(due_s - self.now_s)
+        now_s = self.now_s
+        newest = max(tick, math.floor(now_s / self._tick_s + _EARLY))
+        self.lateness.add(max(0.0, now_s - newest * self._tick_s))
+        return newest
+
+
+class Quantiles:
+    """How often durations came, to 2 % of their length, from 1 µs on: small, however many."""
+
+    _STEP = math.log(1.02)
+    _LEAST_S = 1e-6
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.longest_s = 0.0
+        self._counts: Counter[int] = Counter()
+
+    def add(self, duration_s: float) -> None:
+        """Count a duration."""
+        self.count += 1
+        self.longest_s = max(self.longest_s, duration_s)
+        parts = max(duration_s, self._LEAST_S) / self._LEAST_S
+        self._counts[math.ceil(math.log(parts) / self._STEP)] += 1
+
+    def at(self, share: float) -> float:
+        """The duration, s, that this share of all did not exceed; 0 if there are none."""
+        for duration_s, until in self._cumulated():
+            if until >= share * self.count:
+                return min(duration_s, self.longest_s)
+        return 0.0
+
+    def _cumulated(self) -> Iterator[tuple[float, int]]:
+        until = 0
+        for number, count in sorted(self._counts.items()):
+            until += count
+            yield self._LEAST_S * math.exp(number * self._STEP), until
