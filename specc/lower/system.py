@@ -194,8 +194,9 @@ def _ends(system: System, direction: str) -> Iterator[str]:
 def lower(system: System, proofs: Proofs | None, *, stand_ins: bool = False) -> dict[str, FilePlan]:
     """What the generated package of a system contains: path in the package -> plan.
 
-    `proofs` says which transition tables need no check while they run; without it all have one. `stand_ins` is for code
-    whose operators and devices are played by a test: images and values of classes can be anything.
+    `proofs` says which transition tables need no check while they run; without it all have one.
+    `stand_ins` is for code whose operators and devices are played by a test: images and values of
+    classes can be anything.
     """
     types = PythonTypes(named_types(system))
     title = in_docstring(system.title or system.name)

@@ -25,7 +25,7 @@ from specc.emit import filled
 from specc.lang import RESERVED, TYPE_WORDS
 from specc.lower import lower
 from tests.emit import measures
-from tests.soundness.running import NothingProved, package
+from tests.soundness.running import package
 
 ROOT = Path(__file__).resolve().parents[2]
 WORD = re.compile(r"[A-Za-z_]\w*")
@@ -382,7 +382,7 @@ def names_work(kind: str, names: tuple[str, ...], tmp_path: Path) -> None:
     assert refused <= WORDS | odd
     assert result.system is not None
     measures.define([name for name in names if name not in refused] if kind == "field" else [])
-    with package(filled(lower(result.system, NothingProved()))) as modules:
+    with package(filled(lower(result.system, None))) as modules:
         system = modules["system.py"].build(str(tmp_path))
         layouts = modules["layouts.py"].LAYOUTS
         assert {type(layout) for layout in layouts.values()} == {Layout}

@@ -16,7 +16,7 @@ from specc.tools.explore.explorer import Exploration
 from tests.soundness.interpreter import Interpreter, Run
 from tests.soundness.law import marks_of
 from tests.soundness.operators import PLAIN
-from tests.soundness.running import NothingProved, Script, ScriptedPlant, package
+from tests.soundness.running import Script, ScriptedPlant, package
 from tests.soundness.values import NASTY
 
 
@@ -60,7 +60,7 @@ def monitored(result: Result, seed: int, ticks: int) -> tuple[list[str], Fractio
     """
     assert result.system is not None
     script = Script(result.system, str(seed), marks_of(result.system), NASTY)
-    with package(filled(lower(result.system, NothingProved()))) as modules:
+    with package(filled(lower(result.system, None))) as modules:
         made = modules["system.py"].build("")
         required = made.requirements
         assert required is not None

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import defaultdict
 from collections.abc import Callable
 from random import Random
+from typing import Any
 
 import pytest
-
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.system import PlantInput, PlantSpec, Scheduled, System
 from specc_runtime.timing import Paced, Quantiles, SimulatedTime
+
 from tests.runtime.driven import Driven, DrivenClock
 from tests.runtime.tiny import Node, Run, system
 from tests.seeds import Seeds, blocks
@@ -18,8 +20,13 @@ from tests.seeds import Seeds, blocks
 TICK_S = 0.01
 
 
-def node(name: str, ticks: int = 1, sources: tuple[str, ...] = (), **more: object) -> Node:
-    return Node(name, ticks, sources, tick_s=TICK_S, **more)  # type: ignore[arg-type]
+def node(
+    name: str,
+    ticks: int = 1,
+    sources: tuple[str, ...] = (),
+    compute: Callable[[Node], Any] | None = None,
+) -> Node:
+    return Node(name, ticks, sources, compute, tick_s=TICK_S)
 
 
 def busy(clock: DrivenClock, at: int, for_s: float) -> Callable[[Node], int]:
@@ -147,12 +154,12 @@ def _stalled(random: Random) -> None:
         assert stamps == sorted(set(stamps))
         assert skipped[one.name] or stamps == list(range(len(stamps)))
         for times in (begun, began[one.name][1:]):  # time counts from after the first step
-            for earlier, later in zip(times, times[1:], strict=False):
+            for earlier, later in itertools.pairwise(times):
                 assert later - earlier >= period_s / 2 - 1e-6
         for r in records:
             # A step is in its own period, and seen when a period of its own begins.
             assert r.stamp * period_s - 1e-9 <= r.time_s < (r.stamp + 1) * period_s - 1e-9
-        for r, after in zip(records, records[1:], strict=False):
+        for r, after in itertools.pairwise(records):
             assert r.visible_s == pytest.approx(after.time_s)
         periods = -(-driven.executor.tick // one.ticks)
         assert len(stamps) + skipped[one.name] == periods

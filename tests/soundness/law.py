@@ -18,7 +18,6 @@ from tests.soundness.agreement import differences
 from tests.soundness.interpreter import Failure, Interpreter, Run
 from tests.soundness.operators import PLAIN
 from tests.soundness.running import (
-    NothingProved,
     Script,
     ScriptedPlant,
     built,
@@ -91,7 +90,7 @@ def warned(result: Result) -> bool:
 
 def _runs(result: Result, system: System, script: Script, ticks: int) -> Iterator[Run]:
     """With all checks, and without those that were proved to be needless."""
-    for proofs in (NothingProved(), result.proofs)[: 1 + result.ok]:
+    for proofs in (None, result.proofs)[: 1 + result.ok]:
         with built(system, proofs) as made:
             yield executed(made, ScriptedPlant(script) if made.plant else None, ticks)
 

@@ -35,7 +35,7 @@ from specc.pipeline import Result
 from tests.soundness.evaluator import Absent, Key, Situation, Value, value
 from tests.soundness.interpreter import base_tick_s, constants_of
 from tests.soundness.law import marks_of, warned
-from tests.soundness.running import NothingProved, memory_of, package
+from tests.soundness.running import memory_of, package
 from tests.soundness.values import Chooser, for_runtime, key_of
 
 STUBS = "stubs_of_operators"
@@ -366,7 +366,7 @@ def _excuse(result: Result) -> Asks:
 
 
 @contextmanager
-def _classes(system: System, proofs: Proofs) -> Iterator[dict[str, type[Generated]]]:
+def _classes(system: System, proofs: Proofs | None) -> Iterator[dict[str, type[Generated]]]:
     """Generated classes of all subsystems, by the names of those."""
     files = dict(filled(lower(system, proofs, stand_ins=True)))
     files.pop("system.py")
@@ -394,7 +394,7 @@ def tried(
     rng = Random(seed)
     with (
         stubs(system, seed, marks_of(system), odd) as operators,
-        _classes(system, NothingProved()) as classes,
+        _classes(system, None) as classes,
         _classes(system, result.proofs) as shipped,
     ):
         trial = Trial(system, operators, classes, shipped, findings, _excuse(result), odd)

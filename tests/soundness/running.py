@@ -33,13 +33,6 @@ from tests.soundness.values import Chooser, for_runtime, plain
 _serial = itertools.count()
 
 
-class NothingProved:
-    """Proofs that leave every check in the generated code."""
-
-    def is_proved(self, subsystem: str, state: str, cause: str) -> bool:
-        return False
-
-
 def compiled(tree: Tree, folder: Path) -> Result:
     """What the compiler makes of a specification, through its text."""
     (folder / "plant.xml").write_text(MODEL, encoding="utf-8")
@@ -76,8 +69,8 @@ def package(files: Mapping[str, str]) -> Iterator[dict[str, ModuleType]]:
 
 
 @contextmanager
-def built(system: System, proofs: Proofs) -> Iterator[Built]:
-    """The generated system, ready to run."""
+def built(system: System, proofs: Proofs | None) -> Iterator[Built]:
+    """The generated system, ready to run; without proofs every check is in its code."""
     with package(filled(lower(system, proofs, stand_ins=True))) as modules:
         yield modules["system.py"].build("")
 

@@ -16,7 +16,6 @@ from specc.proof import InputName
 from tests.seeds import blocks
 from tests.soundness.law import marks_of
 from tests.soundness.running import (
-    NothingProved,
     Script,
     ScriptedPlant,
     built,
@@ -68,7 +67,7 @@ def test_in_random_systems(seeds: Sequence[int], tmp_path: Path) -> None:
         if result.system is None or not only_about_machines(result):
             continue
         late: list[str] = []
-        with built(result.system, NothingProved()) as made:
+        with built(result.system, None) as made:
             asked += watched(made, known_of(result.system), late)
             script = Script(result.system, str(seed), marks_of(result.system))
             executed(made, ScriptedPlant(script) if made.plant else None, TICKS)

@@ -18,7 +18,7 @@ from tests.soundness.agreement import differences
 from tests.soundness.interpreter import Interpreter, Run
 from tests.soundness.law import Verdict, compare
 from tests.soundness.operators import PLAIN
-from tests.soundness.running import NothingProved, built, executed
+from tests.soundness.running import built, executed
 from tests.soundness.specifications import Tree, specification, text_of
 from tests.soundness.values import NASTY
 
@@ -83,7 +83,7 @@ def runs_of(text: str, folder: Path, ticks: int, *, ok: bool = True) -> tuple[Ru
     def nothing(name: str, tick: int) -> Any:
         raise AssertionError(name)
 
-    with built(system, NothingProved()) as made:
+    with built(system, None) as made:
         return Interpreter(system, PLAIN, nothing).run(ticks), executed(made, None, ticks)
 
 

@@ -19,7 +19,7 @@ from specc.model.system import Subsystem, System
 from specc.proof import RowVerdict, Witness
 from tests.seeds import blocks
 from tests.soundness.evaluator import Absent, Situation, value
-from tests.soundness.running import NothingProved, built, compiled
+from tests.soundness.running import built, compiled
 from tests.soundness.specifications import text_of
 from tests.soundness.worlds import DOMAINS, Table, enabled, in_world, table, worlds
 
@@ -106,7 +106,7 @@ def stepped(
 ) -> None:
     """Generated code takes the row that holds, or stops with those that do."""
     chosen = rng.sample(met, min(MOST_STEPS, len(met)))
-    with built(system, NothingProved()) as made:
+    with built(system, None) as made:
         machine: Any = made.scheduled(subsystem.qualified_name).subsystem
         lower_flags(machine.x)
         if met:

@@ -11,7 +11,7 @@ from tests.soundness.agreement import differences
 from tests.soundness.interpreter import Interpreter
 from tests.soundness.law import marks_of
 from tests.soundness.open_inputs import stubs, with_stubs
-from tests.soundness.running import NothingProved, Script, ScriptedPlant, built, executed
+from tests.soundness.running import Script, ScriptedPlant, built, executed
 
 ROOT = Path(__file__).parents[2]
 SPECS = (
@@ -34,7 +34,7 @@ def test_same_records(name: str, seed: int) -> None:
     script = Script(system, str(seed), marks)
     with stubs(system, str(seed), marks, ()) as operators:
         expected = Interpreter(system, operators, script.measure).run(TICKS)
-        for proofs in (NothingProved(), result.proofs):
+        for proofs in (None, result.proofs):
             with built(system, proofs) as made:
                 found = executed(made, ScriptedPlant(script) if made.plant else None, TICKS)
             assert differences(expected, found, tolerance=1e-9) == []
