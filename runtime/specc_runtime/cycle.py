@@ -7,15 +7,15 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import partial
-from itertools import chain
 from typing import Any, cast
 
 from specc_runtime.blame import Blame
 from specc_runtime.buffers import slots
 from specc_runtime.clock import WallClock
 from specc_runtime.distortion import Distortable, Distortion
+from specc_runtime.due import Due
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
 from specc_runtime.plant import NO_SAMPLE, Plant
@@ -28,13 +28,11 @@ from specc_runtime.system import System
 from specc_runtime.timing import RealTime, SimulatedTime, Timing
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
-from specc_runtime.wiring import Slot, sensor_rates, timeline, tracks, worker_pool
+from specc_runtime.wiring import sensor_rates, timeline, tracks, worker_pool
 
 Mark = tuple[int, Commands, list[tuple[object, dict[str, Any]]]]
 """A moment of a run: its tick, the last commands, and what each part held, none of it copied."""
 REST_S = 1.0
-LEAST_APART = 0.5 - 1e-6
-"""Of its period, by the clock, between the beginnings of two steps of a subsystem in real time."""
 
 _ROUNDING = 1e-6  # times are multiples of a rounded tick
 
@@ -83,20 +81,9 @@ class Executor:
             system, plant, self._sensors, self._commands, self._pool, clock or WallClock()
         )
         self._blame = Blame(system, self._tracks)
-        self._table = self._rows(due)
+        self._due = Due(due, self._tracks, self._sensors, system.tick_s)
         self._at_rest = at_rest
         self._rest = len(due) * max(1, round(REST_S / (len(due) * self._tick_s)))
-
-    def _rows(self, slots: Sequence[Slot]) -> list[tuple[tuple[Track, ...], tuple[Sensor, ...]]]:
-        """Who is due and what is sampled at each tick; ticks that are alike share a row."""
-        rows = {
-            slot: (
-                tuple([self._tracks[name] for name in slot.subsystems]),
-                tuple([self._sensors[name] for name in slot.sensors]),
-            )
-            for slot in set(slots)
-        }
-        return [rows[slot] for slot in slots]
 
     @property
     def time_s(self) -> float:
@@ -135,14 +122,15 @@ class Executor:
         In real time it is the newest one that is due; those before it are skipped.
         """
         tick = self._timing.next(self.tick)
-        due, sensors = self._due(tick)
+        real = self._real
+        due, sensors = self._due.after_gap(self.tick, tick, real) if real else self._due.at(tick)
         try:
             if tick > self.tick and self._plant is not None:
                 self._plant.advance((tick - self.tick) * self._tick_s)
             self.tick = tick
             if not self._settled(due):
                 return False
-            if tick % self._rest == 0 and not (self._real and self._under_way):
+            if tick % self._rest == 0 and not (real and self._under_way):
                 self._at_rest()
             self._begin(due, sensors)
             if self._plant is not None:
@@ -174,24 +162,9 @@ class Executor:
                 track.began_s = self._real.now_s
             track.start(self.tick)
 
-    def _due(self, tick: int) -> tuple[Sequence[Track], Iterable[Sensor]]:
-        """Who steps at a tick, with what was due in the gap before it, and what is sampled."""
-        due, sensors = self._table[tick % len(self._table)]
-        if self._real is None:
-            return due, sensors
-        if tick > self.tick:
-            over = range(max(self.tick, tick - len(self._table)), tick + 1)
-            rows = [self._table[number % len(self._table)] for number in over]
-            sensors = tuple(dict.fromkeys(chain.from_iterable(sampled for _, sampled in rows)))
-            owed = [t for t in self._tracks.values() if t.is_owed(self.tick, tick)]
-            due = (*due, *(track for track in owed if track not in due))
-        now_s, least_s = self._real.now_s, self._tick_s * LEAST_APART
-        apart = [t for t in due if now_s - t.began_s > t.ticks * least_s]
-        return [track for track in apart if not track.is_under_way], sensors
-
     def settle(self) -> bool:
         """Commit the steps that are due now. False after a fault."""
-        return self._settled(self._table[self.tick % len(self._table)][0])
+        return self._settled(self._due.at(self.tick)[0])
 
     def _settled(self, due: Iterable[Track]) -> bool:
         for track in due:

@@ -23,6 +23,7 @@ from specc_runtime.options import Options, UsageError
 from specc_runtime.records import StepRecord
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System
+from specc_runtime.timing import Quantiles
 
 _RECENT = 5
 """Transitions that are told of each subsystem, the last ones."""
@@ -267,6 +268,19 @@ def subsystem_data(tally: Tally, busy_s: float, simulated_s: float) -> dict[str,
         **({"time_in_states_s": rounded_s} if tally.is_timed else {}),
         "transitions_taken": tally.transitions_taken,
         "last_transitions": [asdict(taken) for taken in tally.recent],
+    }
+
+
+def real_time_data(
+    lateness: Quantiles, skipped: Mapping[str, int], first: tuple[str, int, float] | None
+) -> dict[str, Any]:
+    """The entry of a run in real time: how late ticks began, and the periods without a step."""
+    late = {f"p{share}": 1e6 * lateness.at(share / 100) for share in (50, 99)}
+    return {
+        "ticks": lateness.count,
+        "late_us": {**late, "max": 1e6 * lateness.longest_s},
+        "skipped": dict(skipped),
+        "first_skipped": first and dict(zip(("subsystem", "stamp", "time_s"), first, strict=True)),
     }
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from fractions import Fraction
 from typing import Any, Protocol
 
 from specc_runtime.account import Account
@@ -23,6 +22,7 @@ from specc_runtime.report import (
     Ending,
     Report,
     peak_memory_mb,
+    real_time_data,
     subsystem_data,
     versions,
 )
@@ -31,13 +31,11 @@ from specc_runtime.savable import restored, saved_by
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 from specc_runtime.task import Judge, drawn
-from specc_runtime.timing import Paced, RealTime, SimulatedTime, Timing
+from specc_runtime.timing import RealTime, meeting, timing
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
 _ROUNDING = 1e-6  # times are multiples of a rounded tick
-_FINEST = 10**9
-"""Parts of a second that base ticks are taken for."""
 
 
 class Recording(Protocol):
@@ -72,7 +70,7 @@ class Session:
         self._scene = drawn(system.task.starts, options.seed) if system.task else {}
         self._system = system
         self._clock = clock
-        self._timing = _timing(options, clock)
+        self._timing = timing(clock, real=options.real_time, speed=options.speed)
         self._wall_s = 0.0
         self._begin_s = clock.now_s()
         self._over_now = False
@@ -167,7 +165,7 @@ class Session:
 
         Raises UsageError if a fault ends it before.
         """
-        self.duration_s, self.wanted = _meeting(time_s, self._system.tick_s, tick_s), None
+        self.duration_s, self.wanted = meeting(time_s, self._system.tick_s, tick_s), None
         self._guarded(lambda: self._advance(()))
         if self.interruption.requested:
             raise KeyboardInterrupt
@@ -251,25 +249,14 @@ class Session:
             disturbances=self._disturbances.as_data(),
             unobserved=account.unobserved,
             stop_when=self._stop_data(),
-            real_time=self._real_time_data(),
+            real_time=self._followed(),
         )
 
-    def _real_time_data(self) -> dict[str, Any]:
-        """The entry of the report for a run in real time: how late it was, what it skipped."""
-        timing, executor = self._timing, self._executor
-        if not isinstance(timing, RealTime):
+    def _followed(self) -> dict[str, Any]:
+        followed, executor = self._timing, self._executor
+        if not isinstance(followed, RealTime):
             return {}
-        lateness, first = timing.lateness, executor.first_skipped
-        return {
-            "ticks": lateness.count,
-            "late_us": {
-                **{f"p{share:g}": 1e6 * lateness.at(share / 100) for share in (50, 99)},
-                "max": 1e6 * lateness.longest_s,
-            },
-            "skipped": executor.skipped,
-            "first_skipped": first
-            and dict(zip(("subsystem", "stamp", "time_s"), first, strict=True)),
-        }
+        return real_time_data(followed.lateness, executor.skipped, executor.first_skipped)
 
     def _stop_data(self) -> dict[str, Any]:
         """The entry of the report for the formula that ends the run, if there is one."""
@@ -402,20 +389,6 @@ class Session:
         """Add a fault of what goes on around the executor."""
         fault.time_s = fault.time_s or self._executor.time_s
         self._other_faults.append(fault)
-
-
-def _timing(options: Options, clock: WallClock) -> Timing:
-    if options.real_time:
-        return RealTime(clock)
-    return SimulatedTime() if options.speed is None else Paced(clock, options.speed)
-
-
-def _meeting(time_s: float, *ticks_s: float) -> float:
-    """The first time from then on that is a multiple of all these."""
-    parts = [Fraction(tick_s).limit_denominator(_FINEST) for tick_s in ticks_s]
-    below = math.gcd(*(part.denominator for part in parts))
-    every_s = math.lcm(*(part.numerator for part in parts)) / below
-    return math.ceil(time_s / every_s - _ROUNDING) * every_s
 
 
 def _asked(options: Options, system: System) -> tuple[float | None, int | None]:

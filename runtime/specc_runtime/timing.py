@@ -6,9 +6,12 @@ import math
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterator
+from fractions import Fraction
 
 from specc_runtime.clock import WallClock
 
+_FINEST = 10**9
+"""Parts of a second that base ticks are taken for."""
 _EARLY = 1e-6  # of a tick: the clock may be read just before the moment that was waited for
 
 
@@ -97,6 +100,21 @@ class RealTime(Timing):
         newest = max(tick, math.floor(now_s / self._tick_s + _EARLY))
         self.lateness.add(max(0.0, now_s - newest * self._tick_s))
         return newest
+
+
+def timing(clock: WallClock, *, real: bool, speed: float | None) -> Timing:
+    """How a run follows the clock: in `real` time, at most at a `speed`, or not at all."""
+    if real:
+        return RealTime(clock)
+    return SimulatedTime() if speed is None else Paced(clock, speed)
+
+
+def meeting(time_s: float, *ticks_s: float) -> float:
+    """The first time from then on that is a multiple of all these."""
+    parts = [Fraction(tick_s).limit_denominator(_FINEST) for tick_s in ticks_s]
+    below = math.gcd(*(part.denominator for part in parts))
+    every_s = math.lcm(*(part.numerator for part in parts)) / below
+    return math.ceil(time_s / every_s - _EARLY) * every_s
 
 
 class Quantiles:

@@ -11,8 +11,16 @@ from typing import Any
 
 import specc_runtime.faults as faults
 from specc_runtime.disturbances import Disturbances
-from specc_runtime.report import Report, Statistics, Taken, Tally, subsystem_data
+from specc_runtime.report import (
+    Report,
+    Statistics,
+    Taken,
+    Tally,
+    real_time_data,
+    subsystem_data,
+)
 from specc_runtime.task import Cycles
+from specc_runtime.timing import Quantiles
 
 from tests.commands import ROOT, specc
 
@@ -61,6 +69,8 @@ def test_every_key_of_faults_outputs_and_requirements_is_told(tmp_path: Path) ->
     (told,) = _tables(PAGE.split("## Report\n")[0])
     assert report["requirements"]
     assert all(sorted(told) == sorted({*each, "name"}) for each in report["requirements"])
+    (told,) = _tables(_section("Real time"))
+    assert sorted(told) == sorted(real_time_data(Quantiles(), {}, None))
 
 
 def test_the_last_rows_and_the_time_in_states() -> None:
