@@ -320,6 +320,8 @@ def open_judge(system: System, plant: Any) -> Judge | None:
 def _plant(spec: PlantSpec, base: Path, renderer: RendererName) -> Any:
     if spec.python:
         return made("plant", spec.python, Plant)
+    if spec.ros2 is not None:
+        raise UsageError("a plant behind ROS 2 is checked and built, but cannot be run yet")
     if not spec.model:
         names = [a.name for a in spec.actuators] + [s.name for s in spec.sensors]
         raise UsageError(

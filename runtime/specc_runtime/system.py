@@ -11,6 +11,7 @@ from specc_runtime.subsystem import Subsystem
 if TYPE_CHECKING:
     from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
     from specc_runtime.requirements import Requirements
+    from specc_runtime.ros2.binding import Ros2
     from specc_runtime.safety import SafeOutputs
 
 
@@ -55,7 +56,8 @@ class PlantSpec:
     """What stands behind the real effectors and receptors.
 
     `model` is an MJCF file, relative to the base; `python` names what makes another plant,
-    `module:name`. A system with neither is given its plant by the program that runs it.
+    `module:name`; `ros2` is a node. A system without any is given its plant by the program that
+    runs it.
     """
 
     model: str = ""
@@ -68,6 +70,7 @@ class PlantSpec:
     """What requirements see of the plant, and agents do not."""
     safe: tuple[SafeOutputs, ...] = ()
     """Of devices with safe outputs, which they get when a run ends."""
+    ros2: Ros2 | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,8 @@ from typing import Literal, NamedTuple
 
 from specc.frozen import frozen
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.system import PLANT, Binding, Element, Plant, System
+from specc.model.binding import PLANT, Binding
+from specc.model.system import Element, Plant, System
 from specc.model.types import Real, Spatial, Type, Vector
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.read import Reach
@@ -16,7 +17,7 @@ from specc.read import Reach
 # What stands behind the elements of devices in the plant.
 
 
-PlantKind = Literal["model", "python", ""]
+PlantKind = Literal["model", "python", "ros2", ""]
 
 
 @frozen
@@ -25,7 +26,7 @@ class BoundElement:
 
     What requirements observe of the plant is bound as what a device reports is.
 
-    `plant` is of what kind the plant is; empty if it is of none or of both.
+    `plant` is of what kind the plant is; empty if it is of none or of several.
     """
 
     binding: Binding
@@ -35,10 +36,10 @@ class BoundElement:
 
 
 def plant_kind(plant: Plant | None) -> PlantKind:
-    """Whether a MuJoCo model or Python stands behind the devices."""
-    if plant is None or bool(plant.model) == bool(plant.python):
-        return ""
-    return "model" if plant.model else "python"
+    """Whether a MuJoCo model, Python or ROS 2 stands behind the devices."""
+    kinds: tuple[PlantKind, ...] = ("model", "python", "ros2")
+    found = [kind for kind in kinds if plant is not None and getattr(plant, kind)]
+    return found[0] if len(found) == 1 else ""
 
 
 def bound_elements(system: System) -> Iterator[BoundElement]:

@@ -24,6 +24,7 @@ from specc.checks import (
     states,
     structure,
     timing,
+    topics,
     usage,
     waiting,
 )
@@ -41,6 +42,7 @@ SUBJECTS: tuple[ModuleType, ...] = (
     timing,
     plant,
     bindings,
+    topics,
     scenes,
     distortions,
     disturbances,

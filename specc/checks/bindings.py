@@ -9,7 +9,7 @@ from specc.analysis.plant import BoundElement, Raw, differs, raw_numbers, units_
 from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
 from specc.diagnostics.phrases import listed
 from specc.mjcf import Model, ModelError
-from specc.model.system import PLANT, Binding
+from specc.model.binding import PLANT, Binding
 from specc.model.types import Image, Real, Spatial, Type, Vector
 from specc.model.units import Unit
 from specc.source import Place
@@ -31,15 +31,19 @@ _OF_A_MODEL = (
     "joints", "sensors", "actuators", "camera", "image", "noise", "depth_noise", "through",
 )  # fmt: skip
 
+_OF_TOPICS = ("topic", "message", "qos")
+
 _OF_SAMPLES = ("rate_hz", "sporadic", "max_gap_s")
 
 
 def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     """What is wrong with the kind of a binding, and a way out; None if nothing is."""
-    if not bound.plant:
+    if bound.plant in ("", "ros2"):  # topics have checks of their own
         return None
     if not bound.commanded and (complaint := _sampled(bound.binding)):
         return complaint
+    if topic := _key(bound.binding, _OF_TOPICS):
+        return f"`{topic}` is for plants behind ROS 2", f"delete `{topic}`"
     if bound.plant == "python":
         return _in_python(bound)
     return _moving(bound) if bound.commanded else _reporting(bound)
@@ -138,7 +142,12 @@ def _is_numbers(type_: Type) -> bool:
 def _key(binding: Binding, names: tuple[str, ...]) -> str:
     """The first of these keys that the binding has, as the file spells it."""
     found = (name for name in names if getattr(binding, name))
-    spelt = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap"}
+    spelt = {
+        "rate_hz": "rate",
+        "depth_noise": "noise",
+        "max_gap_s": "max_gap",
+        "message": "type",
+    }
     return spelt.get(name := next(found, ""), name)
 
 

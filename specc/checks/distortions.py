@@ -10,7 +10,7 @@ from specc.analysis.plant import BoundElement, raw_numbers, units_of
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
 from specc.mjcf import Model
-from specc.model.system import PLANT
+from specc.model.binding import PLANT
 from specc.model.task import Draw, Errors
 from specc.model.units import Unit
 from specc.resolve.context import suggestion

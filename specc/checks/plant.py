@@ -10,7 +10,8 @@ from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.diagnostics.phrases import listed
 from specc.lang import or_else
 from specc.mjcf import Model, ModelError
-from specc.model.system import PLANT, Binding, System
+from specc.model.binding import PLANT, Binding
+from specc.model.system import System
 from specc.model.types import Image, Record, Type, inner_types
 from specc.reachable import reachable
 from specc.source import Place

@@ -18,7 +18,7 @@ from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
 from specc.diagnostics.phrases import ms
 from specc.mjcf import Model
-from specc.model.system import PLANT, Binding
+from specc.model.binding import PLANT, Binding
 from specc.model.task import Disturbance, Draw
 from specc.resolve.context import suggestion
 from specc.source import Place

@@ -8,7 +8,8 @@ from typing import Any, Literal
 
 from specc.frozen import frozen
 from specc.lower.annotations import plain
-from specc.model.system import PLANT, Binding, Operator, Plant, System
+from specc.model.binding import PLANT, Binding
+from specc.model.system import Operator, Plant, System
 from specc.model.task import Task
 from specc.model.types import Opaque, Record, Type
 from specc.source import Place

@@ -18,7 +18,8 @@ from specc.lower.names import (
     in_docstring,
     literal,
 )
-from specc.model.system import PLANT, Element, Memory, Subsystem, System
+from specc.model.binding import PLANT
+from specc.model.system import Element, Memory, Subsystem, System
 from specc.model.types import (
     Bool,
     Enum,

@@ -21,8 +21,9 @@ from specc.lower.names import (
 from specc.lower.nodes import OR, Nodes
 from specc.lower.table import TermTable
 from specc.model import expr as e
+from specc.model.binding import PLANT
 from specc.model.requirement import Atom, Formula, Reading, Requirement, Temporal, asked
-from specc.model.system import PLANT, Device, Element, System
+from specc.model.system import Device, Element, System
 from specc.model.trace import Trace
 from specc.model.types import Int, Real
 from specc.source import Place

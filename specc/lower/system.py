@@ -29,9 +29,11 @@ from specc.lower.names import (
 )
 from specc.lower.requirements import CLASS as REQUIREMENTS
 from specc.lower.requirements import TRIGGERS, requirements_plan
+from specc.lower.ros2 import ros2_arguments
 from specc.lower.subsystem import device_plan, spec_file, subsystem_plan
 from specc.lower.task import disturbances, task_arguments
-from specc.model.system import PLANT, Binding, Device, Plant, Port, Subsystem, System
+from specc.model.binding import PLANT, Binding
+from specc.model.system import Device, Plant, Port, Subsystem, System
 from specc.model.types import Enum, Record, Type, Vector
 
 # Connections between subsystems: which output element becomes which input element.
@@ -93,6 +95,7 @@ def plant_plan(
         **_bound(system, imports, Functions(imports, names), contracts),
         "contracts": contracts.named,
         "made": _made(system.plant),
+        "ros2": tuple(ros2_arguments(system, imports)),
         "inputs": inputs,
         "outputs": outputs,
         "safe": safe,
@@ -119,8 +122,8 @@ def _bound(
 
 
 def _made(plant: Plant | None) -> str:
-    """The argument that says what makes the plant; empty if nothing does."""
-    if plant is None:
+    """The argument that says what makes the plant; empty if nothing does, or ROS 2 does."""
+    if plant is None or plant.ros2:
         return ""
     return f"python={literal(plant.python)}" if plant.python else f"model={literal(plant.model)}"
 

@@ -6,16 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Final, Literal
+from typing import Literal
 
 from specc.frozen import frozen
+from specc.model.binding import Binding, Ros2
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
 from specc.model.requirement import Named, Requirement
 from specc.model.task import Task
 from specc.model.trace import Trace
 from specc.model.types import Type
-from specc.model.units import Unit
 from specc.source import Place
 
 SubsystemKind = Literal["control", "virtual_effector", "virtual_receptor"]
@@ -270,35 +270,8 @@ class Agent:
 
 
 @frozen
-class Binding:
-    """What stands behind one element of a device in the plant."""
-
-    device: str
-    element: str
-    place: Place
-    joints: tuple[str, ...] = ()
-    sensors: tuple[str, ...] = ()
-    actuators: tuple[str, ...] = ()
-    camera: str = ""
-    image: Literal["", "rgb", "depth"] = ""
-    rate_hz: Fraction | None = None
-    noise: tuple[float, ...] = ()
-    depth_noise: str = ""
-    through: str = ""
-    noise_units: tuple[Unit, ...] = ()
-    """Units in which `noise` is written."""
-    sporadic: bool = False
-    """Whether there may be no new sample, for at most `max_gap_s` if that is known."""
-    max_gap_s: Fraction | None = None
-
-
-PLANT: Final = "plant"
-"""Stands for the device in bindings of what requirements see of the plant."""
-
-
-@frozen
 class Plant:
-    """What stands behind the devices: the MJCF file `model`, or what `python` makes."""
+    """What stands behind the devices: the MJCF file `model`, what `python` makes, or `ros2`."""
 
     model: str
     python: str
@@ -306,6 +279,7 @@ class Plant:
     place: Place
     observed: tuple[Element, ...] = ()
     """What is really so, for requirements only."""
+    ros2: Ros2 | None = None
 
 
 @frozen

@@ -9,8 +9,9 @@ from dataclasses import replace
 from specc.diagnostics import Related
 from specc.frozen import frozen
 from specc.kept import Kept
+from specc.model.binding import PLANT
 from specc.model.requirement import Requirement
-from specc.model.system import PLANT, Agent, Constant, Operator, Plant, System
+from specc.model.system import Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver

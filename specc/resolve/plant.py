@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Container
+from dataclasses import replace
+from fractions import Fraction
 
 from specc.lang import Scope
+from specc.model.binding import PLANT, Binding, Ros2
 from specc.model.expr import Number, Truth
-from specc.model.system import PLANT, Agent, Binding, Element, Plant, Subsystem
+from specc.model.system import Agent, Element, Plant, Subsystem
 from specc.model.task import Task
 from specc.model.trace import Trace
 from specc.model.types import Real
@@ -16,7 +19,7 @@ from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.given import Given
 from specc.resolve.scene import starts_of
-from specc.schema.files import BindingDef, PlantDef, SceneDef, TaskDef
+from specc.schema.files import BindingDef, PlantDef, QosDef, Ros2Def, SceneDef, TaskDef
 
 
 def resolve_plant(
@@ -27,7 +30,10 @@ def resolve_plant(
     for name, item in definition.bind.items():
         at = where["bind"][name]
         device, _, element = name.rpartition(".")
-        bindings.append(_binding(device, element, item, at, findings, definitions))
+        binding = _binding(device, element, item, at, findings, definitions)
+        # A message comes when its sender sends one.
+        always = definition.ros2 is not None and bool(item.topic) and item.rate is None
+        bindings.append(replace(binding, sporadic=True) if always else binding)
     observed = []
     expressions = Expressions(findings, definitions)
     for name, seen in definition.observe.items():
@@ -37,20 +43,24 @@ def resolve_plant(
             read = tuple(seen.joints), tuple(seen.sensors), tuple(seen.actuators)
             observed.append(Element(name, type_, None, "", Trace(), at.key))
             bindings.append(Binding(PLANT, name, at.key, *read, through=seen.through or ""))
-    key = "python" if definition.python and not definition.model else "model"
-    if bool(definition.model) == bool(definition.python):
-        _report_kind(definition, where, findings)
-    place = where[key].place
-    return Plant(model, definition.python or "", tuple(bindings), place, tuple(observed))
+    kinds = [kind for kind in ("model", "python", "ros2") if getattr(definition, kind)]
+    if len(kinds) != 1:
+        _report_kind(kinds, where, findings)
+    ros2 = None
+    if definition.ros2 is not None:
+        ros2 = _ros2(definition.ros2, where["ros2"], findings, definitions)
+    place = where[kinds[0] if kinds else "model"].place
+    python = definition.python or ""
+    return Plant(model, python, tuple(bindings), place, tuple(observed), ros2)
 
 
-def _report_kind(definition: PlantDef, where: Where, findings: Findings) -> None:
-    """A plant with neither `model` nor `python`, or with both."""
-    if definition.model:
+def _report_kind(kinds: list[str], where: Where, findings: Findings) -> None:
+    """A plant that nothing makes, or more than one of `kinds`."""
+    if kinds:
         findings.report(
             "E0104",
-            "a plant is made by `model` or by `python`, not by both",
-            where["python"].key,
+            f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both",
+            where[kinds[1]].key,
             help="keep the one that this system runs with",
         )
         return
@@ -58,9 +68,32 @@ def _report_kind(definition: PlantDef, where: Where, findings: Findings) -> None
         "E0102",
         "missing key `model` in `plant`",
         where.key,
-        help="add `model: FILE.xml` for MuJoCo, or `python: package.module:factory` for a plant "
-        "of your own",
+        help="add `model: FILE.xml` for MuJoCo, `python: package.module:factory` for a plant "
+        "of your own, or `ros2: {node: NAME}` for topics of ROS 2",
     )
+
+
+_WAIT_S = Fraction(5)
+
+
+def _ros2(definition: Ros2Def, where: Where, findings: Findings, definitions: Definitions) -> Ros2:
+    """The node; frames that the system does not have are reported."""
+    wait = definition.wait
+    wait_s = None if wait is None else duration_of(wait, where["wait"], findings)
+    for name in definition.frames:
+        if name not in definitions.frames:
+            place = where["frames"][name].key
+            findings.unknown("E0209", "frame", name, definitions.frames, place)
+    frames = tuple((name, ros.removeprefix("/")) for name, ros in definition.frames.items())
+    simulated = definition.use_sim_time
+    node, python = definition.node, definition.python
+    return Ros2(node, python, wait_s or _WAIT_S, simulated, frames, where.place)
+
+
+def _qos(definition: QosDef) -> tuple[tuple[str, str | int], ...]:
+    """The options that are given, in their order."""
+    names = ("reliability", "durability", "depth")
+    return tuple((name, value) for name in names if (value := getattr(definition, name)))
 
 
 def _binding(
@@ -91,6 +124,9 @@ def _binding(
         tuple(unit for _, unit in noise),
         item.sporadic,
         gap,
+        item.topic,
+        item.type,
+        _qos(item.qos),
     )
 
 

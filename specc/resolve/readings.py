@@ -11,8 +11,9 @@ from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.many import Root
 from specc.lang.parse import nodes_of, span
+from specc.model.binding import PLANT
 from specc.model.requirement import Reading
-from specc.model.system import PLANT, Agent, Device, Element, Plant, Port, Subsystem
+from specc.model.system import Agent, Device, Element, Plant, Port, Subsystem
 from specc.model.types import Bool, Enum
 from specc.resolve.context import suggestion
 from specc.resolve.groups import Groups

@@ -12,13 +12,17 @@ from specc.schema.texts import (
     FieldName,
     FilePath,
     GapText,
+    MessageName,
     Name,
+    NodeName,
     PythonPath,
     RangeText,
     RateText,
     ReadableName,
+    TopicName,
     Traced,
     TypeText,
+    WaitText,
 )
 
 
@@ -112,11 +116,27 @@ class ObservedDef(ReadingDef, first="for type actuators joints sensors through")
     type: TypeText
 
 
+class QosDef(Part):
+    """Quality of service of a topic, where it is not the usual one."""
+
+    reliability: Literal["", "reliable", "best_effort"] = key(
+        "", "Whether messages are sent again until they arrive."
+    )
+    durability: Literal["", "volatile", "transient_local"] = key(
+        "", "Whether the last messages are kept for those who come late."
+    )
+    depth: int = key(0, "How many messages are kept; one, where nothing is said.")
+
+
 class BindingDef(
-    ReadingDef, first="for actuators joints sensors camera image rate sporadic max_gap through"
+    ReadingDef,
+    first="for topic type actuators joints sensors camera image rate sporadic max_gap through",
 ):
     """What stands behind one element of a device in the plant."""
 
+    topic: TopicName = key("", "Topic of ROS 2, e.g. `/joint_states`.")
+    type: MessageName = key("", "Type of its messages, e.g. `sensor_msgs/JointState`.")
+    qos: QosDef = key(QosDef, "Quality of service of the topic.")
     camera: str = key("", "Camera of the model.")
     image: Literal["", "rgb", "depth"] = key("", "What the camera records.")
     rate: RateText | None = None
@@ -127,13 +147,26 @@ class BindingDef(
     )
 
 
-class PlantDef(Part):
-    """What stands behind the devices: a MuJoCo model, or a plant of one's own."""
+class Ros2Def(Part, first="node python wait use_sim_time frames"):
+    """The node behind which the devices are."""
+
+    node: NodeName = key(about="Name of the node, e.g. `irp` or `/cell/irp`.")
+    python: str = key("python3", "Python of your ROS, that has rclpy, e.g. `/usr/bin/python3`.")
+    wait: WaitText | None = None
+    use_sim_time: bool = key(False, "Whether the time is that of `/clock`.")
+    frames: dict[ReadableName, str] = key(
+        {}, "Frames of this specification, and what ROS calls them: `{E: tool0}`."
+    )
+
+
+class PlantDef(Part, first="model python ros2"):
+    """What stands behind the devices: a MuJoCo model, a plant of one's own, or ROS 2."""
 
     model: str = key("", "MJCF file, relative to this file.")
     python: PythonPath | None = key(
         None, "Function that makes a plant of your own, `package.module:factory`."
     )
+    ros2: Ros2Def | None = key(None, "Node that reads and writes topics of ROS 2.")
     bind: dict[str, BindingDef] = key(
         {}, "Element of a device, e.g. `irp.E.m.c_d`, and what is behind it."
     )

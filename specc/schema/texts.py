@@ -44,6 +44,29 @@ def _of_path(value: str) -> Fault | None:
     return None
 
 
+_TOKENS = re.compile(r"[~/]?[A-Za-z_]\w*(/[A-Za-z_]\w*)*|~/[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
+
+
+def _of_topic(value: str) -> Fault | None:
+    # What rcl takes, but for substitutions: validate_topic_name.c of ROS 2.
+    if _TOKENS.fullmatch(value) and "__" not in value and not value.endswith("_"):
+        return None
+    return (
+        "is not a name of ROS 2",
+        "use letters, digits and single `_` between `/`; none begins with a digit, e.g. `/arm/q`",
+    )
+
+
+def _of_node(value: str) -> Fault | None:
+    return None if "~" not in value and not _of_topic(value) else _of_topic("")
+
+
+def _of_message(value: str) -> Fault | None:
+    if re.fullmatch(r"[a-z][a-z0-9_]*/(msg/)?[A-Z][A-Za-z0-9]*", value):
+        return None
+    return "is not a type of messages", "write `package/Type`, e.g. `sensor_msgs/JointState`"
+
+
 _EXPRESSION = "An expression, e.g. `near(d_c, d_m, 0.001[m])`."
 
 Name = Annotated[str, Text(fault=_of_name)]
@@ -106,6 +129,23 @@ GapText = Annotated[
         about="Longest time without a new sample of a sporadic device, e.g. `200 ms`.",
         quantity=True,
         examples=("200 ms", "1 s"),
+    ),
+]
+WaitText = Annotated[
+    str,
+    Text(
+        about="How long topics may have no first message when a run begins, e.g. `5 s`.",
+        quantity=True,
+        examples=("5 s", "500 ms"),
+    ),
+]
+TopicName = Annotated[str, Text(fault=_of_topic, examples=("/joint_states", "~/state"))]
+NodeName = Annotated[str, Text(fault=_of_node)]
+MessageName = Annotated[
+    str,
+    Text(
+        fault=_of_message,
+        examples=("sensor_msgs/JointState", "std_msgs/Float64MultiArray"),
     ),
 ]
 PythonPath = Annotated[

@@ -35,6 +35,7 @@ DOORS = {
     "pydantic": {"specc.schema.json_schema"},
     "pygls": {"specc.tools.lsp.protocol", "specc.tools.lsp.server"},
     "pygraphviz": {"specc.tools.graph.drawing"},
+    "rclpy": {"specc_runtime.ros2.host"},
     "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},
     "ruckig": {"specc_runtime.operators.trajectories"},

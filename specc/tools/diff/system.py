@@ -10,8 +10,9 @@ from typing import Literal, TypeVar
 
 from specc.diagnostics.phrases import ms
 from specc.lang import show
+from specc.model.binding import PLANT, Binding
 from specc.model.requirement import Named, Requirement
-from specc.model.system import PLANT, Agent, Binding, Device, Operator, Subsystem, System
+from specc.model.system import Agent, Device, Operator, Plant, Subsystem, System
 from specc.model.task import Disturbance, Draw, Task
 from specc.tools.diff.machine import (
     compare_axioms,
@@ -36,16 +37,17 @@ from specc.tools.diff.values import (
 
 
 Part = TypeVar("Part", Device, Subsystem)
-_SPELT = {"rate_hz": "rate", "max_gap_s": "max_gap"}
+_SPELT = {"rate_hz": "rate", "max_gap_s": "max_gap", "message": "type"}
 
 
 def compare_plants(old: System, new: System, book: Book) -> None:
     """The model and what stands behind the devices."""
-    for _, one, other in _single(
-        "plant", old.plant, new.plant, lambda p: p.model or p.python, book
-    ):
+    for _, one, other in _single("plant", old.plant, new.plant, _made, book):
         for key in ("model", "python"):
             book.changed("plant", "", key, _shown(getattr(one, key)), _shown(getattr(other, key)))
+        for key in ("node", "python", "wait_s", "use_sim_time", "frames"):
+            shown = [_shown(getattr(p.ros2, key, ""), "max_gap") for p in (one, other)]
+            book.changed("plant", "", f"ros2.{key}", *shown)
         both = book.matched(
             "binding",
             one.bindings,
@@ -59,6 +61,10 @@ def compare_plants(old: System, new: System, book: Book) -> None:
         for name in types[0].keys() & types[1].keys():
             texts = [type_text(of[name]) for of in types]
             book.changed("binding", f"{PLANT}.{name}", "type", *texts)
+
+
+def _made(plant: Plant) -> str:
+    return plant.model or plant.python or (plant.ros2.node if plant.ros2 else "")
 
 
 def compare_tasks(old: System, new: System, book: Book) -> None:

@@ -14,7 +14,8 @@ from dataclasses import dataclass, field
 from specc.lang import ExprError
 from specc.lang.parse import span
 from specc.lang.temporal import USAGE, parse_formula
-from specc.model.system import PLANT, Device, Subsystem, System
+from specc.model.binding import PLANT
+from specc.model.system import Device, Subsystem, System
 from specc.source import Place
 from specc.tools.lsp.symbols import Key
 

@@ -15,7 +15,8 @@ from typing import Any
 from specc.diagnostics import nearest
 from specc.frozen import frozen
 from specc.lang.values import position
-from specc.model.system import PLANT, Subsystem, System
+from specc.model.binding import PLANT
+from specc.model.system import Subsystem, System
 from specc.model.types import (
     SPATIAL_COMPONENTS,
     VECTOR3_COMPONENTS,

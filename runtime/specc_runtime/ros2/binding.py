@@ -1,0 +1,87 @@
+"""What generated code says of a plant behind ROS 2: its node and the topics of its devices."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+Shape = Literal[
+    "camera",
+    "depth",
+    "image",
+    "joints",
+    "message",
+    "pose",
+    "scalar",
+    "transform",
+    "tuple",
+    "twist",
+    "vector",
+    "vector3",
+    "wrench",
+]
+"""What the part of a message that has the value consists of; see `specc_runtime.ros2.messages`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Topic:
+    """One element of a device, and the messages that it is read from or sent as.
+
+    Attributes:
+        name: of the element, `agent.E.device.element`.
+        topic: its name in ROS, resolved in the namespace of the node.
+        type: of the messages, `package/Type`.
+        shape: what the value is made of; "message" is the whole, for a function of `through`.
+        path: the fields that lead to it, `pose.pose`; empty if it is the message itself.
+        commanded: whether messages are sent, and not read.
+        joints: names of joints, in the order of the vector's elements.
+        frames: fields that hold a coordinate frame, and the frame that they must have.
+        qos: options of the quality of service that are not the usual ones.
+        is_number: the vector is a number, of one joint.
+    """
+
+    name: str
+    topic: str
+    type: str
+    shape: Shape
+    path: str = ""
+    commanded: bool = False
+    joints: tuple[str, ...] = ()
+    frames: tuple[tuple[str, str], ...] = ()
+    qos: tuple[tuple[str, str | int], ...] = ()
+    is_number: bool = False
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """What the node is told of it."""
+        told = ("name", "topic", "type", "commanded", "joints")
+        every = asdict(self)
+        return {key: every[key] for key in told} | {"qos": dict(self.qos)}
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2:
+    """The node behind which the devices are.
+
+    `node` is its name, with its namespace if it has one: `/cell/irp`. `python` runs it: that of
+    the user's ROS. `wait_s` is how long topics may have no first message, or nobody who reads
+    them. With `use_sim_time` the time is that of `/clock`.
+    """
+
+    node: str
+    topics: tuple[Ros2Topic, ...] = ()
+    python: str = "python3"
+    wait_s: float = 5.0
+    use_sim_time: bool = False
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """What the node is told: plain data."""
+        namespace, _, name = self.node.rpartition("/")
+        return {
+            "node": name,
+            "namespace": namespace,
+            "use_sim_time": self.use_sim_time,
+            "wait_s": self.wait_s,
+            "topics": [topic.config for topic in self.topics],
+        }

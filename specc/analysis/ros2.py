@@ -1,0 +1,268 @@
+"""Which messages of ROS 2 go with which types of elements, and what of a message is the value.
+
+The units of messages are those of REP 103: an element in another unit is another quantity, since
+all numbers of a running system are SI's. How parts of messages are read and written is in the
+runtime, by the names of shapes that are chosen here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.frozen import frozen
+from specc.model.binding import Binding, Ros2
+from specc.model.types import (
+    SPATIAL_KINDS,
+    Bool,
+    Enum,
+    Image,
+    Int,
+    Pose,
+    Real,
+    Spatial,
+    Text,
+    Type,
+    Vector,
+)
+from specc.model.units import (
+    DIMENSIONLESS,
+    METRE,
+    NEWTON,
+    NEWTON_METRE,
+    RADIAN,
+    SECOND,
+    Unit,
+    parse_unit,
+)
+
+FRAME, CHILD = "header.frame_id", "child_frame_id"
+"""Fields that hold coordinate frames."""
+
+
+@frozen
+class Part:
+    """A part of messages that is the value of elements of some types.
+
+    `unit` is that of numbers, None where it is not said; `frame` and `child` are the fields of the
+    coordinate frames that the value is in. A part that is not `sent` is only read.
+    """
+
+    shape: str
+    path: str = ""
+    unit: Unit | None = None
+    frame: str = ""
+    child: str = ""
+    sent: bool = True
+
+
+@frozen
+class Misfit:
+    """Why an element is not what its messages carry, and a way out; `code` is of the finding."""
+
+    code: str
+    message: str
+    help: str
+
+
+_INTS = [f"{sign}{bits}" for sign in ("Int", "UInt") for bits in (8, 16, 32, 64)]
+_FLOATS = ("Float32", "Float64")
+_OF_JOINTS = {
+    "position": (RADIAN, METRE),
+    "velocity": (RADIAN / SECOND, METRE / SECOND),
+    "effort": (NEWTON_METRE, NEWTON),
+}
+JOINT_STATE = "sensor_msgs/JointState"
+
+
+def _table() -> Iterator[tuple[str, Part]]:
+    """Parts by the type of messages; one type may have several."""
+    for name in ("Bool", "String", "Char", "Byte", *_INTS, *_FLOATS):
+        yield f"std_msgs/{name}", Part("scalar", "data")
+    for name in _FLOATS:
+        yield f"std_msgs/{name}MultiArray", Part("vector", "data")
+    for name in _INTS:
+        yield f"std_msgs/{name}MultiArray", Part("tuple", "data")
+    for field, units in _OF_JOINTS.items():
+        yield from ((JOINT_STATE, Part("joints", field, unit)) for unit in units)
+    yield from _geometry()
+    yield "nav_msgs/Odometry", Part("pose", "pose.pose", frame=FRAME, child=CHILD)
+    yield "nav_msgs/Odometry", Part("twist", "twist.twist", frame=CHILD)
+    yield "sensor_msgs/Range", Part("scalar", "range", METRE)
+    yield "sensor_msgs/Imu", Part("vector3", "angular_velocity", RADIAN / SECOND)
+    yield "sensor_msgs/Imu", Part("vector3", "linear_acceleration", METRE / SECOND**2)
+    yield "sensor_msgs/Image", Part("image")
+    yield "sensor_msgs/Image", Part("depth")
+    yield "sensor_msgs/CameraInfo", Part("camera", "k", parse_unit("px"), sent=False)
+
+
+def _geometry() -> Iterator[tuple[str, Part]]:
+    """Of `geometry_msgs`, as they are and with a header."""
+    for name, shape, unit in (
+        ("Pose", "pose", None),
+        ("Twist", "twist", None),
+        ("Wrench", "wrench", None),
+        ("Point", "vector3", METRE),
+        ("Vector3", "vector3", None),
+    ):
+        field = "vector" if name == "Vector3" else name.lower()
+        yield f"geometry_msgs/{name}", Part(shape, "", unit)
+        yield f"geometry_msgs/{name}Stamped", Part(shape, field, unit, frame=FRAME)
+    for name, shape in (("Pose", "pose"), ("Twist", "twist")):
+        lower = f"{name.lower()}.{name.lower()}"
+        full = f"geometry_msgs/{name}WithCovariance"
+        yield full, Part(shape, name.lower())
+        yield f"{full}Stamped", Part(shape, lower, frame=FRAME)
+    yield "geometry_msgs/Transform", Part("transform")
+    stamped = Part("transform", "transform", frame=FRAME, child=CHILD)
+    yield "geometry_msgs/TransformStamped", stamped
+
+
+def _messages() -> dict[str, tuple[Part, ...]]:
+    found: dict[str, tuple[Part, ...]] = {}
+    for name, part in _table():
+        found[name] = (*found.get(name, ()), part)
+    return found
+
+
+MESSAGES = _messages()
+"""The parts of messages, by their types as `package/Type`."""
+
+
+def short(message: str) -> str:
+    """`package/Type` of a type that may be written `package/msg/Type`."""
+    return message.replace("/msg/", "/")
+
+
+def part_of(binding: Binding, type_: Type, *, commanded: bool) -> Part | Misfit:
+    """The part of a binding's messages that is the element's value, or why none is."""
+    if binding.through:
+        return Part("message")
+    message = short(binding.message)
+    parts = MESSAGES.get(message)
+    if parts is None:
+        return Misfit(
+            "E0521",
+            f"no value is known to stand in messages of type {message}",
+            "name a function under `through:` that makes the value of a message"
+            if not commanded
+            else "name a function under `through:` that makes the fields of a message",
+        )
+    fitting = [p for p in parts if _carries(p, message, type_) and (p.sent or not commanded)]
+    if not fitting:
+        return _unfit(message, type_, commanded=commanded)
+    unit = _unit(type_)
+    for part in fitting:
+        if part.unit is None or unit is None or part.unit == unit:
+            return part
+    return _another_unit(message, fitting, unit or DIMENSIONLESS)
+
+
+def _unfit(message: str, type_: Type, *, commanded: bool) -> Misfit:
+    verb = "sent as" if commanded else "read from"
+    return Misfit(
+        "E0521",
+        f"{type_} is not {verb} messages of type {message}",
+        f"make it {_wanted(message)}, or name a function under `through:` that converts",
+    )
+
+
+def _another_unit(message: str, parts: list[Part], unit: Unit) -> Misfit:
+    units: dict[str, list[str]] = {}
+    for part in parts:
+        units.setdefault(part.path, []).append(str(part.unit))
+    known = [f"{path} in {' or '.join(each)}".strip() for path, each in units.items()]
+    return Misfit(
+        "E0511",
+        f"numbers in {unit} are not those of {message}: it has {', '.join(known)}",
+        "give the element the unit of REP 103, or name a function under `through:` that converts",
+    )
+
+
+def _unit(type_: Type) -> Unit | None:
+    """The unit of all numbers of a type, if there is one."""
+    if isinstance(type_, Vector):
+        type_ = type_.element
+    return type_.unit if isinstance(type_, Real) else None
+
+
+def _carries(part: Part, message: str, type_: Type) -> bool:
+    """Whether values of a type look like that part, whatever their unit."""
+    match part.shape:
+        case "scalar":
+            return isinstance(type_, _scalars(message))
+        case "vector":
+            return isinstance(type_, Vector) and isinstance(type_.element, Real)
+        case "tuple":
+            return isinstance(type_, Vector) and isinstance(type_.element, Int)
+        case "joints":
+            numbers = type_.element if isinstance(type_, Vector) else type_
+            return isinstance(numbers, Real)
+        case "vector3" | "camera":
+            size = 3 if part.shape == "vector3" else 4
+            return isinstance(type_, Vector) and _is_real(type_, size)
+        case "pose" | "transform":
+            return isinstance(type_, Pose)
+        case "image" | "depth":
+            channels = 3 if part.shape == "image" else 1
+            return isinstance(type_, Image) and type_.channels == channels
+    kind = SPATIAL_KINDS[part.shape]
+    return isinstance(type_, Spatial) and (type_.linear, type_.angular) == kind
+
+
+def _is_real(type_: Vector, size: int) -> bool:
+    return isinstance(type_.element, Real) and type_.size == size
+
+
+def _scalars(message: str) -> tuple[type, ...]:
+    name = message.partition("/")[2]
+    if name in ("String",):
+        return Text, Enum
+    if name == "Bool":
+        return (Bool,)
+    return (Real,) if name in (*_FLOATS, "Range") else (Int,)
+
+
+_SAID = {
+    "vector": "a vector of reals",
+    "tuple": "a vector of ints",
+    "joints": "a vector with one real for each joint",
+    "vector3": "a vector of three reals, or a point",
+    "camera": "a `vector[4, px]`: fx, fy, cx, cy",
+    "pose": "a pose",
+    "transform": "a pose",
+    "twist": "a twist",
+    "wrench": "a wrench",
+    "image": "an `image[height, width, 3]`",
+    "depth": "an `image[height, width, 1]`, in metres",
+}
+_SAID_OF: dict[type, str] = {
+    Text: "a text or an enum",
+    Bool: "a bool",
+    Int: "an int",
+    Real: "a real",
+}
+
+
+def _wanted(message: str) -> str:
+    """Types that go with messages, in words."""
+    first = _scalars(message)[0]
+    said = [_SAID.get(part.shape, _SAID_OF[first]) for part in MESSAGES[message]]
+    return " or ".join(dict.fromkeys(said))
+
+
+# Coordinate frames: which fields have to hold which frame.
+
+
+def frames_of(part: Part, type_: Type) -> Iterator[tuple[str, str]]:
+    """Fields of a message that hold a frame, and the frame of the specification."""
+    match type_:
+        case Pose(parent=parent, child=child):
+            yield from ((part.frame, parent), (part.child, child))
+        case Spatial(frame=frame) | Vector(frame=frame):
+            yield part.frame, frame
+
+
+def named_frames(part: Part, type_: Type, ros2: Ros2) -> tuple[tuple[str, str], ...]:
+    """Fields of a message that hold a frame, and what ROS calls the frame of the element."""
+    known = dict(ros2.frames)
+    return tuple((at, known[name]) for at, name in frames_of(part, type_) if at and name in known)

@@ -1,0 +1,123 @@
+"""What devices are behind topics of ROS 2: messages, joints and frames fit their elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.analysis import Facts
+from specc.analysis.plant import BoundElement
+from specc.analysis.ros2 import JOINT_STATE, Misfit, frames_of, part_of, short
+from specc.diagnostics import Diagnostic, Related
+from specc.model.binding import PLANT
+from specc.model.types import Vector
+
+
+def topics_fit(facts: Facts) -> Iterator[Diagnostic]:
+    """E0505."""
+    for bound in facts.bindings:
+        if bound.plant == "ros2" and (complaint := _wrong_kind(bound)):
+            message, help = complaint
+            yield Diagnostic(
+                "E0505", message, bound.binding.place, related=(_type(bound),), help=help
+            )
+
+
+_OF_A_MODEL = {
+    "sensors": "sensors",
+    "actuators": "actuators",
+    "camera": "camera",
+    "image": "image",
+    "noise": "noise",
+    "depth_noise": "noise",
+}
+"""Of bindings to parts of a model, and the keys that say it."""
+
+
+def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
+    """What is wrong with the kind of a binding, and a way out; None if nothing is."""
+    name, binding = bound.element.name, bound.binding
+    if binding.device == PLANT:
+        return "nothing is known of a plant behind ROS 2 but what its devices report", "delete it"
+    if binding.rate_hz is not None:
+        return "messages have no rate: the latest one counts", "delete `rate`"
+    for attribute, key in _OF_A_MODEL.items():
+        if getattr(binding, attribute):
+            return f"`{key}` is for MuJoCo models", f"delete `{key}`"
+    if not binding.topic:
+        return f"`{name}` has no `topic`", "add `topic:`, e.g. `topic: /joint_states`"
+    if not binding.message:
+        return f"`{name}` has no `type`", "add `type:`, e.g. `type: sensor_msgs/JointState`"
+    if binding.joints and short(binding.message) != JOINT_STATE:
+        return f"`joints` are for messages of type {JOINT_STATE}", "delete `joints`"
+    if bound.commanded and binding.max_gap_s is not None:
+        why = f"`{name}` is commanded: `max_gap` is for what a device reports"
+        return why, "delete `max_gap`"
+    return None
+
+
+def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
+    """E0511, E0521; a binding that lacks its topic is `topics_fit`'s matter."""
+    for bound in _topics(facts):
+        misfit = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
+        if isinstance(misfit, Misfit):
+            place = bound.binding.place.below("type")
+            yield Diagnostic(
+                misfit.code, misfit.message, place, related=(_type(bound),), help=misfit.help
+            )
+
+
+def joints_counted(facts: Facts) -> Iterator[Diagnostic]:
+    """E0507, of joint states: there is a name for each number of the element."""
+    for bound in _topics(facts):
+        binding, type_ = bound.binding, bound.element.type
+        if binding.through or short(binding.message) != JOINT_STATE:
+            continue
+        wanted, given = type_.size if isinstance(type_, Vector) else 1, len(binding.joints)
+        if given != wanted:
+            yield Diagnostic(
+                "E0507",
+                f"`{bound.element.name}` has {_numbers(wanted)}, and {given or 'no'} "
+                f"{'joint is' if given == 1 else 'joints are'} named",
+                binding.place.below("joints") if given else binding.place,
+                related=(_type(bound),),
+                help="name the joints in the order of the element: `joints: [NAME, ...]`",
+            )
+
+
+def frames_named(facts: Facts) -> Iterator[Diagnostic]:
+    """E0522: what a message says of its frame can only be compared with a name."""
+    ros2 = facts.system.plant.ros2 if facts.system.plant else None
+    if ros2 is None:
+        return
+    known = dict(ros2.frames)
+    for bound in _topics(facts):
+        part = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
+        if isinstance(part, Misfit):
+            continue
+        for at, frame in frames_of(part, bound.element.type):
+            if at and frame and frame not in known:
+                yield Diagnostic(
+                    "E0522",
+                    f"messages of type {short(bound.binding.message)} say which frame they are "
+                    f"in, and frame `{frame}` has no name in ROS",
+                    bound.binding.place.below("type"),
+                    related=(_type(bound),),
+                    help=f"say under `ros2:` what it is called: `frames: {{{frame}: NAME}}`",
+                )
+
+
+def _topics(facts: Facts) -> Iterator[BoundElement]:
+    for bound in facts.bindings:
+        if bound.plant == "ros2" and bound.binding.topic and bound.binding.message:
+            yield bound
+
+
+def _numbers(count: int) -> str:
+    return "1 number" if count == 1 else f"{count} numbers"
+
+
+def _type(bound: BoundElement) -> Related:
+    return Related(bound.element.place, f"`{bound.element.type}`")
+
+
+CHECKS = (topics_fit, messages_fit, joints_counted, frames_named)

@@ -1,0 +1,48 @@
+"""The node and the topics behind which devices are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.analysis.plant import BoundElement, bound_elements
+from specc.analysis.ros2 import Misfit, named_frames, part_of, short
+from specc.lower.names import Imports, call, given, literal
+from specc.model.binding import Ros2
+from specc.model.system import System
+from specc.model.types import Real
+
+
+def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
+    """Arguments of the node and its topics; none if there is no plant behind ROS 2."""
+    ros2 = system.plant.ros2 if system.plant else None
+    if ros2 is None:
+        return
+    imports.own("Ros2")
+    yield literal(ros2.node)
+    options = {"wait_s": float(ros2.wait_s), "use_sim_time": ros2.use_sim_time}
+    yield from given({"python": ros2.python, **options})
+    topics = [_topic(bound, ros2, imports) for bound in bound_elements(system)]
+    yield f"topics=({''.join(f'{topic}, ' for topic in topics if topic)})"
+
+
+def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
+    """The call that makes a topic; empty for a binding that has none."""
+    binding, type_ = bound.binding, bound.element.type
+    part = part_of(binding, type_, commanded=bound.commanded)
+    if not binding.topic or isinstance(part, Misfit):
+        return ""
+    told = {
+        "path": part.path,
+        "commanded": bound.commanded,
+        "joints": binding.joints,
+        "frames": named_frames(part, type_, ros2),
+        "qos": binding.qos,
+        "is_number": part.shape == "joints" and isinstance(type_, Real),
+    }
+    first = (
+        f"{binding.device}.{binding.element}",
+        binding.topic,
+        short(binding.message),
+        part.shape,
+    )
+    return call(imports.own("Ros2Topic"), (*map(literal, first), *given(told)))
