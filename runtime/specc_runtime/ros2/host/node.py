@@ -1,0 +1,173 @@
+"""The devices of a plant behind ROS 2: one node, with a subscription or publisher for each."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from specc_runtime.hosting.devices import DeviceError
+from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
+from specc_runtime.ros2.host.qos import mismatch, profile
+from specc_runtime.ros2.host.stamps import measured_at
+
+Samples = list[tuple[str, object, float]]
+"""Names of elements, plain values, and when they were measured: s of `time.monotonic()`."""
+_STEP_S = 0.05
+_MOST_AT_ONCE = 64
+"""Messages that one `poll` takes, so that it returns though they come without end."""
+
+
+class Devices:
+    """What the device host asks: open, poll, send, close, with plain data only.
+
+    The configuration has `node`, its name; `namespace`; `use_sim_time`; `wait_s`; and `topics`,
+    each with the `name` of its element, `topic`, `type`, whether it is `commanded`, `qos`, and
+    `joints`: a message that has none of them is somebody else's.
+    """
+
+    def __init__(self) -> None:
+        self._context = rclpy.Context()
+        self._samples: Samples = []
+        self._publishers: dict[str, Any] = {}
+        self._waiting: dict[str, dict[str, Any]] = {}
+        self._node: Node | None = None
+        self._executor: SingleThreadedExecutor | None = None
+
+    def open(self, config: dict[str, Any]) -> None:
+        """Connect; returns when each topic has a first message or a reader, after `wait_s` at most.
+
+        Raises DeviceError for topics without one, with all that is known of why.
+        """
+        # The host has its own ways to end.
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        node = self._node = _node(config, self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(node)
+        for topic in config["topics"]:
+            if topic["commanded"]:
+                self._advertise(node, topic)
+            else:
+                self._subscribe(node, topic)
+        self._wait(node, float(config["wait_s"]))
+
+    def poll(self, timeout_s: float) -> Samples:
+        """New samples; waits for the first at most that long. Raises DeviceError."""
+        assert self._executor is not None, "poll comes after open"
+        self._executor.spin_once(timeout_sec=timeout_s)
+        for _ in range(_MOST_AT_ONCE):
+            before = len(self._samples)
+            self._executor.spin_once(timeout_sec=0)
+            if len(self._samples) == before:
+                break
+        samples, self._samples = self._samples, []
+        return samples
+
+    def send(self, name: str, value: object) -> None:
+        """Publish a command. Raises DeviceError for what does not fit its message."""
+        publisher = self._publishers[name]
+        message = fill(publisher.msg_type(), value)
+        header: Any = getattr(message, "header", None)
+        stamp = getattr(header, "stamp", None)
+        if stamp is not None and not (stamp.sec or stamp.nanosec):
+            assert self._node is not None, "send comes after open"
+            header.stamp = self._node.get_clock().now().to_msg()
+        publisher.publish(message)
+
+    def close(self) -> None:
+        """Leave the graph; may be called twice, and without `open`."""
+        if self._executor is not None:
+            self._executor.shutdown(timeout_sec=1.0)
+            self._executor = None
+        if self._node is not None:
+            self._node.destroy_node()
+            self._node = None
+        self._context.try_shutdown()
+
+    def _advertise(self, node: Node, topic: dict[str, Any]) -> None:
+        cls = interface(topic["type"])
+        qos = profile(topic.get("qos", {}), commanded=True)
+        self._publishers[topic["name"]] = node.create_publisher(cls, topic["topic"], qos)
+        self._waiting[topic["name"]] = topic
+
+    def _subscribe(self, node: Node, topic: dict[str, Any]) -> None:
+        cls = interface(topic["type"])
+        qos = profile(topic.get("qos", {}), commanded=False)
+        node.create_subscription(cls, topic["topic"], self._receiver(node, topic), qos)
+        self._waiting[topic["name"]] = topic
+
+    def _receiver(self, node: Node, topic: dict[str, Any]) -> Callable[[Any], None]:
+        name, where = topic["name"], topic["topic"]
+        joints = frozenset(topic.get("joints", ()))
+        kept = topic.get("qos", {}).get("durability") == "transient_local"
+        clock = node.get_clock()
+
+        def receive(message: Any) -> None:
+            now_s, ros_s = time.monotonic(), clock.now().nanoseconds * 1e-9
+            if joints and joints.isdisjoint(getattr(message, "name", joints)):
+                return
+            stamp = getattr(getattr(message, "header", None), "stamp", None)
+            try:
+                at_s = measured_at(stamp, ros_s, now_s, where, kept=kept)
+            except DeviceError as error:  # of this element, and of no other
+                self._samples.append((name, error, now_s))
+            else:
+                self._samples.append((name, plain(message), at_s))
+            self._waiting.pop(name, None)
+
+        return receive
+
+    def _wait(self, node: Node, wait_s: float) -> None:
+        assert self._executor is not None
+        end_s = time.monotonic() + wait_s
+        while self._waiting:
+            left_s = end_s - time.monotonic()
+            if left_s <= 0:
+                lost = [_why_silent(node, topic) for topic in self._waiting.values()]
+                raise DeviceError(f"after {wait_s:g} s of waiting: {'; '.join(lost)}")
+            self._executor.spin_once(timeout_sec=min(left_s, _STEP_S))
+            for name, publisher in self._publishers.items():
+                if name in self._waiting and publisher.get_subscription_count():
+                    del self._waiting[name]
+
+
+def _node(config: dict[str, Any], context: Any) -> Node:
+    overrides = []
+    if config.get("use_sim_time"):
+        overrides.append(Parameter("use_sim_time", value=True))
+    return Node(
+        config["node"],
+        context=context,
+        namespace=config.get("namespace") or None,
+        parameter_overrides=overrides,
+        start_parameter_services=False,
+        enable_rosout=False,
+    )
+
+
+def _why_silent(node: Node, topic: dict[str, Any]) -> str:
+    """What is known of a topic that has no message yet, or no reader."""
+    name, commanded = topic["topic"], topic["commanded"]
+    full = node.resolve_topic_name(name)
+    find = node.get_subscriptions_info_by_topic if commanded else node.get_publishers_info_by_topic
+    others = find(full)
+    wanted = interface_name(interface(topic["type"]))
+    who = "reads" if commanded else "publishes"
+    if not others:
+        return f"nobody {who} {full} ({topic['name']})"
+    types = sorted({end.topic_type for end in others} - {wanted})
+    if types:
+        verb = "read" if commanded else "published"
+        return f"{full} ({topic['name']}) is {verb} as {' and '.join(types)}, not as {wanted}"
+    own = profile(topic.get("qos", {}), commanded=commanded)
+    for end in others:
+        ends = (own, end.qos_profile) if commanded else (end.qos_profile, own)
+        if why := mismatch(*ends):
+            return f"the quality of service of {full} ({topic['name']}) does not match: {why}"
+    return f"{full} ({topic['name']}) has {len(others)} publishers and no message"

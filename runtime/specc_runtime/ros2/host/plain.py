@@ -1,0 +1,105 @@
+"""Messages of ROS 2 to plain data and back: dictionaries, lists, numbers, texts and bytes."""
+
+from __future__ import annotations
+
+from array import array
+from importlib import import_module
+from typing import Any
+
+from specc_runtime.hosting.devices import DeviceError
+
+
+def interface(name: str, kind: str = "msg") -> Any:
+    """The class of `package/Type` or `package/msg/Type`; `kind` may be "action".
+
+    Raises DeviceError, with the package that is missing, if this ROS does not have it.
+    """
+    parts = name.split("/")
+    package, last = parts[0], parts[-1]
+    try:
+        return getattr(import_module(f"{package}.{kind}"), last)
+    except ImportError as error:
+        raise DeviceError(
+            f"this ROS has no package `{package}` with `{name}` ({error}): source the workspace "
+            "that has it"
+        ) from error
+    except AttributeError as error:
+        raise DeviceError(f"package `{package}` has no {kind} `{last}`") from error
+
+
+def interface_name(cls: Any) -> str:
+    """`package/msg/Type` of a class of messages, as ROS 2 names it."""
+    package, kind = cls.__module__.split(".")[:2]
+    return f"{package}/{kind}/{cls.__name__}"
+
+
+def plain(value: Any) -> Any:
+    """Plain data of a message or a value in one: fields by name; bytes for arrays of uint8."""
+    if isinstance(value, (float, int, str, bytes)):
+        return value
+    if hasattr(value, "get_fields_and_field_types"):
+        return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
+    if isinstance(value, array):
+        return value.tobytes() if value.typecode == "B" else value.tolist()
+    if hasattr(value, "tolist"):  # an array of numpy, in which rclpy has those of a fixed size
+        return value.tolist()
+    return [plain(item) for item in value]
+
+
+def fill(message: Any, data: Any, where: str = "") -> Any:
+    """The message with fields set from plain data; others stay as they are.
+
+    Raises DeviceError, with the path of the field, for a field that the message does not have and
+    for what it cannot take: rclpy may not look, and then converts whatever it finds.
+    """
+    if not isinstance(data, dict):
+        raise DeviceError(f"{_said(where, message)} takes its fields by name, not {_kind(data)}")
+    if hasattr(message, "_check_fields"):
+        message._check_fields = True
+    types = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
+    for name, value in data.items():
+        if name not in types:
+            known = ", ".join(types)
+            raise DeviceError(f"{_said(where, message)} has no field `{name}`: it has {known}")
+        path = f"{where}.{name}" if where else name
+        try:
+            setattr(message, name, _taken(types[name], value, getattr(message, name), path))
+        except (AssertionError, TypeError, ValueError, OverflowError) as error:
+            declared = message.get_fields_and_field_types()[name]
+            raise DeviceError(f"`{path}` is {declared}, not {_kind(value)}") from error
+    return message
+
+
+def _taken(declared: Any, value: Any, present: Any, where: str) -> Any:
+    """What a field of that type is set to."""
+    if hasattr(present, "get_fields_and_field_types"):
+        return fill(present, value, where)
+    element = getattr(declared, "value_type", None)
+    if element is None:
+        return _number(getattr(declared, "typename", ""), value)
+    if hasattr(element, "namespaces"):
+        cls = interface("/".join((*element.namespaces, element.name)))
+        return [fill(cls(), item, f"{where}[{n}]") for n, item in enumerate(value)]
+    if isinstance(value, bytes):
+        return array("B", value) if isinstance(present, array) else list(value)
+    return [_number(getattr(element, "typename", ""), item) for item in value]
+
+
+_REAL = ("float", "double", "long double")
+
+
+def _number(typename: str, value: Any) -> Any:
+    """A whole number is a real one, too."""
+    if typename in _REAL and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    return value
+
+
+def _said(where: str, message: Any) -> str:
+    name = interface_name(type(message))
+    return f"`{where}` ({name})" if where else f"`{name}`"
+
+
+def _kind(value: Any) -> str:
+    text = repr(value)
+    return f"{type(value).__name__} {text if len(text) <= 40 else text[:37] + '...'}"

@@ -1,0 +1,60 @@
+"""The plant behind ROS 2: a node in the device host, and values instead of messages here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from specc_runtime.hosting.client import HostedPlant, Setup
+from specc_runtime.ros2.messages import message_of, value_of
+from specc_runtime.system import PlantSpec, System
+
+NODE = "specc_runtime.ros2.host.node:Devices"
+_START_S = 10.0
+"""How long the Python of ROS may take to start, and rclpy to be imported."""
+
+Convert = Callable[[Any], Any]
+
+
+def ros2_plant(system: System) -> HostedPlant:
+    """The plant of a system with `ros2`: its node runs, and each topic has had a first message.
+
+    Raises UsageError for a Python that cannot be started; PlantError for topics that are not there
+    or not as declared.
+    """
+    spec = system.plant
+    assert spec is not None and spec.ros2 is not None, "the caller knows that it is behind ROS 2"
+    decode, encode = _conversions(spec)
+    # What nobody reads need not come.
+    read = {item.sensor for item in spec.inputs}
+    topics = tuple(topic for topic in spec.ros2.topics if topic.commanded or topic.name in read)
+    ros2 = replace(spec.ros2, topics=topics)
+    setup = Setup(NODE, ros2.config, python=ros2.python, wait_s=ros2.wait_s + _START_S)
+    return HostedPlant(system, setup, decode=decode, encode=encode)
+
+
+def _conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Convert]]:
+    """By the names of elements: values of messages, and messages of values."""
+    assert spec.ros2 is not None
+    through: dict[str, Any] = {sensor.name: sensor.through for sensor in spec.sensors}
+    through |= {actuator.name: actuator.through for actuator in spec.actuators}
+    decode: dict[str, Convert] = {}
+    encode: dict[str, Convert] = {}
+    for topic in spec.ros2.topics:
+        function = through.get(topic.name)
+        if topic.commanded:
+            encode[topic.name] = _after(partial(message_of, topic), function, first=True)
+        else:
+            decode[topic.name] = _after(partial(value_of, topic), function, first=False)
+    return decode, encode
+
+
+def _after(convert: Convert, function: Any, *, first: bool) -> Convert:
+    """`convert`, with the function of `through` before it if that comes `first`, or behind it."""
+    if function is None:
+        return convert
+    if first:
+        return lambda value: convert(function(value))
+    return lambda message: function(convert(message))
