@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from specc_runtime.records import StepRecord
     from specc_runtime.system import System
     from specc_runtime.task import Judge, Scene
+    from specc_runtime.timing import Paced, RealTime
 
 __all__ = [
     "NO_SAMPLE",
@@ -28,8 +29,10 @@ __all__ = [
     "Fault",
     "Judge",
     "Latest",
+    "Paced",
     "Plant",
     "PlantError",
+    "RealTime",
     "Scene",
     "StepRecord",
     "System",
@@ -49,6 +52,7 @@ _HOMES = {
     "records": ("StepRecord",),
     "system": ("System",),
     "task": ("Judge", "Scene"),
+    "timing": ("Paced", "RealTime"),
 }
 
 

@@ -102,11 +102,6 @@ class _Attempt:
         options, interruption = self._options, self._interruption
         examined = options.check_operators
         system = load_system(options.directory, options.base, check_operators=examined)
-        if options.real_time and not system.tests_all_rows:
-            raise UsageError(
-                f"{options.directory} relies on proofs that hold where no period is skipped; "
-                "build it with --real-time"
-            )
         self._check_interrupted()
         spec = system.plant
         plant = self._handed_over(spec) or self._set_up(system) if spec is not None else None
@@ -347,7 +342,11 @@ def _session(
     alone = options.duration_s is not None and options.cycles is None
     if options.cycle_limit_s is not None and (alone or system.task is None):
         raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
-    return Session(options, system, plant, open_judge(system, plant), clock, interruption, recorder)
+    judge = open_judge(system, plant)
+    try:
+        return Session(options, system, plant, judge, clock, interruption, recorder)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
 
 
 def _accompany(

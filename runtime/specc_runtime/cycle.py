@@ -58,9 +58,15 @@ class Executor:
 
         `at_rest` is called about every `REST_S` of simulated time, when nothing is under way.
 
-        Raises ValueError if it is not, or lacks a method that the run calls.
+        Raises ValueError if it is not, or lacks a method that the run calls, and for real time with
+        code that does not test all rows.
         """
         _check(system, plant)
+        if isinstance(timing, RealTime) and not system.tests_all_rows:
+            raise ValueError(
+                f"the code of system {system.name!r} relies on proofs that hold where no period is "
+                "skipped; build it with --real-time"
+            )
         self.tick = 0
         self.faults: list[Fault] = []
         self._abandoned = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from argparse import Namespace
 from collections.abc import Iterator
@@ -110,13 +111,12 @@ class _Answer:
 
     def _conditions(self, one: Any, subsystem: Subsystem, before: str) -> Iterator[str]:
         step, behaviour = one.step, subsystem.state(before).behaviour
-        elapsed_s = None if one.entered_s is None else step["time"] - one.entered_s
         moment = Moment(
             self._system,
             subsystem,
             step,
             one.memory,
-            elapsed_s,
+            _elapsed_s(one, float(subsystem.rate_hz)),
             is_exact=self._told.get("exact") == "true",
             array=lambda value: called("stepping", "array", value),
             folder=os.path.dirname(self._spec),
@@ -223,3 +223,13 @@ def _seconds(time_s: float) -> str:
 
 def _clipped(text: object) -> str:
     return clipped(" ".join(str(text).split()), _LONGEST_MESSAGE)
+
+
+def _elapsed_s(one: Any, rate_hz: float) -> float | None:
+    """How long it is in its state, in whole periods; a step in real time may begin within one."""
+    if one.entered_s is None:
+        return None
+    now, entered = (
+        math.floor(time_s * rate_hz + 1e-6) for time_s in (one.step["time"], one.entered_s)
+    )
+    return (now - entered) / rate_hz

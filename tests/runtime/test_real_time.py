@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import defaultdict
 from collections.abc import Callable
+from dataclasses import replace
 from random import Random
 from typing import Any
 
@@ -109,6 +110,7 @@ def test_what_is_sampled_in_a_gap_is_sampled_at_its_end() -> None:
             sensors=(SensorBinding("s", rate_hz=1 / (4 * TICK_S)),),
             inputs=(PlantInput("s", "a", "s"),),
         ),
+        tests_all_rows=True,
     )
     driven = Driven(built, clock, plant=Plant()).until(20).finish()
     values = {r.stamp: dict(r.sent)["value"] for r in driven.of("a")}
@@ -188,3 +190,9 @@ def test_quantiles_are_those_of_the_durations() -> None:
     for share in (0.5, 0.9, 0.99, 1.0):
         exact = durations[max(0, int(share * len(durations)) - 1)]
         assert exact * 0.999 <= max(found.at(share), 1e-6) <= max(exact, 1e-6) * 1.03
+
+
+def test_code_that_relies_on_proofs_is_refused() -> None:
+    built = replace(system(node("a"), tick_s=TICK_S), tests_all_rows=False)
+    with pytest.raises(ValueError, match="--real-time"):
+        Driven(built, DrivenClock())

@@ -71,6 +71,7 @@ def system(*nodes: Node, **kwargs: Any) -> System:
         kwargs.pop("tick_s", TICK_S),
         tuple(Scheduled(node, node.ticks) for node in nodes),
         tuple(Connection(s, "value", node.name, s) for node in nodes for s in node.sources),
+        tests_all_rows=True,
         **kwargs,
     )
 
