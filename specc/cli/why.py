@@ -232,4 +232,4 @@ def _elapsed_s(one: Any, rate_hz: float) -> float | None:
     now, entered = (
         math.floor(time_s * rate_hz + 1e-6) for time_s in (one.step["time"], one.entered_s)
     )
-    return (now - entered) / rate_hz
+    return float((now - entered) / rate_hz)
