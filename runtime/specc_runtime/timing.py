@@ -71,7 +71,7 @@ class Paced(Timing):
 class RealTime(Timing):
     """The ticks of the clock. Ticks that are over are skipped, never made up for.
 
-    `lateness` has how long after its time every tick began that was not skipped.
+    `lateness` has how long after the time of the tick that was next the run went on.
     """
 
     def __init__(self, clock: WallClock) -> None:
@@ -97,9 +97,8 @@ class RealTime(Timing):
         due_s = tick * self._tick_s
         self._clock.wait(due_s - self.now_s)
         now_s = self.now_s
-        newest = max(tick, math.floor(now_s / self._tick_s + _EARLY))
-        self.lateness.add(max(0.0, now_s - newest * self._tick_s))
-        return newest
+        self.lateness.add(max(0.0, now_s - due_s))
+        return max(tick, math.floor(now_s / self._tick_s + _EARLY))
 
 
 def timing(clock: WallClock, *, real: bool, speed: float | None) -> Timing:
