@@ -14,7 +14,7 @@ import os
 import resource
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -27,6 +27,7 @@ from bench.harness.tables import table
 from specc.cli.main import main as specc
 from tests.recording.bombs import bombs
 from tests.recording.test_foreign_code import TALK
+from tests.sweep import hostile
 from tests.tools.lsp.client import Client
 
 OTHER, BOMB = "other.yaml", "bomb.mcap"
@@ -91,6 +92,13 @@ def _print_hostile(only: str) -> None:
     rows = [_row(name, command, recorded) for name, command in READERS.items() if only in name]
     title = "CPU time, s, and memory, MB, of opening a recording of 1 MB; what runs do is left out"
     print(table(title, ("command", *BOMBS), rows))
+    rows = [
+        (name, *_cells([_used(_done(arguments, lines), (*hostile.COMMAND, *arguments))]))
+        for name, (arguments, lines) in hostile.HOSTILE.items()
+        if only in f"sweep {name}"
+    ]
+    title = "CPU time, s, and memory, MB, of a sweep whose runs are all in a folder of 1 MB"
+    print(table(title, ("runs with", "sweep"), rows))
 
 
 def _putting(name: str) -> Callable[[], None]:
@@ -110,12 +118,24 @@ def _recording(made: Callable[[], bytes]) -> Callable[[], None]:
     return there
 
 
+def _done(arguments: Sequence[str], lines: Callable[[], Iterable[str]]) -> Callable[[], None]:
+    def there() -> None:
+        with redirect_stdout(io.StringIO()):
+            hostile.begun(*arguments)
+        hostile.put(lines())
+
+    return there
+
+
 def _row(
     name: str, command: Sequence[str], makers: Mapping[str, Callable[[], None]]
 ) -> tuple[str, ...]:
     """The cells of one command."""
-    used = (_used(maker, command) for maker in makers.values())
-    return (name, *(f"{cpu_s:.1f} {memory_mb:.0f}" for cpu_s, memory_mb in used))
+    return (name, *_cells(_used(maker, command) for maker in makers.values()))
+
+
+def _cells(used: Iterable[tuple[float, float]]) -> Iterator[str]:
+    return (f"{cpu_s:.1f} {memory_mb:.0f}" for cpu_s, memory_mb in used)
 
 
 def _used(make: Callable[[], None], command: Sequence[str]) -> tuple[float, float]:

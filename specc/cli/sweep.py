@@ -54,6 +54,8 @@ _FEW = 6
 """Settings for which other processes are not worth their beginning."""
 _REASONS, _SETTINGS, _SEEDS = 4, 12, 8
 """Reasons, settings, and seeds of a reason that are told, for one screen; the tables have all."""
+_LONGEST = 400
+"""Characters of a reason that are told."""
 
 
 @frozen
@@ -114,6 +116,7 @@ def _sweep(options: Namespace) -> int:
     }
     stem = os.path.splitext(os.path.basename(options.spec))[0]
     with Folder(Path(options.out or os.path.join("sweeps", stem)), about) as folder:
+        folder.check_size(asked.settings, asked.seeds)
         work = folder.path / _WORK
         shutil.rmtree(work, ignore_errors=True)
         interrupted = False
@@ -323,7 +326,7 @@ def _conclude(options: Namespace, asked: _Asked, folder: Folder) -> None:
         streams.show(f"{words}: {folder.path / _SUMMARY}\n")
     told = summary.reasons(rows)
     for reason, places in told[:_REASONS]:
-        streams.show(f"{len(places)} {reason}\n")
+        streams.show(f"{len(places)} {reason[:_LONGEST]}\n")
         streams.show(_failing(options, asked, [runs[place][:2] for place in places]))
     if len(told) > _REASONS:
         streams.show(f"and {len(told) - _REASONS} other reasons\n")
@@ -371,6 +374,9 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
     alone = [summary.Cell(tuple(c.values[i] for i in picked), c.runs, c.estimates) for c in cells]
     try:
         plots.plot(alone, swept, folder)
+        if swept and (others := sum(1 for _ in plots.differing(alone)) - plots.MOST) > 0:
+            words = f"no plots of {counted(others, 'other column')}"
+            streams.show(f"{words}: {folder.with_name(_SUMMARY)}\n")
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "matplotlib":
             raise

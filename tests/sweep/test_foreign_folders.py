@@ -11,7 +11,9 @@ import pytest
 
 from specc.cli import sweep
 from specc.cli.main import main
+from specc.tools.sweep import plots
 from tests.recording.test_foreign_code import TALK
+from tests.sweep import hostile
 
 COMMAND = ["sweep", "talk.yaml", "--seeds=0:2", "--duration=1", "--out=runs"]
 ODD: list[Any] = [
@@ -75,3 +77,48 @@ def test_rows_are_data(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture
             assert not {"\x1b", "\x07"} & {*out, *err} and "\n::" not in out + err
     after = {path for path in tmp_path.rglob("*") if runs.resolve() not in path.parents}
     assert after == before
+
+
+@pytest.fixture
+def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    hostile.begun("--seeds=0:1")
+
+
+@pytest.mark.usefixtures("begun")
+def test_a_table_out_of_proportion_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every row has a field for each column, whichever run has it."""
+    hostile.put(hostile.of_one_run())
+    assert main([*hostile.COMMAND, "--seeds=0:1000"]) == 2
+    assert "runs.jsonl: 1000 runs with 60002 columns" in capsys.readouterr().err
+    assert main([*hostile.COMMAND, "--seeds=0:2"]) == 0
+    assert "2 runs" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("begun")
+def test_what_is_told_and_drawn_of_a_folder_is_bounded(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(plots, "MOST", 2)
+    long = "long " * 50_000
+    for k in (1, 2):
+        figures = {long: k, "success": False, "reason": long, "b": k, "c": k}
+        hostile.put([*hostile.LOG.read_text().splitlines(), hostile.line(0, figures, k=str(k))])
+    assert main([*hostile.COMMAND, "--set=k=1,2", "--seeds=0:1"]) == 0
+    out = capsys.readouterr().out
+    assert "no plots of 2 other columns: runs/summary.csv" in out and len(out) < 2000
+    assert len(list(Path("runs/plots").iterdir())) == 4
+    Path("runs/sweep.json").write_text(json.dumps(dict.fromkeys(map(str, range(1000)))))
+    assert main([*hostile.COMMAND, "--seeds=0:1"]) == 2
+    assert len(capsys.readouterr().err) < 300
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("begun")
+def test_hostile_folders(capsys: pytest.CaptureFixture[str]) -> None:
+    for name, (arguments, lines) in hostile.HOSTILE.items():
+        hostile.put(lines())
+        assert hostile.LOG.stat().st_size > 800_000, name
+        assert main([*hostile.COMMAND, *arguments]) in (0, 2), name
+        told = capsys.readouterr()
+        assert len(told.out + told.err) < 5000, name

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from itertools import count
+from itertools import count, islice
 from math import nan
 from pathlib import Path
-from textwrap import fill
+from textwrap import fill, shorten
 from typing import Any
 
 from specc.tools.canvas import content, figure
@@ -15,10 +15,16 @@ from specc.tools.sweep.running import STEPS
 from specc.tools.sweep.summary import Cell
 
 _LONGEST_LINE = 48
+_LONGEST_TITLE = 4 * _LONGEST_LINE
+_TICKS, _TEXTS = 24, 576
+"""Labels along an axis, and cells of a heat map that have their value in them: more are illegible,
+and take minutes to place."""
+MOST = 50
+"""Columns that are drawn."""
 
 
 def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path]:
-    """Draw what differs between the cells, each as PNG and SVG; the files.
+    """Draw what differs between the cells, `MOST` columns of it, each as PNG and SVG; the files.
 
     Over one constant a line with its intervals, over two a heat map; over none or more nothing.
 
@@ -29,7 +35,7 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
     if len(names) not in (1, 2) or len(cells) < 2:
         return []
     drawn: list[Path] = []
-    for column in _differing(cells):
+    for column in islice(differing(cells), MOST):
         with figure(5.2, 3.4) as made:
             (_line if len(names) == 1 else _map)(made.subplots(), cells, names, column)
             folder.mkdir(exist_ok=True)
@@ -37,11 +43,14 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
     return drawn
 
 
-def _differing(cells: Sequence[Cell]) -> Iterator[str]:
+def differing(cells: Sequence[Cell]) -> Iterator[str]:
     """The columns whose estimates differ."""
-    for column in dict.fromkeys(name for cell in cells for name in cell.estimates):
-        values = {e.value for cell in cells if (e := cell.estimates.get(column))}
-        if column == "success" or (len(values) > 1 and not column.startswith(STEPS)):
+    values: dict[str, set[float]] = {}
+    for cell in cells:
+        for column, estimate in cell.estimates.items():
+            values.setdefault(column, set()).add(estimate.value)
+    for column, found in values.items():
+        if column == "success" or (len(found) > 1 and not column.startswith(STEPS)):
             yield column
 
 
@@ -67,6 +76,12 @@ def _scale(values: Sequence[float | str]) -> tuple[list[float], list[str]]:
     return [float(i) for i in range(len(values))], list(map(str, values))
 
 
+def _few(places: Sequence[float], labels: Sequence[str]) -> tuple[list[float], list[str]]:
+    """Places of ticks and their labels, evenly thinned out."""
+    step = -(-len(labels) // _TICKS)
+    return list(places[::step]), list(labels[::step])
+
+
 def _line(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -> None:
     places, ticks = _scale([cell.values[0] for cell in cells])
     known = [(x, e) for x, cell in zip(places, cells, strict=True) if (e := _of(cell, column))]
@@ -75,7 +90,7 @@ def _line(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -
     below = [nan if e.low is None else e.value - e.low for _, e in known]
     above = [nan if e.high is None else e.high - e.value for _, e in known]
     axes.errorbar(xs, ys, (below, above), fmt="o-", capsize=3, markersize=4, linewidth=1.2)
-    axes.set_xticks(places, ticks)
+    axes.set_xticks(*_few(places, ticks))
     axes.set_xlabel(names[0])
     axes.set_ylabel(_titled(column))
     axes.grid(axis="y", linewidth=0.4, alpha=0.6)
@@ -90,7 +105,8 @@ def _map(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) ->
     is_rate = _is_rate(cells, column)
     low, high = (0.0, 1.0) if is_rate else (None, None)
     image = axes.imshow(grid, vmin=low, vmax=high, origin="lower", aspect="auto")
-    for row, y in enumerate(second):
+    is_legible = len(first) * len(second) <= _TEXTS
+    for row, y in enumerate(second if is_legible else ()):
         for col, x in enumerate(first):
             if (x, y) in known:
                 value = known[x, y]
@@ -100,7 +116,7 @@ def _map(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) ->
         (first, names[0], axes.set_xticks, axes.set_xlabel),
         (second, names[1], axes.set_yticks, axes.set_ylabel),
     ):
-        set_ticks(range(len(values)), _scale(values)[1])
+        set_ticks(*_few(range(len(values)), _scale(values)[1]))
         set_label(name)
     axes.set_title(_titled(column), fontsize=9)
     axes.figure.colorbar(image, ax=axes)
@@ -122,4 +138,4 @@ def _is_rate(cells: Sequence[Cell], column: str) -> bool:
 
 def _titled(column: str) -> str:
     words = column.replace("cycle.", "cycle: ").replace("_", " ")
-    return fill(words, _LONGEST_LINE)
+    return fill(shorten(words, _LONGEST_TITLE), _LONGEST_LINE)

@@ -19,6 +19,9 @@ MOST_RUNS = 1_000_000
 MOST_SETTINGS = 10_000
 """Each has code of its own."""
 
+_LONGEST_UNIT = 24
+"""What is longer is compared as text: a folder of a stranger may have many of them."""
+
 Setting = Mapping[str, str]
 """Texts of the values of constants, by name."""
 
@@ -35,13 +38,8 @@ class Axis:
 
     name: str
     values: tuple[str, ...]
-
-    @property
-    def unit(self) -> str | None:
-        """The unit of the values, empty if they have none; None unless they are numbers of one."""
-        found = [quantity(value) for value in self.values]
-        units = {number[1] for number in found if number is not None}
-        return units.pop() if None not in found and len(units) == 1 else None
+    unit: str | None
+    """The unit of the values, empty if they have none; None unless they are numbers of one."""
 
     @property
     def title(self) -> str:
@@ -80,7 +78,13 @@ def axis_of(name: str, text: str, unit: str = "") -> Axis:
     counts = Counter(keys := [meaning(value) for value in values])
     if twice := [v for v, key in zip(values, keys, strict=True) if counts[key] > 1]:
         raise SweepError(f"--set {name}={text}: {twice[-1]} is there twice")
-    return Axis(name, tuple(values))
+    return Axis(name, tuple(values), _unit_of(values))
+
+
+def _unit_of(values: Sequence[str]) -> str | None:
+    found = [quantity(value) for value in values]
+    units = {number[1] for number in found if number is not None}
+    return units.pop() if None not in found and len(units) == 1 else None
 
 
 def seeds_of(text: str) -> tuple[int, ...]:
@@ -114,8 +118,9 @@ def settings_of(axes: Sequence[Axis], seeds: Sequence[int]) -> list[dict[str, st
 def meaning(value: str) -> Hashable:
     """What is the same of 1, 1.0 and of 1[s], 1000[ms]; of all but quantities the text."""
     number = quantity(value)
+    is_read = number is not None and len(number[1]) <= _LONGEST_UNIT
     try:
-        unit = parse_unit(number[1] or "1") if number else None
+        unit = parse_unit(number[1] or "1") if number and is_read else None
     except UnitError:
         unit = None
     if number is None or unit is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from math import exp, lgamma, log, sqrt
 from typing import Any
@@ -75,13 +75,14 @@ def cells_of(rows: Sequence[Row], names: Sequence[str]) -> list[Cell]:
     groups: dict[tuple[float | str, ...], list[Row]] = {}
     for row in rows:
         groups.setdefault(tuple(row[name] for name in names), []).append(row)
-    columns = [c for c in columns_of(rows) if c not in (*names, *_ASIDE)]
+    columns = {c: i for i, c in enumerate(columns_of(rows)) if c not in (*names, *_ASIDE)}
     return [Cell(values, len(own), _estimates(own, columns)) for values, own in groups.items()]
 
 
-def _estimates(rows: Sequence[Row], columns: Sequence[str]) -> dict[str, Estimate]:
+def _estimates(rows: Sequence[Row], columns: Mapping[str, int]) -> dict[str, Estimate]:
     found = {}
-    for column in columns:
+    own = {name for row in rows for name in row if name in columns}
+    for column in sorted(own, key=columns.__getitem__):
         every = [row.get(column) for row in rows]
         if column.startswith(VERDICT):
             every = [_MET.get(str(verdict)) for verdict in every]

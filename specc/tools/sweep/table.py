@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from specc.aside import replacing
+from specc.diagnostics.phrases import counted, listed
 from specc.tools.sweep.running import LIMIT, Figures
 from specc.tools.sweep.settings import Setting, SweepError, meaning
 
@@ -28,6 +29,9 @@ LOG, TABLE, ABOUT = "runs.jsonl", "runs.csv", "sweep.json"
 # What a table ends with: figures that are not of interest one by one.
 _LAST = ("records_sha256", "wall_s")
 
+_FIELDS, _FIELDS_OF_BYTE = 1_000_000, 2
+"""Of the table of runs that are there: so many, and more in proportion to the log. Rows of one
+specification have the same columns, so that only few of the fields are empty."""
 _FLOAT_BITS = 1024
 """With as many a whole number is no float any more."""
 
@@ -111,9 +115,10 @@ class Folder:
             there = None
         if not isinstance(there, dict):
             raise SweepError(f"{path} is not of a sweep; name another folder with --out")
-        if other := [n for n in {**there, **self._about} if there.get(n) != self._about.get(n)]:
+        if other := [n for n in {**self._about, **there} if there.get(n) != self._about.get(n)]:
+            own = [name for name in other if name in self._about] or other[:1]
             raise SweepError(
-                f"{self.path} has runs with another {' and '.join(other)}; name another folder "
+                f"{self.path} has runs with another {listed(own, 'and')}; name another folder "
                 "with --out, or remove this one"
             )
 
@@ -155,6 +160,17 @@ class Folder:
             if (key := key_of(setting, seed)) in self.done:
                 yield setting, seed, self.done[key]
 
+    def check_size(self, settings: Sequence[Setting], seeds: Sequence[int]) -> None:
+        """Raises SweepError if the table of the runs that are there would be out of proportion."""
+        runs = [figures for _, _, figures in self.runs(settings, seeds)]
+        columns = len(columns_of(runs))
+        most = _FIELDS + _FIELDS_OF_BYTE * (self.path / LOG).stat().st_size
+        if columns * len(runs) > most:
+            raise SweepError(
+                f"{self.path / LOG}: {counted(len(runs), 'run')} with {columns} columns, most of "
+                "them of few runs, are too large a table; ask for fewer seeds or values at a time"
+            )
+
 
 def _entry(line: bytes) -> tuple[Key, Figures]:
     entry = json.loads(line)
@@ -183,11 +199,18 @@ def columns_of(rows: Iterable[Row]) -> list[str]:
 def as_csv(rows: Sequence[Row]) -> str:
     """A table with a line of names; empty where a row has no value."""
     text = io.StringIO()
-    names = columns_of(rows)
+    places = {name: place for place, name in enumerate(columns_of(rows))}
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(names)
-    table.writerows([_field(row.get(name)) for name in names] for row in rows)
+    table.writerow(places)
+    table.writerows(_fields(row, places) for row in rows)
     return text.getvalue()
+
+
+def _fields(row: Row, places: Mapping[str, int]) -> list[str]:
+    fields = [""] * len(places)
+    for name, value in row.items():
+        fields[places[name]] = _field(value)
+    return fields
 
 
 def _field(value: Any) -> str:
