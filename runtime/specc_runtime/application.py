@@ -22,6 +22,7 @@ from specc_runtime.loading import load_system, made
 from specc_runtime.options import Options, RendererName, UsageError
 from specc_runtime.plant import Grouped, Pictured, Plant, Viewable
 from specc_runtime.plants.errors import PlantError
+from specc_runtime.processes.worker import Processes
 from specc_runtime.report import Report, check_outputs, stillborn, write
 from specc_runtime.session import Recording, Session
 from specc_runtime.system import PlantSpec, System, Task
@@ -76,6 +77,7 @@ class _Attempt:
         self._faults: list[Fault] = []
         self._plant: Any = None
         self._plant_of = ""
+        self._processes = Processes()
         self._is_closing = False
         self._companions: list[Companion] = []
 
@@ -91,7 +93,8 @@ class _Attempt:
     def _run(self) -> None:
         check_outputs(self._options)
         self._options = self._options.named_absolutely()
-        with Watchdog(lambda: self.session.progress if self.session else -1, self._clock):
+        progress = lambda: self.session.progress if self.session else -1  # noqa: E731  # no more
+        with Watchdog(progress, self._clock, elsewhere=self._processes.under_way):
             try:
                 self._go()
             finally:
@@ -99,14 +102,15 @@ class _Attempt:
 
     def _go(self) -> None:
         kept = self._kept()
-        options, interruption = self._options, self._interruption
+        options = self._options
         examined = options.check_operators
         system = load_system(options.directory, options.base, check_operators=examined)
         self._check_interrupted()
+        self._processes.begin(system, options)
         spec = system.plant
         plant = self._handed_over(spec) or self._set_up(system) if spec is not None else None
         recorder = self._recorder(system, plant, kept.time_s if kept else 0.0)
-        session = _session(options, system, plant, self._clock, interruption, recorder)
+        session = self._session(system, plant, recorder)
         if recorder is not None:
             recorder.report = session.report
         if kept:
@@ -118,6 +122,20 @@ class _Attempt:
             self._companions.append(Keeper(session.report, options.report, self._clock))
         self.session = session
         session.run(self._companions)
+
+    def _session(self, system: System, plant: Any, recorder: Recording | None) -> Session:
+        options, clock, interruption = self._options, self._clock, self._interruption
+        if options.cycles is not None and system.task is None:
+            raise UsageError(f"--cycles: {system.name} has no task; use --duration")
+        alone = options.duration_s is not None and options.cycles is None
+        if options.cycle_limit_s is not None and (alone or system.task is None):
+            raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
+        judge, processes = open_judge(system, plant), self._processes
+        processes.wait()
+        try:
+            return Session(options, system, plant, judge, clock, interruption, recorder, processes)
+        except ValueError as error:
+            raise UsageError(str(error)) from error
 
     def _handed_over(self, spec: PlantSpec) -> Any:
         """The plant in Python that the run goes on with, since it cannot be kept."""
@@ -199,6 +217,7 @@ class _Attempt:
     def _close(self) -> None:
         """Close the companions and then the plant."""
         self._is_closing = True
+        self._processes.close()
         self._interruption.allow(always=False)
         self.lost = [film for c in self._companions if (film := _closed(c))]
         self._interruption.allow(always=False)
@@ -327,26 +346,6 @@ def _plant(spec: PlantSpec, base: Path, renderer: RendererName) -> Any:
 
     sensors = (*spec.sensors, *spec.observed)
     return MujocoPlant(str(base / spec.model), sensors, spec.actuators, renderer=renderer)
-
-
-def _session(
-    options: Options,
-    system: System,
-    plant: Any,
-    clock: WallClock,
-    interruption: Interruption,
-    recorder: Recording | None,
-) -> Session:
-    if options.cycles is not None and system.task is None:
-        raise UsageError(f"--cycles: {system.name} has no task; use --duration")
-    alone = options.duration_s is not None and options.cycles is None
-    if options.cycle_limit_s is not None and (alone or system.task is None):
-        raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
-    judge = open_judge(system, plant)
-    try:
-        return Session(options, system, plant, judge, clock, interruption, recorder)
-    except ValueError as error:
-        raise UsageError(str(error)) from error
 
 
 def _accompany(

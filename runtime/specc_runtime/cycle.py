@@ -19,6 +19,7 @@ from specc_runtime.due import Due
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
 from specc_runtime.plant import NO_SAMPLE, Plant
+from specc_runtime.processes.worker import Processes
 from specc_runtime.records import Observer
 from specc_runtime.safety import Commands, LastOutput, leave_safe
 from specc_runtime.sampling import Onlooker, Port, Sensor
@@ -50,9 +51,12 @@ class Executor:
         inline: bool = False,
         clock: WallClock | None = None,
         timing: Timing | None = None,
+        processes: Processes | None = None,
         at_rest: Callable[[], None] = lambda: None,
     ) -> None:
-        """`plant` must be there, and reset, if the system has devices; `inline` forbids workers.
+        """`plant` must be there, and reset, if the system has devices; `inline` forbids threads.
+
+        `processes` compute some of the subsystems.
 
         `timing` says how the ticks follow a clock; without one time is simulated.
 
@@ -83,8 +87,15 @@ class Executor:
         self._commands: Commands = {}
         due = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
         self._pool = None if inline else worker_pool(system)
+        self._processes = processes
         self._tracks = tracks(
-            system, plant, self._sensors, self._commands, self._pool, clock or WallClock()
+            system,
+            plant,
+            self._sensors,
+            self._commands,
+            self._pool,
+            clock or WallClock(),
+            processes,
         )
         self._blame = Blame(system, self._tracks)
         self._due = Due(due, self._tracks, self._sensors, system.tick_s)
@@ -329,14 +340,17 @@ class Executor:
         self._abandoned = True
         for track in self._tracks.values():
             subsystem = track.runner.subsystem
-            if frames_of(subsystem):
-                fault = left(subsystem, error)
+            elsewhere = track.runner.left(error) if track.pending else None
+            fault = left(subsystem, error) if frames_of(subsystem) else elsewhere
+            if fault is not None:
                 self.faults.append(self._blame.of_step(fault, track, self._tick_s))
 
     def close(self) -> None:
-        """End the worker threads, once what they do is done."""
+        """End the worker threads, once what they do is done, and processes at once."""
         if self._pool is not None:
             self._pool.close()
+        if self._processes is not None:
+            self._processes.close()
 
     def __enter__(self) -> Executor:
         return self

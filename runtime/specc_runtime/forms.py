@@ -22,6 +22,8 @@ Packed = bytes | tuple[np.ndarray[Any, Any], ...]
 """What a codec gives."""
 Encode = Callable[[Any], Packed]
 Decode = Callable[[Any], Any]
+Codecs = Mapping[str, tuple[Encode | None, Decode | None]]
+"""By the names of opaque types."""
 _LARGEST_INT = 2**63 - 1
 _MOST_DECIMAL_BITS = 10_000
 """Of a whole number with decimal digits, of which Python writes 4300 at most."""
@@ -80,6 +82,8 @@ class Form:
     is_plain = True
     is_opaque = False
     is_aside = False
+    codecs: Codecs = {}  # noqa: RUF012  # never written to
+    """Those of the opaque types among the parts of a value."""
 
     def __init__(self, schema: Schema) -> None:
         self.schema = schema
@@ -172,6 +176,7 @@ class _Items(Form):
         super().__init__({} if nested else {"type": "array", "items": inside})
         self._form = form
         self.is_plain, self.is_aside = form.is_plain, form.is_aside
+        self.codecs = form.codecs
 
     def data(self, value: Any, aside: Aside) -> Any:
         return [self._form.data(item, aside) for item in value]
@@ -192,6 +197,7 @@ class _Optional(Form):
         super().__init__(form.schema)
         self._form = form
         self.is_plain, self.is_aside = form.is_plain, form.is_aside
+        self.codecs = form.codecs
 
     def data(self, value: Any, aside: Aside) -> Any:
         return None if value is None else self._form.data(value, aside)
@@ -212,6 +218,7 @@ class _Record(Form):
         super().__init__(object_schema({name: form.schema for name, form in parts.items()}))
         self._parts = dict(parts)
         self.is_aside = any(form.is_aside for form in parts.values())
+        self.codecs = {kind: codec for f in parts.values() for kind, codec in f.codecs.items()}
         self._build = builder(kind, self._parts.keys())
 
     def data(self, value: Any, aside: Aside) -> Any:
@@ -270,6 +277,7 @@ class _Opaque(Form):
         super().__init__({"type": "object"})
         self._kind = kind
         self._encode, self._decode = encode, decode
+        self.codecs = {kind: (encode, decode)}
 
     def data(self, value: Any, aside: Aside) -> Any:
         if self._encode is None or not aside.exact:

@@ -44,6 +44,8 @@ class Options:
     real_time: bool = False
     speed: float | None = None
     """Seconds of simulated time in one of the clock, at most."""
+    apart: tuple[str, ...] = ()
+    """Subsystems that compute in processes of their own, whatever time the run is in."""
     quiet: bool = False
     check_operators: bool = False
     resume: tuple[Path, float] | None = None

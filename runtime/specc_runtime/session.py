@@ -17,6 +17,7 @@ from specc_runtime.forms import Misshapen
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options, UsageError
 from specc_runtime.plant import Plant
+from specc_runtime.processes.worker import Processes
 from specc_runtime.records import Observer, StepRecord
 from specc_runtime.report import (
     Ending,
@@ -60,6 +61,7 @@ class Session:
         clock: WallClock,
         interruption: Interruption,
         recorder: Recording | None = None,
+        processes: Processes | None = None,
     ) -> None:
         """The plant is reset and its scene set. Raises ValueError, AttributeError for a system
         that does not hang together, UsageError for a plant that cannot be disturbed as it says.
@@ -86,6 +88,7 @@ class Session:
             inline=options.inline,
             clock=clock,
             timing=self._timing,
+            processes=processes,
             at_rest=self._rest,
         )
         self._plant = plant

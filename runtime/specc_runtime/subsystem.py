@@ -94,6 +94,9 @@ class Subsystem(ABC):
         inputs = contents(self.x)
         return UndecidedTransition(self.name, self.state, cause, rows, inputs, numbers)
 
+    def note_inputs(self) -> None:  # noqa: B027  # most have nobody who notes
+        """Called when `x` has the inputs of a step that another process makes; for recordings."""
+
 
 def contents(buffer: object) -> dict[str, object]:
     """The elements of a buffer that have a value, by name."""

@@ -191,6 +191,10 @@ class Runner(ABC):
     def outcome(self) -> Outcome:
         """What came of the step that was started, once it is there."""
 
+    def left(self, error: BaseException) -> Fault | None:
+        """The fault of a step that is under way in another process and is not waited for."""
+        return None
+
     def _step(self) -> Outcome:
         begin_s = self._now_s()
         outcome = outcome_of(self.subsystem, self._sensed)
@@ -249,11 +253,16 @@ class WorkerRunner(Runner):
         return -1 if self._future is None else self._future.result()
 
 
-def outcome_of(subsystem: Subsystem, sensed: tuple[str, ...]) -> Outcome:
-    """One step; whatever goes wrong in it becomes a fault, with the broken axioms first."""
+def outcome_of(
+    subsystem: Subsystem, sensed: tuple[str, ...], step: Callable[[], Outcome] | None = None
+) -> Outcome:
+    """One step; whatever goes wrong in it becomes a fault, with the broken axioms first.
+
+    Without a `step` that stands for it, it is the subsystem's own.
+    """
     try:
         compute_deferred(subsystem.x, sensed)
-        outcome: Outcome = subsystem.step()
+        outcome: Outcome = subsystem.step() if step is None else step()
     except DeviceFailed as failed:
         return failed
     except BaseException as error:  # noqa: BLE001  # whatever an operator raises ends the run as a fault

@@ -30,9 +30,18 @@ class Watchdog:
     """
 
     def __init__(
-        self, progress: Callable[[], int], clock: WallClock, patience_s: float = PATIENCE_S
+        self,
+        progress: Callable[[], int],
+        clock: WallClock,
+        patience_s: float = PATIENCE_S,
+        *,
+        elsewhere: Callable[[], list[str]] = list,
     ) -> None:
-        """`progress` gives a number that changes as long as the run goes on."""
+        """`progress` gives a number that changes as long as the run goes on.
+
+        `elsewhere` tells what other processes compute for it.
+        """
+        self._elsewhere = elsewhere
         self._progress = progress
         self._clock = clock
         self._patience_s = patience_s
@@ -65,7 +74,7 @@ class Watchdog:
                 seen, since_s, told = tick, now_s, False
             elif not told and now_s - since_s >= self._patience_s:
                 told = True
-                for line in under_way():
+                for line in self._elsewhere() or under_way():
                     self._tell(f"no progress for {self._patience_s:g} s: {line}")
 
     def _tell(self, line: str) -> None:
@@ -86,8 +95,7 @@ class Watchdog:
 
 def under_way() -> list[str]:
     """What the threads of this process are computing: subsystems, else the innermost function."""
-    steps = [text for stack in _stacks() if (text := _step(stack))]
-    if steps:
+    if steps := steps_under_way():
         return steps
     main = threading.main_thread().ident or 0
     frame = sys._current_frames().get(main)
@@ -95,6 +103,11 @@ def under_way() -> list[str]:
     return (
         [f"in {inner.name} ({inner.filename.rsplit('/', 1)[-1]}:{inner.lineno})"] if inner else []
     )
+
+
+def steps_under_way() -> list[str]:
+    """The steps that threads of this process are computing."""
+    return [text for stack in _stacks() if (text := _step(stack))]
 
 
 def frames_of(subsystem: Subsystem) -> Frames:

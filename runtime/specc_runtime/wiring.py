@@ -18,6 +18,8 @@ from specc_runtime.buffers import Put, lower_flags, setter
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import DeviceFailed, Fault
 from specc_runtime.plant import Plant
+from specc_runtime.processes.runner import ProcessRunner
+from specc_runtime.processes.worker import Processes
 from specc_runtime.safety import Commands
 from specc_runtime.sampling import Port, Sensor
 from specc_runtime.subsystem import Subsystem
@@ -134,6 +136,7 @@ def tracks(
     commands: Commands,
     pool: Workers | None,
     clock: WallClock,
+    processes: Processes | None = None,
 ) -> dict[str, Track]:
     """The tracks by name; raises AttributeError where a buffer lacks a connected element.
 
@@ -146,7 +149,13 @@ def tracks(
         name = subsystem.name
         watch = system.task.watch if system.task and system.task.subsystem == name else ()
         inputs = [i for i in (system.plant.inputs if system.plant else ()) if i.subsystem == name]
-        runner = _runner(subsystem, tuple(i.element for i in inputs), pool, clock)
+        sensed = tuple(i.element for i in inputs)
+        worker = processes.get(name) if processes is not None else None
+        if worker is None:
+            runner = _runner(subsystem, sensed, pool, clock)
+        else:
+            clear = lower_flags(subsystem.x)
+            runner = ProcessRunner(subsystem, sensed, clear, clock, worker)
         ports = [Port(sensors[i.sensor], setter(subsystem.x, i.element)) for i in inputs]
         built[name] = Track(scheduled, runner, readers[name], tuple(ports), watch)
     return built

@@ -71,14 +71,18 @@ class Steps:
         is_preceded = any(element.form.is_aside for element in every)
         self._channel = log.channel(topic, *form, self._texts, is_preceded=is_preceded)
         self._step = subsystem.step
-        vars(subsystem)["step"] = self._noted
+        vars(subsystem).update(step=self._noted, note_inputs=self._note)
 
     def _noted(self) -> int:
         """Replaces the subsystem's own step; may be called in a worker thread."""
+        self._note()
+        return self._step()
+
+    def _note(self) -> None:
+        """Note state and inputs of the step that comes next."""
         subsystem = self.subsystem
         x = subsystem.x
         self._taken = subsystem.state, self._x.held(x), self._flags(x)
-        return self._step()
 
     def add(self, record: StepRecord) -> None:
         """Write a committed step."""

@@ -1,0 +1,204 @@
+"""What goes on in the process that computes the steps of one subsystem.
+
+Its main thread makes the steps. Another one tells what that is doing when the run asks, and ends
+the process when the run is gone.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+from specc_runtime.buffers import freeze
+from specc_runtime.faults import Fault
+from specc_runtime.forms import Layout
+from specc_runtime.interruption import Abandoned
+from specc_runtime.loading import load_layouts, load_system
+from specc_runtime.options import UsageError
+from specc_runtime.processes.channel import Block, Channel, Gone
+from specc_runtime.processes.crossing import Changes, Receiver, Sender
+from specc_runtime.processes.fault_data import Told, told
+from specc_runtime.stepping import Stepper
+from specc_runtime.subsystem import Subsystem
+from specc_runtime.track import Outcome, outcome_of
+from specc_runtime.watchdog import left, steps_under_way
+
+LEFT, UNDER_WAY = b"left", b"under way"
+"""What may be asked while a step is computed."""
+_PR_SET_PDEATHSIG = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """The subsystem to compute: how the generated package is loaded, and its name."""
+
+    directory: str
+    base: str
+    name: str
+    check_operators: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a subsystem is that goes on from a snapshot."""
+
+    state: str
+    periods: int | None
+    memory: Changes
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A step: what has changed of the inputs, and the own periods that were skipped before it.
+
+    `remembered` has the memory elements that are to be told from now on, if that has changed.
+    """
+
+    x: Changes
+    skipped: int = 0
+    remembered: tuple[str, ...] | None = None
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """All that a step leaves behind: changes of outputs and memory, `busy_s` of wall time."""
+
+    outcome: int | Told
+    state: str
+    violations: tuple[int, ...]
+    periods: int | None
+    y: Changes
+    memory: Changes
+    busy_s: float
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Compute what the run orders until it is gone.
+
+    `arguments` are the run's process and descriptors: of two sockets and of the blocks of both.
+    """
+    parent, orders, questions, written, read = map(int, arguments)
+    end_with(parent)
+    channel = Channel(socket.socket(fileno=orders), Block(written), Block(read))
+    with suppress(Gone):
+        assignment = channel.receive()
+        try:
+            subsystem, layout = _loaded(assignment)
+        except UsageError as error:
+            return channel.send(str(error))
+        except Fault as fault:
+            return channel.send(told(fault))
+        asked = socket.socket(fileno=questions)
+        threading.Thread(target=_answer, args=(asked, subsystem), daemon=True).start()
+        channel.send(None)
+        _Worker(subsystem, layout, channel).serve()
+
+
+def end_with(parent: int) -> None:
+    """Have the kernel end this process with its parent, whatever holds the interpreter then."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+def _loaded(assignment: Assignment) -> tuple[Subsystem, Layout]:
+    """Raises UsageError, StepFailed."""
+    examined = assignment.check_operators
+    system = load_system(assignment.directory, assignment.base, check_operators=examined)
+    name = assignment.name
+    return system.scheduled(name).subsystem, load_layouts(system)[name]
+
+
+def _answer(asked: socket.socket, subsystem: Subsystem) -> None:
+    """Tell what the main thread is doing; end the process with the run."""
+    import pickle
+
+    with suppress(OSError):
+        while question := asked.recv(64):
+            answer: Any = steps_under_way()
+            if question == LEFT:
+                answer = told(left(subsystem, Abandoned("")))
+            asked.send(pickle.dumps(answer))
+    os._exit(1)
+
+
+class _Worker:
+    """Makes the steps of a subsystem as they are ordered."""
+
+    def __init__(self, subsystem: Subsystem, layout: Layout, channel: Channel) -> None:
+        self._subsystem = subsystem
+        self._layout = layout
+        self._channel = channel
+        self._stepper = Stepper(subsystem)
+        self._x, self._given = Receiver(layout.x), Receiver(layout.memory)
+        self._y, self._memory = Sender(layout.y), Sender(layout.memory)
+        self._remembered: tuple[str, ...] = ()
+
+    def serve(self) -> None:
+        """Raises Gone, at the latest when the run is over."""
+        while True:
+            order: Order = self._channel.receive()
+            left_behind = self._left(order)
+            for stream in (sys.stdout, sys.stderr):
+                with suppress(OSError, ValueError, AttributeError):
+                    stream.flush()
+            self._channel.send(left_behind)
+
+    def _left(self, order: Order) -> Left:
+        subsystem, given = self._subsystem, order
+        if order.remembered is not None:
+            self._remembered = order.remembered
+        begin_s = perf_counter()
+        outcome = outcome_of(subsystem, (), lambda: self._step(given))
+        busy_s = perf_counter() - begin_s
+        y: Changes = {}
+        memory: Changes = {}
+        if not isinstance(outcome, Fault):
+            outcome = outcome_of(subsystem, (), lambda: self._tell(outcome, y, memory))
+        return Left(
+            told(outcome) if isinstance(outcome, Fault) else outcome,
+            subsystem.state,
+            subsystem.violations,
+            vars(subsystem).get("_periods"),
+            y,
+            memory,
+            busy_s,
+        )
+
+    def _step(self, order: Order) -> int:
+        subsystem = self._subsystem
+        self._x.take(subsystem.x, order.x)
+        if order.place is not None:
+            self._go_on(order.place)
+        if order.skipped:
+            subsystem.skip(order.skipped)
+        return subsystem.step()
+
+    def _tell(self, outcome: Outcome, y: Changes, memory: Changes) -> Outcome:
+        """What others may see of a step; what codecs raise is raised."""
+        subsystem = self._subsystem
+        elements = subsystem.sends[subsystem.state]
+        for element in elements:
+            freeze(getattr(subsystem.y, element))
+        y |= self._y.changes(subsystem.y, elements)
+        memory |= self._memory.changes(subsystem.memory, self._remembered)
+        return outcome
+
+    def _go_on(self, place: Place) -> None:
+        subsystem = self._subsystem
+        self._given.take(subsystem.memory, place.memory)
+        self._stepper.place(place.state, self._layout.ends[place.state][2])
+        if place.periods is not None:
+            vars(subsystem)["_periods"] = place.periods
+        self._stepper.settle()

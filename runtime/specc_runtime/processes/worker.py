@@ -1,0 +1,207 @@
+"""The processes that compute steps for a run: how they begin, what they are asked, how they end.
+
+A process begins as a new interpreter, not as a copy of this one (fork): a copy would have the locks
+of threads that it has not (recording, watchdog, workers) and the simulator's graphics. It is not
+begun by `multiprocessing` either, which executes the main module of a user's program again, and
+keeps shared memory under names that outlive who is killed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import select
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Collection, Iterable
+from contextlib import suppress
+from functools import cached_property
+
+from specc_runtime.forms import Element, Layout
+from specc_runtime.loading import load_layouts
+from specc_runtime.options import Options, UsageError
+from specc_runtime.processes.channel import Block, Channel, Gone
+from specc_runtime.processes.child import LEFT, UNDER_WAY, Assignment
+from specc_runtime.processes.crossing import uncodable
+from specc_runtime.processes.fault_data import Told, fault_of
+from specc_runtime.requirements import Requirements
+from specc_runtime.system import System
+from specc_runtime.workers import Workers
+
+BLOCK_BYTES = 4 << 20
+"""Memory of each direction to begin with; it grows to twice of what does not fit."""
+ANSWER_S = 0.5
+"""How long an answer about a step under way is waited for."""
+_BEGIN = (
+    "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); "
+    "from specc_runtime.processes.child import main; main(sys.argv[1:])"
+)
+
+
+class Worker:
+    """One process, for one subsystem. `remembered` are the memory elements that the run reads."""
+
+    def __init__(self, assignment: Assignment, layout: Layout, remembered: tuple[str, ...]) -> None:
+        """Begin it; it loads what it needs meanwhile."""
+        self.name = assignment.name
+        self.layout = layout
+        self.remembered = remembered
+        blocks = Block.of_bytes(BLOCK_BYTES), Block.of_bytes(BLOCK_BYTES)
+        (orders, theirs), (self._questions, others) = (
+            socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(2)
+        )
+        given = theirs.fileno(), others.fileno(), *(b.descriptor for b in reversed(blocks))
+        self.channel = Channel(orders, *blocks)
+        with theirs, others:
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", _BEGIN, json.dumps(sys.path), str(os.getpid()),
+                 *map(str, given)],
+                stdin=subprocess.DEVNULL, pass_fds=given, start_new_session=True,
+            )  # fmt: skip
+        with suppress(Gone):
+            self.channel.send(assignment)
+
+    @cached_property
+    def feeder(self) -> Workers:
+        """A thread that computes the samples of its steps."""
+        return Workers(1, "specc-samples")
+
+    def wait(self) -> None:
+        """Wait until it can make steps. Raises UsageError, StepFailed if it cannot."""
+        try:
+            answer = self.channel.receive()
+        except Gone:
+            answer = self.why_ended()
+        if isinstance(answer, Told):
+            raise fault_of(answer, {})
+        if answer is not None:
+            raise UsageError(f"the process of {self.name}: {answer}")
+
+    def under_way(self) -> list[str]:
+        """What it computes, in words; nothing if it does not answer."""
+        answer = self._answer(UNDER_WAY)
+        return answer if isinstance(answer, list) else []
+
+    def where(self) -> Told | None:
+        """The step that it computes, as a fault; None if it does not answer."""
+        answer = self._answer(LEFT)
+        return answer if isinstance(answer, Told) else None
+
+    def _answer(self, question: bytes) -> object:
+        """None while something outside of Python holds its interpreter, or if it has ended."""
+        with suppress(OSError):
+            self._questions.send(question)
+            if select.select([self._questions], (), (), ANSWER_S)[0]:
+                return pickle.loads(self._questions.recv(65_536))
+        return None
+
+    def why_ended(self) -> str:
+        """How it ended, in words."""
+        try:
+            code = self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            return "its process does not answer any more"
+        if code >= 0:
+            return f"its process ended with exit code {code}"
+        name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
+        why = ", as the system does when memory is short" if -code == signal.SIGKILL else ""
+        return f"its process was ended by {name}{why}"
+
+    def kill(self) -> None:
+        """End it, and what it has begun, in whatever it does. Nothing of it is waited for."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+
+    def close(self) -> None:
+        """Wait for its end and give up what it had."""
+        self._process.wait()
+        self._questions.close()
+        self.channel.close()
+        if "feeder" in vars(self):
+            self.feeder.close()
+
+
+class Processes:
+    """The processes of a run, one for each subsystem that computes in one; none to begin with."""
+
+    def __init__(self) -> None:
+        self._workers: dict[str, Worker] = {}
+
+    def begin(self, system: System, options: Options) -> None:
+        """Begin those that the options ask for; `wait` says when they can be used.
+
+        Raises UsageError for subsystems whose values cannot cross.
+        """
+        if not options.apart:
+            return
+        layouts = load_layouts(system)
+        assigned = {}
+        for name in options.apart:
+            layout = layouts[name]
+            kept = _remembered(system, name, layout.memory, options.record is not None)
+            _check(name, layout, kept)
+            order = Assignment(*_places(options), name, options.check_operators)
+            assigned[name] = order, layout, kept
+        for name, given in assigned.items():
+            self._workers[name] = Worker(*given)
+
+    def get(self, name: str) -> Worker | None:
+        """The process of a subsystem, if it has one."""
+        return self._workers.get(name)
+
+    def wait(self) -> None:
+        """Wait until all can make steps. Raises UsageError, and Fault, if one cannot."""
+        for worker in self._workers.values():
+            worker.wait()
+
+    def under_way(self) -> list[str]:
+        """What they compute, in words."""
+        return [text for worker in self._workers.values() for text in worker.under_way()]
+
+    def close(self) -> None:
+        """End them all, in whatever they do."""
+        workers = list(self._workers.values())
+        self._workers.clear()
+        for worker in workers:
+            worker.kill()
+        for worker in workers:
+            worker.close()
+
+
+def _places(options: Options) -> tuple[str, str]:
+    """The folders of the package and of the specification, for a process that starts elsewhere."""
+    base = str(options.base)
+    return os.path.abspath(options.directory), os.path.abspath(base) if base else ""
+
+
+def _remembered(
+    system: System, name: str, memory: Iterable[Element], is_recorded: bool
+) -> tuple[str, ...]:
+    """Attributes of the memory that somebody looks at; a recording leaves out what cannot cross."""
+    task = system.task
+    asked = set(task.watch) if task is not None and task.subsystem == name else set()
+    for followers in (system.requirements, system.triggers):
+        asked |= _read(followers, name)
+    return tuple(
+        element.attribute
+        for element in memory
+        if element.attribute in asked or (is_recorded and not any(uncodable([element])))
+    )
+
+
+def _read(followers: Requirements | None, name: str) -> set[str]:
+    readings = followers.readings if followers is not None else ()
+    return {r.element for r in readings if r.kind == "memory" and r.subsystem == name}
+
+
+def _check(name: str, layout: Layout, kept: Collection[str]) -> None:
+    crossing = [*layout.x, *layout.y, *(e for e in layout.memory if e.attribute in kept)]
+    if missing := dict.fromkeys(uncodable(crossing)):
+        which = ", ".join(f"{element} ({kind})" for element, kind in missing)
+        raise UsageError(
+            f"{name} cannot compute in a process of its own: {which} would have to cross, of "
+            "a type without a codec; give the type a `codec`, or the subsystem no `budget`"
+        )

@@ -1,0 +1,87 @@
+"""Operators of a subsystem in a process of its own, one of which may misbehave."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+MISDEED, FIRST = "SPECC_TEST_MISDEED", 20
+"""What an operator does once it is given a number from there on."""
+
+
+@dataclass(frozen=True)
+class Blob:
+    data: bytes
+
+    def __reduce__(self) -> Any:
+        raise TypeError("blobs cross by their codec")
+
+
+def encode(blob: Blob) -> tuple[Any, ...]:
+    return (np.frombuffer(blob.data, np.uint8),)
+
+
+def decode(packed: tuple[Any, ...]) -> Blob:
+    return Blob(packed[0].tobytes())
+
+
+def act(n: int) -> int:
+    if n >= FIRST:
+        _MISDEEDS[os.environ.get(MISDEED, "")]()
+    return n
+
+
+def _raise() -> None:
+    raise ValueError("no solution")
+
+
+def _interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+def _hang() -> None:
+    while True:
+        time.sleep(0.001)
+
+
+def _recurse() -> None:
+    _recurse()
+
+
+_MISDEEDS = {
+    "": lambda: None,
+    "raise": _raise,
+    "exit": lambda: sys.exit("enough"),
+    "interrupt": _interrupt,
+    "leave": lambda: os._exit(3),
+    "hang": _hang,
+    "sleep": lambda: time.sleep(1000),
+    "hold": lambda: print(sum(range(10**12))),
+    "die": lambda: os.kill(os.getpid(), signal.SIGKILL),
+    "segfault": lambda: os.kill(os.getpid(), signal.SIGSEGV),
+    "print": lambda: print("from an operator"),
+    "ask": lambda: input(),
+    "recurse": _recurse,
+}
+
+
+def blob(n: int) -> Blob:
+    return Blob(bytes([n % 251]) * (7000 if n % 2 else 7))
+
+
+def wide(n: int) -> Any:
+    return np.arange(1000.0) * n
+
+
+def size(blob: Blob, v: Any) -> int:
+    return (len(blob.data) + int(v[7]) + blob.data[0]) % 17
+
+
+def listed(n: int, kept: Blob) -> Any:
+    return kept, blob(n), kept
