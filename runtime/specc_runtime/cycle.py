@@ -340,7 +340,7 @@ class Executor:
         self._abandoned = True
         for track in self._tracks.values():
             subsystem = track.runner.subsystem
-            elsewhere = track.runner.left(error) if track.pending else None
+            elsewhere = track.runner.left(error)
             fault = left(subsystem, error) if frames_of(subsystem) else elsewhere
             if fault is not None:
                 self.faults.append(self._blame.of_step(fault, track, self._tick_s))

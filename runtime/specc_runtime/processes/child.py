@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import pickle
 import signal
 import socket
 import sys
@@ -32,7 +33,7 @@ from specc_runtime.subsystem import Subsystem
 from specc_runtime.track import Outcome, outcome_of
 from specc_runtime.watchdog import left, steps_under_way
 
-LEFT, UNDER_WAY = b"left", b"under way"
+LEFT, UNDER_WAY = "left", "under way"
 """What may be asked while a step is computed."""
 _PR_SET_PDEATHSIG = 1
 
@@ -122,14 +123,13 @@ def _loaded(assignment: Assignment) -> tuple[Subsystem, Layout]:
 
 def _answer(asked: socket.socket, subsystem: Subsystem) -> None:
     """Tell what the main thread is doing; end the process with the run."""
-    import pickle
-
     with suppress(OSError):
-        while question := asked.recv(64):
+        while data := asked.recv(1024):
+            number, question = pickle.loads(data)
             answer: Any = steps_under_way()
             if question == LEFT:
                 answer = told(left(subsystem, Abandoned("")))
-            asked.send(pickle.dumps(answer))
+            asked.send(pickle.dumps((number, answer)))
     os._exit(1)
 
 

@@ -19,6 +19,7 @@ import sys
 from collections.abc import Collection, Iterable
 from contextlib import suppress
 from functools import cached_property
+from threading import Lock
 
 from specc_runtime.forms import Element, Layout
 from specc_runtime.loading import load_layouts
@@ -33,7 +34,7 @@ from specc_runtime.workers import Workers
 
 BLOCK_BYTES = 4 << 20
 """Memory of each direction to begin with; it grows to twice of what does not fit."""
-ANSWER_S = 0.5
+ANSWER_S = 0.25
 """How long an answer about a step under way is waited for."""
 _BEGIN = (
     "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); "
@@ -55,6 +56,8 @@ class Worker:
         )
         given = theirs.fileno(), others.fileno(), *(b.descriptor for b in reversed(blocks))
         self.channel = Channel(orders, *blocks)
+        self._asking = Lock()  # the watchdog is a thread of its own
+        self._asked = 0
         with theirs, others:
             self._process = subprocess.Popen(
                 [sys.executable, "-c", _BEGIN, json.dumps(sys.path), str(os.getpid()),
@@ -90,12 +93,16 @@ class Worker:
         answer = self._answer(LEFT)
         return answer if isinstance(answer, Told) else None
 
-    def _answer(self, question: bytes) -> object:
+    def _answer(self, question: str) -> object:
         """None while something outside of Python holds its interpreter, or if it has ended."""
-        with suppress(OSError):
-            self._questions.send(question)
-            if select.select([self._questions], (), (), ANSWER_S)[0]:
-                return pickle.loads(self._questions.recv(65_536))
+        with self._asking, suppress(OSError):
+            self._asked += 1
+            self._questions.send(pickle.dumps((self._asked, question)))
+            while select.select([self._questions], (), (), ANSWER_S)[0]:
+                data = self._questions.recv(65_536)
+                number, answer = pickle.loads(data) if data else (self._asked, None)
+                if number == self._asked:  # else it came too late
+                    return answer
         return None
 
     def why_ended(self) -> str:
