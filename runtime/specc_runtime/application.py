@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from specc_runtime.clock import WallClock
-from specc_runtime.companion import Companion, Keeper, OutputLost, Viewer
+from specc_runtime.companion import Companion, Keeper, OutputLost, Recording, Viewer
 from specc_runtime.cycle import REST_S
 from specc_runtime.ending import tell
 from specc_runtime.examination import shortcomings
@@ -24,7 +24,7 @@ from specc_runtime.plant import Grouped, Pictured, Plant, Viewable
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.processes.worker import Processes
 from specc_runtime.report import Report, check_outputs, stillborn, write
-from specc_runtime.session import Recording, Session
+from specc_runtime.session import Session
 from specc_runtime.system import PlantSpec, System, Task
 from specc_runtime.task import Judge, Scene, drawn
 from specc_runtime.telling import say

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from specc_runtime.clock import WallClock
+from specc_runtime.records import StepRecord
 from specc_runtime.report import Report, write
+from specc_runtime.snapshot import Values
 
 INTERVAL_S = 5.0
 """Wall time between two versions of the report."""
@@ -28,6 +30,16 @@ class View:
     fulfilled: tuple[bool, ...]
     cycles: int | None
     duration_s: float | None
+
+
+class Recording(Protocol):
+    """What records a run: an observer that keeps snapshots."""
+
+    def __call__(self, record: StepRecord) -> None:
+        """See `Observer`."""
+
+    def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
+        """Called now and then between two ticks with what gives a snapshot."""
 
 
 class Companion(Protocol):

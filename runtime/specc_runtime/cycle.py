@@ -41,7 +41,7 @@ _ROUNDING = 1e-6  # times are multiples of a rounded tick
 class Executor:
     """Runs a built system, once. `tick` counts base ticks, `faults` is what stopped the run."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913  # keywords, each a part of a run
         self,
         system: System,
         plant: Plant | None = None,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Any
 
 from specc_runtime.account import Account
 from specc_runtime.clock import WallClock
-from specc_runtime.companion import Companion, View
+from specc_runtime.companion import Companion, Recording, View
 from specc_runtime.cycle import Executor
 from specc_runtime.disturbances import Disturbances
 from specc_runtime.faults import Fault, JudgeFailed, PlantFailed
@@ -18,7 +18,7 @@ from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options, UsageError
 from specc_runtime.plant import Plant
 from specc_runtime.processes.worker import Processes
-from specc_runtime.records import Observer, StepRecord
+from specc_runtime.records import Observer
 from specc_runtime.report import (
     Ending,
     Report,
@@ -37,16 +37,6 @@ from specc_runtime.timing import RealTime, meeting, timing
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
 _ROUNDING = 1e-6  # times are multiples of a rounded tick
-
-
-class Recording(Protocol):
-    """What records a run: an observer that keeps snapshots."""
-
-    def __call__(self, record: StepRecord) -> None:
-        """See `Observer`."""
-
-    def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
-        """Called now and then between two ticks with what gives a snapshot."""
 
 
 class Session:

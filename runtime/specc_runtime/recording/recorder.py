@@ -72,7 +72,7 @@ class Recorder:
             self._steps[record.subsystem].add(record)
 
     def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
-        """See `specc_runtime.session.Recording`."""
+        """See `specc_runtime.companion.Recording`."""
         self._snapshots.keep(time_s, saved)
 
     def tick(self, view: View) -> None:
