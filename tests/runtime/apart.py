@@ -127,7 +127,7 @@ class Run:
         return self
 
     @property
-    def faults(self) -> list[dict[str, object]]:
+    def faults(self) -> list[dict[str, Any]]:
         return [fault.as_data() for fault in self.executor.faults]
 
 

@@ -55,7 +55,7 @@ def test_a_process_that_ends_is_a_fault(package: Path) -> None:
         f"subsystem {FAR}",
     )
     assert fault["message"] == "its process ended with exit code 3"
-    assert "near_n" in fault["inputs"]  # type: ignore[operator]
+    assert "near_n" in fault["inputs"]
 
 
 def test_a_step_that_hangs_is_told_and_left(package: Path) -> None:
@@ -81,7 +81,7 @@ def _to_the_misdeed(run: Run) -> None:
     with Run(run.options.directory) as other, misdeed("raise"):
         other.to(1000)
     (fault,) = other.faults
-    run.to(round(float(fault["time_s"]) / 0.02) + 1)  # type: ignore[arg-type]
+    run.to(round(float(fault["time_s"]) / 0.02) + 1)
 
 
 @pytest.mark.parametrize(
