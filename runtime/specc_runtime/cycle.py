@@ -7,7 +7,7 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Any, cast
 
@@ -29,7 +29,7 @@ from specc_runtime.system import System
 from specc_runtime.timing import RealTime, SimulatedTime, Timing
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
-from specc_runtime.wiring import sensor_rates, timeline, tracks, worker_pool
+from specc_runtime.wiring import sensor_rates, sensors_read, timeline, tracks, worker_pool
 
 Mark = tuple[int, Commands, list[tuple[object, dict[str, Any]]]]
 """A moment of a run: its tick, the last commands, and what each part held, none of it copied."""
@@ -82,7 +82,7 @@ class Executor:
         self._onlooker = onlooker
         self._observers = tuple(observers)
         self._rates = rates = sensor_rates(system)
-        self._sensors = _sensors(system, plant, rates)
+        self._sensors = sensors_read(system, plant, rates)
         self._safe = system.plant.safe if system.plant else ()
         self._commands: Commands = {}
         due = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
@@ -141,21 +141,12 @@ class Executor:
         tick = self._timing.next(self.tick)
         real = self._real
         due, sensors = self._due.after_gap(self.tick, tick, real) if real else self._due.at(tick)
-        try:
-            if tick > self.tick and self._plant is not None:
-                self._plant.advance((tick - self.tick) * self._tick_s)
-            self.tick = tick
-            if not self._settled(due):
-                return False
-            if tick % self._rest == 0 and not (real and self._under_way):
-                self._at_rest()
-            self._begin(due, sensors)
-            if self._plant is not None:
-                self._plant.advance(self._tick_s)
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # noqa: BLE001  # whatever a plant raises is a fault
-            self.faults.append(self._blame.of_plant(error, self.time_s))
+        gap, self.tick = tick - self.tick, tick
+        if (gap and not self._could(lambda: self._let_pass(gap))) or not self._settled(due):
+            return False
+        if tick % self._rest == 0 and not (real and self._under_way):
+            self._at_rest()
+        if not self._could(lambda: self._begin(due, sensors)):
             return False
         self.tick = tick + 1
         if not self._is_timed:
@@ -164,8 +155,23 @@ class Executor:
             self._is_timed = True
         return True
 
+    def _could(self, ask_plant: Callable[[], None]) -> bool:
+        """Whether the plant could do that; whatever it raises is a fault."""
+        try:
+            ask_plant()
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001  # as said
+            self.faults.append(self._blame.of_plant(error, self.time_s))
+            return False
+        return True
+
+    def _let_pass(self, ticks: int) -> None:
+        if self._plant is not None:
+            self._plant.advance(ticks * self._tick_s)
+
     def _begin(self, due: Iterable[Track], sensors: Iterable[Sensor]) -> None:
-        """Sample, and begin the steps that are due; raises whatever a plant raises."""
+        """Sample, begin the steps that are due and let a tick pass; raises what a plant raises."""
         time_s = self.time_s
         for sensor in sensors:
             sensor.update(time_s)
@@ -178,6 +184,7 @@ class Executor:
             if self._real is not None:
                 track.began_s = self._real.now_s
             track.start(self.tick)
+        self._let_pass(1)
 
     def settle(self) -> bool:
         """Commit the steps that are due now. False after a fault."""
@@ -391,10 +398,3 @@ def _check(system: System, plant: Plant | None) -> None:
         raise ValueError(f"system {system.name!r} has {what} plant")
     if plant is not None and (lacking := shortcomings(plant, Plant)):
         raise ValueError(f"the plant, a {type(plant).__name__}, {'; '.join(lacking)}")
-
-
-def _sensors(system: System, plant: Plant | None, read: Collection[str]) -> dict[str, Sensor]:
-    """The sensors that somebody reads."""
-    if system.plant is None or plant is None:
-        return {}
-    return {b.name: Sensor(b, plant.sample) for b in system.plant.sensors if b.name in read}

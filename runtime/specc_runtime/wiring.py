@@ -10,7 +10,7 @@ import math
 import os
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -106,6 +106,13 @@ def sensor_rates(system: System) -> dict[str, SensorRate]:
             ticks = 0 if rate_hz is None else whole_ticks(1.0 / rate_hz, system.tick_s)
             rates[binding.name] = SensorRate(ticks, tuple(readers))
     return rates
+
+
+def sensors_read(system: System, plant: Plant | None, read: Collection[str]) -> dict[str, Sensor]:
+    """The sensors that somebody reads."""
+    if system.plant is None or plant is None:
+        return {}
+    return {b.name: Sensor(b, plant.sample) for b in system.plant.sensors if b.name in read}
 
 
 WORKER_PERIOD_S = 0.05
