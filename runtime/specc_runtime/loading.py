@@ -6,6 +6,7 @@ import os
 import sys
 import traceback
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import module_from_spec
@@ -17,7 +18,7 @@ from specc_runtime.examination import examine, refusal, shortcomings
 from specc_runtime.extras import remedy
 from specc_runtime.faults import Fault, JudgeFailed, PlantFailed, SceneFailed, StepFailed
 from specc_runtime.forms import Layout
-from specc_runtime.options import UsageError
+from specc_runtime.options import Options, UsageError
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.system import System
 
@@ -54,6 +55,16 @@ def load_system(
     if not isinstance(system, System):
         raise UsageError(f"{directory}: build() does not return a system")
     return system
+
+
+def timed(options: Options, system: System) -> Options:
+    """The options, in real time where the plant keeps its own time; raises UsageError."""
+    if system.plant is None or system.plant.ros2 is None:
+        return options
+    for option, value in (("--speed", options.speed), ("--from", options.resume)):
+        if value is not None:
+            raise UsageError(f"{option}: a robot behind ROS 2 goes on as the clock does")
+    return replace(options, real_time=True)
 
 
 class _Beside:

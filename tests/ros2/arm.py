@@ -7,9 +7,12 @@ wrench at its tool.
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 
 import rclpy
 from geometry_msgs.msg import WrenchStamped
+from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -19,11 +22,17 @@ JOINTS = ("q3", "q1", "q2")
 
 
 class Arm(Node):
-    """Joint states and wrenches out, positions in; `silent_after` messages it says nothing."""
+    """Joint states and wrenches out, positions in; `silent_after` messages behind the first
+    command it says nothing.
 
-    def __init__(self, rate_hz: float, frame: str, silent_after: int) -> None:
+    Its clock is `behind_s` behind.
+    """
+
+    def __init__(self, rate_hz: float, frame: str, silent_after: int, behind_s: float) -> None:
         super().__init__("arm")
         self._frame, self._left = frame, silent_after
+        self._is_commanded = False
+        self._behind = Duration(seconds=behind_s)
         self._step = 1.0 / rate_hz
         self._at = dict.fromkeys(JOINTS, 0.0)
         self._goal = dict(self._at)
@@ -34,6 +43,7 @@ class Arm(Node):
         self.create_timer(self._step, self._tick)
 
     def _commanded(self, message: Float64MultiArray) -> None:
+        self._is_commanded = True
         self._goal = dict(zip(sorted(JOINTS), message.data, strict=True))
 
     def _tick(self) -> None:
@@ -42,8 +52,8 @@ class Arm(Node):
             self._at[name] += max(-self._step, min(self._step, away))
         if self._left == 0:
             return
-        self._left -= 1
-        now = self.get_clock().now().to_msg()
+        self._left -= self._is_commanded
+        now = (self.get_clock().now() - self._behind).to_msg()
         states = JointState(name=list(JOINTS), position=[self._at[name] for name in JOINTS])
         states.header.stamp = now
         self._states.publish(states)
@@ -59,10 +69,12 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=100.0)
     parser.add_argument("--frame", default="ft_frame")
     parser.add_argument("--silent-after", type=int, default=-1)
+    parser.add_argument("--behind", type=float, default=0.0)
     options = parser.parse_args()
     rclpy.init()
     print("ready", flush=True)
-    rclpy.spin(Arm(options.rate, options.frame, options.silent_after))
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
+        rclpy.spin(Arm(options.rate, options.frame, options.silent_after, options.behind))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.system import PlantSpec, System
 
-NODE = "specc_runtime.ros2.host.node:Devices"
+NODE = "specc_runtime.ros2.host.opening:devices"
 _START_S = 10.0
 """How long the Python of ROS may take to start, and rclpy to be imported."""
 

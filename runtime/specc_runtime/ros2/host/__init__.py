@@ -1,5 +1,5 @@
 """Devices behind ROS 2: all that is imported in the Python of the user's ROS.
 
-Standard library and rclpy only, of Python 3.10 on. The device host loads `node:Devices`; what the
-host itself imports is there, and nothing else of `specc_runtime` needs to be.
+Standard library and rclpy only, of Python 3.10 on. The device host loads `opening:devices`; what
+the host itself imports is there, and nothing else of `specc_runtime` needs to be.
 """

@@ -1,0 +1,64 @@
+"""A real ROS 2 for tests, where there is one: that of `make ros`, or of SPECC_ROS_PYTHON."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+NAMED = os.environ.get("SPECC_ROS_PYTHON", "")
+PYTHONS = NAMED.split(os.pathsep) if NAMED else sorted(map(str, ROOT.glob("ros/*/bin/python")))
+"""Interpreters that have rclpy, of as many distributions as there are."""
+Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture(params=PYTHONS or [""], ids=lambda python: Path(python).parents[1].name)
+def ros(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The Python of a ROS, in a domain of this test's own."""
+    if not request.param:
+        pytest.skip("no ROS 2: make ros, or SPECC_ROS_PYTHON=/path/to/python")
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    return str(request.param)
+
+
+@pytest.fixture
+def arm(ros: str) -> Iterator[Start]:
+    """Starts the simulated arm, or another program beside this file; ends what was started."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*options: str, program: str = "arm.py") -> subprocess.Popen[str]:
+        command = [ros, str(HERE / program), *options]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        started.append(process)
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        return process
+
+    yield start
+    for process in started:
+        process.send_signal(signal.SIGINT)
+    for process in started:
+        process.communicate(timeout=20)
+
+
+@pytest.fixture
+def spec(ros: str, tmp_path: Path) -> Callable[..., Path]:
+    """Writes the specification of the arm, with pairs of texts replaced."""
+
+    def write(*pairs: tuple[str, str]) -> Path:
+        text = (HERE / "arm.yaml").read_text(encoding="utf-8")
+        for old, new in (("{node: irp,", f"{{node: irp, python: {ros},"), *pairs):
+            assert old in text, old
+            text = text.replace(old, new)
+        path = tmp_path / "arm.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write

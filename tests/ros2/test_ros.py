@@ -1,0 +1,108 @@
+"""The simulated arm behind topics of a real ROS 2: a task, its replay, and what is named if not."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from specc.cli import main
+from tests.ros2.conftest import HERE, Start
+
+pytestmark = [pytest.mark.long, pytest.mark.no_replay("a test here replays its own recording")]
+Spec = Callable[..., Path]
+
+
+def test_a_task_is_done_and_replayed_without_ros(
+    arm: Start, spec: Spec, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm()
+    path, report, record = spec(), tmp_path / "report.json", tmp_path / "run.mcap"
+    options = ["--cycles", "1", "--report", str(report), "--record", str(record)]
+    assert main(["run", str(path), *options]) == 0
+    told = json.loads(report.read_text())
+    assert [cycle["ended"] for cycle in told["cycles"]] == ["completed"]
+    assert told["real_time"]["ticks"] > 10
+    capsys.readouterr()
+    assert main(["replay", str(record), "--spec", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert all(f"{name}: " in out and "the same" in out for name in ("irp.c", "irp.m", "irp.s"))
+
+
+SHORT, LONG = "4 s", "20 s"
+"""Of waiting: what is not there is missed after the short one; the rest comes in the long one."""
+WRENCH, COMMANDS = "topic: /ft_sensor/wrench", "/position_controller/commands"
+
+
+@pytest.mark.parametrize(
+    ("changed", "options", "said", "wait"),
+    [
+        (
+            [],
+            ["--frame", "tool0"],
+            "`header.frame_id` is `tool0`, where `ft_frame` is declared",
+            LONG,
+        ),
+        (
+            [("frames: {S: ft_frame}", "frames: {}"), ("WrenchStamped", "Wrench")],
+            [],
+            "/ft_sensor/wrench (irp.R.s.F) is published as geometry_msgs/msg/WrenchStamped, not as "
+            "geometry_msgs/msg/Wrench",
+            SHORT,
+        ),
+        ([("/joint_states", "/joints")], [], "nobody publishes /joints (irp.E.m.q_m)", SHORT),
+        ([(COMMANDS, "/commands")], [], "nobody reads /commands (irp.E.m.q_d)", SHORT),
+        (
+            [(WRENCH, f"qos: {{durability: transient_local}}, {WRENCH}")],
+            [],
+            "the quality of service of /ft_sensor/wrench (irp.R.s.F) does not match",
+            SHORT,
+        ),
+        (
+            [("q1, q2, q3]", "q1, q2, q9]")],
+            [],
+            "/joint_states has no joint q9: it has q3, q1, q2",
+            LONG,
+        ),
+        ([], ["--silent-after", "300"], "irp.E.m.q_m: there has been no sample for", LONG),
+        ([], ["--behind", "90"], "is stamped 9", LONG),
+        (
+            [("wrench, type: geometry_msgs/WrenchStamped", "wrench, type: geometry_msgs/Wrong")],
+            [],
+            "no value is known to stand in messages of type geometry_msgs/Wrong",
+            SHORT,
+        ),
+    ],
+    ids=["frame", "type", "missing", "unread", "qos", "joint", "silent", "clock", "unknown"],
+)
+def test_what_is_wrong_is_named(
+    arm: Start,
+    spec: Spec,
+    changed: list[tuple[str, str]],
+    options: list[str],
+    said: str,
+    wait: str,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    arm(*options)
+    path = spec(("wait: 5 s", f"wait: {wait}"), *changed)
+    assert main(["run", str(path), "--duration", "20"]) in (1, 2)
+    assert said in "".join(capfd.readouterr())
+
+
+def test_every_message_survives_as_plain_data(ros: str) -> None:
+    program = [ros, str(HERE / "every_message.py")]
+    done = subprocess.run(program, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout.split()[0]) > 60
+
+
+def test_a_python_without_ros_says_what_to_do(
+    spec: Spec, ros: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = spec((f"python: {ros}", "python: python3"))
+    assert main(["run", str(path)]) == 2
+    assert "has no rclpy" in capfd.readouterr().err
