@@ -228,7 +228,8 @@ def generated(
     from specc.lower import TooLarge, lower
 
     try:
-        plans = lower(result.system, None if tests_all_rows else result.proofs)
+        proofs = None if tests_all_rows else result.proofs
+        plans = lower(result.system, proofs, result.proofs.ages)
         files = emit(plans) if is_read else filled(plans)
     except (TooLarge, FormatError) as error:
         code, at = "E0094", Place(path)

@@ -16,6 +16,8 @@ Sent = tuple[tuple[str, Any], ...]
 """Names and values of output elements."""
 
 FRESH, PRESENT = "fresh_", "present_"
+AGE, LATE = "age_", "late_"
+"""What slots beside those of elements begin with."""
 _LEAVES = frozenset((float, int, bool, str, type(None)))
 
 

@@ -136,6 +136,10 @@ class StepAbandoned(StepFailed):
     """A step was still computing when an interrupted run could wait no longer."""
 
 
+class TooOld(Fault):
+    """What was read, or was to take effect, is older than its `max_age`."""
+
+
 class UnrecordableValue(Fault):
     """A value of `element` has no stable encoding; `__cause__` says which type it is of."""
 

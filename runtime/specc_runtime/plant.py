@@ -25,7 +25,11 @@ NO_SAMPLE: Final = NoSample.NO_SAMPLE
 
 
 class Sample(NamedTuple):
-    """A value with the time of its measurement, `at_s` seconds after tick 0 of the run."""
+    """A value with the time at which it was measured, where that is not the time of sampling.
+
+    `at_s` is on the clock of the run, in s since its begin: negative for what was measured before,
+    which counts as measured then. The value may be a `Deferred`.
+    """
 
     value: Any
     at_s: float
@@ -148,10 +152,9 @@ class Plant(Protocol):
     def sample(self, name: str) -> Any:
         """The value of an element that a device reports, now; `NO_SAMPLE` if none is new.
 
-        A value that was measured earlier comes as a `Sample`.
-
-        Called once at each time stamp of its readers, or at its rate. What takes long to compute
-        may come as a `Deferred`, which each reader asks for its value at the begin of its step.
+        Called once at each time stamp of its readers, or at its rate. What was measured earlier
+        comes as a `Sample`. What takes long to compute may come as a `Deferred`, which each reader
+        asks for its value at the begin of its step.
         """
 
     def actuate(self, name: str, value: Any) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
 from specc_runtime.buffers import Put
 from specc_runtime.distortion import Distortion
-from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
+from specc_runtime.faults import DeviceFailed, Fault, device_at_fault, text_of
 from specc_runtime.plant import NO_SAMPLE, Deferred, Sample
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
@@ -21,7 +22,7 @@ _ROUNDING = 1.0 + 1e-9  # times are multiples of a rounded tick
 
 
 class Sensor:
-    """The latest sample of a sensor, read-only, and how many there have been.
+    """The latest sample of a sensor, read-only, when it was measured, and how many there have been.
 
     A `Deferred` one stays so; it is checked when its value is computed. A sensor that is made
     `silent` has no samples, but for the one at the start. Samples have the `distortion` of now, if
@@ -29,7 +30,8 @@ class Sensor:
     """
 
     __slots__ = (
-        *("_binding", "_sample", "_taken_s", "count", "distortion", "name", "silent", "value"),
+        *("_binding", "_sample", "_taken_s", "count", "distortion", "measured_s", "name", "silent"),
+        "value",
     )
 
     def __init__(self, binding: SensorBinding, sample: Callable[[str], Any]) -> None:
@@ -41,6 +43,7 @@ class Sensor:
         self._binding = binding
         self._sample = sample
         self._taken_s = 0.0
+        self.measured_s = 0.0
 
     @property
     def is_renewed(self) -> bool:
@@ -52,7 +55,9 @@ class Sensor:
 
         A sample is left out that a new one follows, unless the `whole` is asked for.
         """
-        own = {"count": self.count, "taken_s": self._taken_s}
+        own: dict[str, Any] = {"count": self.count, "taken_s": self._taken_s}
+        if self.measured_s != self._taken_s:
+            own["measured_s"] = self.measured_s
         if (self.is_renewed and not whole) or self.value is NO_SAMPLE:
             return own
         return own | {"value": told(self.name, self.value)}
@@ -63,6 +68,7 @@ class Sensor:
         Without a `sample` there has to be one as at the start, unless a new one follows anyway.
         """
         self.count, self._taken_s = int(saved["count"]), float(saved["taken_s"])
+        self.measured_s = float(saved.get("measured_s", self._taken_s))
         self.value = sample
         if sample is NO_SAMPLE and not self.is_renewed:
             self.count = 0
@@ -70,18 +76,31 @@ class Sensor:
     def update(self, time_s: float) -> None:
         """Take a sample, if there is one; raises `DeviceFailed`."""
         value = self._given(self._sample, self.name)
+        measured_s = time_s
+        if type(value) is Sample:
+            value, measured_s = value.value, self._time(value, time_s)
         if value is NO_SAMPLE or (self.silent and self.count):
             if why := self._refusal(time_s):
                 raise DeviceFailed(self.name, PlantError(why))
             return
-        if type(value) is Sample:
-            value = value.value
         if type(value) is Deferred:
             self.value = Deferred(partial(self._computed, value, self.distortion), value.begin)
         else:
             self.value = self._accepted(value, self.distortion)
         self.count += 1
         self._taken_s = time_s
+        self.measured_s = measured_s
+
+    def _time(self, sample: Sample, now_s: float) -> float:
+        """When a sample was measured: from the begin of the run on, and not later than now."""
+        try:
+            at_s = float(sample.at_s)
+        except (TypeError, ValueError):
+            at_s = math.nan
+        if not math.isfinite(at_s):
+            why = f"the sample was measured at {text_of(sample.at_s)}, which is no time in s"
+            raise DeviceFailed(self.name, PlantError(why))
+        return min(max(at_s, 0.0), now_s)
 
     def _computed(self, sample: Deferred, distortion: Distortion | None) -> Any:
         return self._accepted(self._given(sample.value), distortion)

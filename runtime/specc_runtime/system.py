@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from specc_runtime.subsystem import Subsystem
 
 if TYPE_CHECKING:
+    from specc_runtime.ages import AgeRules
     from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
     from specc_runtime.requirements import Requirements
     from specc_runtime.ros2.binding import Ros2
@@ -160,6 +161,8 @@ class System:
     """Number of the trigger that ends a run."""
     tests_all_rows: bool = False
     """Whether the code tests rows although they are proved, as a run in real time needs it."""
+    ages: AgeRules | None = None
+    """Where somebody asks how old values are."""
 
     def __post_init__(self) -> None:
         """Raises ValueError that lists all inconsistencies."""

@@ -170,6 +170,18 @@ class Ages:
             self._oldest[node] = self._follow(node)
         return self._oldest[node]
 
+    def behind(self, node: Node) -> dict[str, list[tuple[Node, bool]]]:
+        """State of the sender -> the values that a value is computed from which it sends there.
+
+        They have been measured, and it has not passed them before: of those its age is made.
+        """
+        self._place(node)
+        followed = {above for above, _ in self._edges[node] if above in self._measured}
+        return {
+            state: sorted(each for each in reads if each[0] in followed)
+            for state, reads in self.sources.sent_in(node).items()
+        }
+
     def _follow(self, node: Node) -> Trail | Held | None:
         self._place(node)
         measured = self._measured

@@ -51,21 +51,32 @@ class Reads:
     @cached_property
     def own(self) -> frozenset[Read]:
         """The inputs whose values the machine uses."""
-        reached = self._machine.reached
-        behaviours = [s.behaviour for s in self._machine.subsystem.states if s.name in reached]
-        rows = (row for row in self._machine.subsystem.transitions if row.source in reached)
-        values = [item.value for behaviour in behaviours for item in behaviour.assignments]
-        values += [end.when for b in behaviours for end in (b.terminal, b.error)]
-        values += [row.condition.when for row in rows]
+        found = [read(state) for state in self.states for read in (self.asked, self.used)]
+        return frozenset[Read]().union(*found)
+
+    def asked(self, state: State) -> frozenset[Read]:
+        """The inputs whose values the conditions depend on that may end a state."""
+        rows = self._machine.subsystem.transitions
+        ends = (state.behaviour.terminal.when, state.behaviour.error.when)
+        entered = [row.condition.when for row in rows if row.source == state.name]
+        return frozenset[Read]().union(*map(self.of, (*ends, *entered)))
+
+    def used(self, state: State) -> frozenset[Read]:
+        """The inputs whose values the functions of a state depend on."""
+        values = (item.value for item in state.behaviour.assignments)
         return frozenset[Read]().union(*map(self.of, values))
+
+    @property
+    def states(self) -> list[State]:
+        """Those that the machine enters."""
+        return [s for s in self._machine.subsystem.states if s.name in self._machine.reached]
 
     @cached_property
     def running(self) -> dict[str, State]:
         """The behaviours that run, each with the first state that it runs in."""
         first: dict[str, State] = {}
-        for state in self._machine.subsystem.states:
-            if state.name in self._machine.reached:
-                first.setdefault(state.behaviour.name, state)
+        for state in self.states:
+            first.setdefault(state.behaviour.name, state)
         return first
 
 
@@ -155,8 +166,29 @@ class DataFlow:
         own = [read for read in reads.own if read.input == node[1:]] if reads else []
         return bool(own) and all(read.on_arrival for read in own)
 
+    def reads_of(self, subsystem: str) -> Reads | None:
+        """What a subsystem reads; None if it has errors."""
+        return self._reads.get(subsystem)
+
+    def sent_in(self, node: Node) -> dict[str, frozenset[tuple[Node, bool]]]:
+        """State of the sender in which it sends a value -> what the value is computed from."""
+        sender, peer = self.sender(node)
+        reads = self._reads.get(sender)
+        if reads is None or self._machines[sender].faulty:
+            return {}
+        written = self._machines[sender].subsystem.written.get((peer, node.element), {})
+        return {
+            state.name: frozenset(
+                (Node(sender, *read.input), read.on_arrival)
+                for value in written[state.behaviour.name]
+                for read in reads.of(value)
+            )
+            for state in reads.states
+            if state.behaviour.name in written
+        }
+
     def _sent(self, node: Node) -> Sent | None:
-        sender, peer = self._sender(node)
+        sender, peer = self.sender(node)
         machine = self._machines.get(sender)
         if machine is None or machine.faulty:
             return None
@@ -171,7 +203,7 @@ class DataFlow:
         }
         return Sent(machine.subsystem, tuple(sorted(found)), next(silent, None))
 
-    def _sender(self, node: Node) -> tuple[str, str]:
+    def sender(self, node: Node) -> tuple[str, str]:
         """The subsystem that sends to a node, and its name for the buffer; empty if none does."""
         if not node.peer:
             return self._drivers.get(node.reader, ("", ""))

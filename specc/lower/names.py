@@ -63,6 +63,7 @@ _IMPORTED = {
     "math": ("inf", "nan"),
     "os.path": ("join",),
     "specc_runtime": ("forms",),
+    "specc_runtime.ages": ("AgeRules", "Behind", "MaxAge", "MaxCommandAge"),
     "specc_runtime.builtins": ("moved", "near_pose", "read_only", "some", "vector"),
     "specc_runtime.contracts": (
         "as_any", "as_bool", "as_depth", "as_instance", "as_int", "as_list", "as_member",

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
+from specc.analysis.ages import Ages
 from specc.analysis.rates import base_tick
 from specc.frozen import frozen
+from specc.lower.ages import ages_plan
 from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
 from specc.lower.families import Family, Part, families
 from specc.lower.flow import NOTHING_PROVED, Proofs
@@ -194,12 +196,19 @@ def _ends(system: System, direction: str) -> Iterator[str]:
 # The whole system to its plans: packages, types, subsystems, and what connects them.
 
 
-def lower(system: System, proofs: Proofs | None, *, stand_ins: bool = False) -> dict[str, FilePlan]:
+def lower(
+    system: System,
+    proofs: Proofs | None,
+    ages: Ages | None = None,
+    *,
+    stand_ins: bool = False,
+) -> dict[str, FilePlan]:
     """What the generated package of a system contains: path in the package -> plan.
 
     `proofs` says which transition tables need no check while they run; without it all have one.
-    `stand_ins` is for code whose operators and devices are played by a test: images and values of
-    classes can be anything.
+    `ages` says what values are computed from, where somebody asks how old they are. `stand_ins` is
+    for code whose operators and devices are played by a test: images and values of classes can be
+    anything.
     """
     types = PythonTypes(named_types(system))
     title = in_docstring(system.title or system.name)
@@ -236,7 +245,7 @@ def lower(system: System, proofs: Proofs | None, *, stand_ins: bool = False) -> 
         files["triggers.py"] = requirements_plan(system, types, tick, title, spec, triggers=True)
     made = Made(known, classes, modules)
     files["system.py"] = _whole(
-        system, title, types, made, stand_ins=stand_ins, tests_all_rows=tests_all_rows
+        system, title, types, made, ages, stand_ins=stand_ins, tests_all_rows=tests_all_rows
     )
     return files
 
@@ -324,6 +333,7 @@ def _whole(
     title: str,
     types: PythonTypes,
     made: Made,
+    ages: Ages | None,
     *,
     stand_ins: bool,
     tests_all_rows: bool,
@@ -341,6 +351,7 @@ def _whole(
     plant = plant_plan(system, imports, names, types, owners, stand_ins=stand_ins)
     if system.files:
         imports.own("join")
+    aged = ages_plan(system, ages, imports) if ages else {}
     judged = _judged(system, imports, stand_ins=stand_ins)
     scheduled = tuple((made.call(s, imports), int(1 / s.rate_hz / tick)) for s in system.subsystems)
     parts = {
@@ -355,6 +366,7 @@ def _whole(
         "connections": connected,
         "plant": plant,
         "tests_all_rows": tests_all_rows,
+        "ages": aged,
         **judged,
     }
     return FilePlan("system.py.j2", parts)

@@ -1,0 +1,133 @@
+"""What a run has to know to tell how old values are: what they are computed from, what is allowed.
+
+Nothing of it is there where nobody asks for an age or limits one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from specc.analysis.ages import Ages
+from specc.analysis.dataflow import Node
+from specc.analysis.reads import nodes
+from specc.lower.module import buffer_names
+from specc.lower.names import Imports, call, given, literal
+from specc.model.expr import Lag
+from specc.model.system import Element, Subsystem, System
+from specc.reachable import reachable
+
+Edge = tuple[Node, bool]
+
+
+def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[str, ...]]:
+    """Calls of `Behind`, `MaxAge` and `MaxCommandAge`; nothing for a system that asks for none."""
+    limits = list(_limits(system, ages))
+    commands = list(_commands(system, ages))
+    asked = {*_asked(system), *(node for node, _ in limits), *(node for node, _ in commands)}
+    found = {
+        "behind": tuple(_behind(system, ages, asked)),
+        "limits": tuple(text for _, text in limits),
+        "commands": tuple(text for _, text in commands),
+    }
+    for name, kind in (("behind", "Behind"), ("limits", "MaxAge"), ("commands", "MaxCommandAge")):
+        if found[name]:
+            imports.own(kind)
+    if any(found.values()):
+        imports.own("AgeRules")
+    return found if any(found.values()) else {}
+
+
+def _asked(system: System) -> Iterator[Node]:
+    """The inputs whose age is asked for."""
+    for subsystem in system.subsystems:
+        for part in nodes(subsystem):
+            if isinstance(part, Lag) and part.name == "age":
+                yield Node(subsystem.qualified_name, part.input.peer, part.input.element)
+
+
+def _limits(system: System, ages: Ages) -> Iterator[tuple[Node, str]]:
+    """The inputs whose age is limited, and of which something is measured."""
+    for subsystem in system.subsystems:
+        for (peer, name), element in subsystem.inputs.items():
+            node = Node(subsystem.qualified_name, peer, name)
+            if element.max_age_s is not None and ages.oldest(node) is not None:
+                told = tuple(_limit(subsystem, node, element, ages))
+                if told:
+                    yield node, call("MaxAge", told)
+
+
+def _limit(subsystem: Subsystem, node: Node, element: Element, ages: Ages) -> Iterator[str]:
+    """Arguments of `MaxAge`; nothing for an input that is not read."""
+    reads = ages.sources.reads_of(node.reader)
+    states = reads.states if reads else []
+    name = node.peer, node.element
+    asked = tuple(s.name for s in states if reads and name in {r.input for r in reads.asked(s)})
+    used = tuple(s.name for s in states if reads and name in {r.input for r in reads.used(s)})
+    if not asked and not used:
+        return
+    assert element.max_age_s is not None  # callers looked
+    yield literal(node.reader)
+    yield literal(buffer_names(subsystem.inputs)[name])
+    yield literal(float(element.max_age_s))
+    fresh = ages.sources.only_on_arrival(node)
+    yield from given({"asked": asked, "used": used, "fresh": fresh})
+
+
+def _commands(system: System, ages: Ages) -> Iterator[tuple[Node, str]]:
+    """The commands whose age a device limits."""
+    owners = {
+        (port.other_end, element.name): (subsystem, port.peer)
+        for subsystem in system.subsystems
+        for port in subsystem.ports
+        for element in port.elements
+        if port.direction == "y"
+    }
+    for device in system.devices:
+        for element in device.x:
+            node = Node(device.qualified_name, "", element.name)
+            owner = owners.get((device.qualified_name, element.name))
+            if element.max_age_s is None or owner is None or ages.oldest(node) is None:
+                continue
+            subsystem, peer = owner
+            output = buffer_names(subsystem.outputs)[peer, element.name]
+            told = literal(subsystem.qualified_name), literal(output)
+            limit = literal(float(element.max_age_s))
+            yield node, call("MaxCommandAge", (*told, limit, literal(node.short)))
+
+
+def _behind(system: System, ages: Ages, asked: Iterable[Node]) -> Iterator[str]:
+    """What outputs are computed from that values with an age come from, directly or not."""
+    subsystems = {s.qualified_name: s for s in system.subsystems}
+    known = {node: ages.behind(node) for node in asked}
+
+    def above(node: Node) -> Iterator[Node]:
+        known.setdefault(node, ages.behind(node))
+        return (one for each in known[node].values() for one, _ in each)
+
+    found: list[tuple[str, str, str]] = []
+    for node in reachable(sorted(known), above):
+        name, peer = ages.sources.sender(node)
+        if not known[node]:
+            continue
+        sender = subsystems[name]
+        output = buffer_names(sender.outputs)[peer, node.element]
+        for states, edges in _alike(known[node]):
+            told = [literal(sender.qualified_name), literal(output), literal(states)]
+            told += _inputs(sender, edges)
+            found.append((sender.qualified_name, output, call("Behind", told)))
+    yield from (text for _, _, text in sorted(found))
+
+
+def _alike(by_state: dict[str, list[Edge]]) -> Iterator[tuple[tuple[str, ...], list[Edge]]]:
+    """The states with what is read there, those that read the same together."""
+    groups: dict[tuple[Edge, ...], list[str]] = {}
+    for state, edges in by_state.items():
+        groups.setdefault(tuple(edges), []).append(state)
+    return ((tuple(states), list(edges)) for edges, states in groups.items() if edges)
+
+
+def _inputs(sender: Subsystem, edges: list[Edge]) -> Iterator[str]:
+    names = buffer_names(sender.inputs)
+    held = tuple(names[node.peer, node.element] for node, fresh in edges if not fresh)
+    fresh = tuple(names[node.peer, node.element] for node, fresh in edges if fresh)
+    return given({"held": held, "fresh": fresh})
