@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from os.path import join
 
+from specc_runtime.ages import AgeRules, Behind, MaxAge, MaxCommandAge
 from specc_runtime.cells.irp6_picking.devices import (
     drive_torques,
     gripper_current,
@@ -147,6 +148,19 @@ def build(base: str) -> System:
                 IrpEM(files),
                 IrpEG(files),
             ),
+        ),
+        ages=AgeRules(
+            behind=(
+                Behind("irp.k", "c_O_c", ("S1",), held=("R_I_d", "R_I_rgb")),
+                Behind("irp.m", "E_c_d", ("S0", "S1"), held=("E_m_m",)),
+                Behind("irp.m", "E_c_d", ("S2",), held=("E_F_m", "E_m_m")),
+                Behind("irp.m", "c_F_c", ("S0", "S1", "S2"), held=("E_F_m", "E_m_m")),
+            ),
+            limits=(
+                MaxAge("irp.c", "m_F_c", 0.01, asked=("S6",)),
+                MaxAge("irp.c", "k_O_c", 0.2, used=("S2",), fresh=True),
+            ),
+            commands=(MaxCommandAge("irp.m", "E_c_d", 0.002, "irp.E.m.c_d"),),
         ),
         task=Task(
             subsystem="irp.c",

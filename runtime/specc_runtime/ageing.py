@@ -69,8 +69,8 @@ class Ageing:
 
     __slots__ = (
         "_age_slots", "_asked_fresh", "_behind", "_clock", "_commands", "_late_slots", "_limits",
-        "_readers", "_senders", "_sensors", "_subsystem", "_x", "before", "came", "followed",
-        "held", "known", "received", "tick",
+        "_readers", "_senders", "_sensors", "_subsystem", "_x", "before", "came", "fault",
+        "followed", "held", "known", "received", "tick",
     )  # fmt: skip
 
     def __init__(self, subsystem: Subsystem, rules: AgeRules, clock: Clock) -> None:
@@ -101,6 +101,7 @@ class Ageing:
         self.came: frozenset[str] = frozenset()
         self.held: dict[str, Stamp] = {}
         self.before = ""
+        self.fault: TooOld | None = None
         self.tick = 0
 
     @property
@@ -126,12 +127,16 @@ class Ageing:
         Called before a step of this tick, when everything has arrived; `late` is for how many
         periods in a row a subsystem has begun no step.
         """
-        known = self.known = dict(self.received)
+        x, known = self._x, self.known = self._x, dict(self.received)
         for element, sensor in self._sensors.items():
             if sensor.value is not NO_SAMPLE:
                 measured = self._clock.ticks(sensor.measured_s)
                 known[element] = Stamp(measured, measured, sensor.name)
-        x = self._x
+        if len(known) < len(self.followed):
+            # A run may go on from one that kept no ages.
+            old = [e for e in self.followed if e not in known and hasattr(x, e)]
+            self.received |= dict.fromkeys(old, Stamp(tick))
+            known |= self.received
         self.came = frozenset([e for e, flag in self._asked_fresh if getattr(x, flag, True)])
         self.before = self._subsystem.state
         self.tick = tick
@@ -141,8 +146,26 @@ class Ageing:
         for element, slot in self._late_slots:
             setattr(x, slot, late(self._senders[element]))
 
-    def end(self, visible_tick: int) -> TooOld | None:
-        """The fault of the step that has ended, if what it read, or sends at a tick, is too old."""
+    def end(self, visible_tick: int, *, is_early: bool) -> bool:
+        """Note the `fault` of the step that has ended if what it read, or sends at a tick, is too
+        old; else tell the readers how old it is, or later, at `show`, if that `is_early`.
+        """
+        self.fault = self._judged(visible_tick)
+        if self.fault is None:
+            state, sends = self._subsystem.state, self._subsystem.sends[self._subsystem.state]
+            stamps = {o: self._stamp(state, o) for o in self._readers if o in sends}
+            if is_early:
+                self.held = stamps
+            else:
+                self._tell(stamps)
+        return self.fault is not None
+
+    def show(self) -> None:
+        """Tell the readers what was held back."""
+        held, self.held = self.held, {}
+        self._tell(held)
+
+    def _judged(self, visible_tick: int) -> TooOld | None:
         state = self._subsystem.state
         for limit in self._limits:
             element, stamp = limit.element, self.known.get(limit.element)
@@ -175,21 +198,6 @@ class Ageing:
             return ""
         return f"is {age_s:.6g} s old, measured by {stamp.device}; `max_age` is {most_s:g} s"
 
-    def sent(self, *, is_early: bool = False) -> None:
-        """Tell the readers of the outputs how old they are; if that `is_early`, at `show`."""
-        state = self._subsystem.state
-        sends = self._subsystem.sends[state]
-        stamps = {o: self._stamp(state, o) for o in self._readers if o in sends}
-        if is_early:
-            self.held = stamps
-        else:
-            self._tell(stamps)
-
-    def show(self) -> None:
-        """Tell the readers what was held back."""
-        held, self.held = self.held, {}
-        self._tell(held)
-
     def _tell(self, stamps: Mapping[str, Stamp]) -> None:
         for output, stamp in stamps.items():
             for reader, element in self._readers.get(output, ()):
@@ -215,8 +223,8 @@ class Ageing:
 
     def restore(self, saved: Any) -> None:
         """Go on with those; raises LookupError, TypeError, ValueError for other data."""
-        self.received = self.received | self._read(saved["received"], self.followed)
-        self.held = self._read(saved["held"], self._readers)
+        self.received = self._read(saved.get("received", {}), self.followed)
+        self.held = self._read(saved.get("held", {}), self._readers)
 
     def _read(self, told: Any, known: Collection[str]) -> dict[str, Stamp]:
         ticks = self._clock.ticks

@@ -97,6 +97,7 @@ class Executor:
             clock or WallClock(),
             processes,
         )
+        self._ages = any(track.ageing is not None for track in self._tracks.values())
         self._blame = Blame(system, self._tracks)
         self._due = Due(due, self._tracks, self._sensors, system.tick_s)
         self._at_rest = at_rest
@@ -180,11 +181,24 @@ class Executor:
         for track in due:
             for port in track.ports:
                 port.deliver()
+        if self._ages:
+            self._tell_ages(due)
         for track in due:
             if self._real is not None:
                 track.began_s = self._real.now_s
             track.start(self.tick)
         self._let_pass(1)
+
+    def _tell_ages(self, due: Iterable[Track]) -> None:
+        """How far behind the inputs are of the steps that are due."""
+        tick, begun = self.tick, {track.name for track in due}
+
+        def late(sender: str) -> int:
+            return 0 if sender in begun else self._tracks[sender].skipped_until(tick)
+
+        for track in due:
+            if track.ageing is not None:
+                track.ageing.begin(tick, late)
 
     def settle(self) -> bool:
         """Commit the steps that are due now. False after a fault."""
@@ -227,7 +241,12 @@ class Executor:
                 name: {"by": by, "value": values.told("actuator", name, value)}
                 for name, (by, value) in self._commands.items()
             },
+            **({"ages": self._saved_ages()} if self._ages else {}),
         }
+
+    def _saved_ages(self) -> dict[str, Any]:
+        every = ((name, track.ageing) for name, track in self._tracks.items())
+        return {name: each.saved(self._tick_s) for name, each in every if each is not None}
 
     def restore(self, saved: Any, values: Values) -> None:
         """Go on from there, with the devices that there are, whose values are of their types now.
@@ -245,6 +264,8 @@ class Executor:
             known = saved["subsystems"].get(name)
             track.go_on(self.tick, known and known["entered"] / self._tick_s)
             track.late = values.sent(name, saved.get("late", {}).get(name, {}))
+            if track.ageing is not None:
+                track.ageing.restore(saved.get("ages", {}).get(name, {}))
         for name, sensor in self._sensors.items():
             if name in sensors:
                 sensor.restore(sensors[name], samples.get(name, NO_SAMPLE))
@@ -262,7 +283,7 @@ class Executor:
         parts: list[object] = [*self._sensors.values()]
         for track in self._tracks.values():
             subsystem = track.runner.subsystem
-            parts += [track, track.runner, *track.ports]
+            parts += [track, track.runner, *track.ports, *([track.ageing] if track.ageing else [])]
             parts += [subsystem, subsystem.x, subsystem.y, subsystem.memory]
         return self.tick, dict(self._commands), [(part, contents(part)) for part in parts]
 
@@ -386,6 +407,8 @@ class Executor:
             record = track.commit(self._tick_s, at, is_early=is_early)
             for observe in self._observers:
                 observe(record)
+            if track.ageing is not None and track.ageing.fault is not None:
+                raise track.ageing.fault
         except Fault as fault:
             self._abandoned |= isinstance(fault, StepAbandoned)
             self.faults.append(self._blame.of_step(fault, track, self._tick_s))

@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 
+from specc_runtime.ageing import Ageing
 from specc_runtime.buffers import Put, Sent, sender
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import AxiomViolated, DeviceFailed, Fault, StepAbandoned, StepFailed
@@ -32,8 +33,9 @@ class Track:
     """
 
     __slots__ = (
-        "_readers", "_scheduled", "_send", "_watch", "began_s", "entered", "first_skipped", "last",
-        "late", "name", "pending", "ports", "runner", "skipped", "stamp", "started_tick",
+        "_readers", "_scheduled", "_send", "_watch", "ageing", "began_s", "entered",
+        "first_skipped", "last", "late", "name", "pending", "ports", "runner", "skipped", "stamp",
+        "started_tick",
     )  # fmt: skip
 
     def __init__(
@@ -43,11 +45,16 @@ class Track:
         readers: Mapping[str, Sequence[Put]],
         ports: tuple[Port, ...],
         watch: tuple[str, ...],
+        ageing: Ageing | None = None,
     ) -> None:
-        """`readers` has for each output the setters of those who read it."""
+        """`readers` has for each output the setters of those who read it.
+
+        `ageing` has the ages of what it reads and sends, if any of them matters.
+        """
         self.name = scheduled.subsystem.name
         self.runner = runner
         self.ports = ports
+        self.ageing = ageing
         self.stamp = -1
         self.began_s = -math.inf
         """When the last step began by the clock of a run in real time."""
@@ -124,7 +131,8 @@ class Track:
     ) -> StepRecord:
         """Make the pending step visible, at a tick; raises the fault that it ended in.
 
-        If that `is_early`, what it sent is `late`, and nobody sees it yet.
+        If that `is_early`, what it sent is `late`, and nobody sees it yet. Nobody ever does if it
+        was too old.
         """
         self.pending = False
         outcome = self.runner.outcome()
@@ -139,18 +147,23 @@ class Track:
             memory = subsystem.memory
             watched = tuple([(name, getattr(memory, name, None)) for name in self._watch])
         time_s = self.started_tick * tick_s
-        if is_early:
+        visible = self.visible_tick if visible is None else visible
+        is_too_old = self.ageing is not None and self.ageing.end(visible, is_early=is_early)
+        if is_early or is_too_old:
             names = subsystem.sends[state]
-            self.late = sent = sender(names, [()] * len(names))(subsystem.y)
+            sent = sender(names, [()] * len(names))(subsystem.y)
+            self.late = () if is_too_old else sent
         else:
             sent = self._send[state](subsystem.y)
-        visible_s = (self.visible_tick if visible is None else visible) * tick_s
+        visible_s = visible * tick_s
         told = self.name, self.stamp, time_s, state, outcome, sent, watched, visible_s
         self.last = StepRecord(*told)
         return self.last
 
     def show(self) -> None:
         """Let the others see what is `late`."""
+        if self.ageing is not None:
+            self.ageing.show()
         late, self.late = self.late, ()
         for element, value in late:
             for put in self._readers[element]:

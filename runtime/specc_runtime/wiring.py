@@ -14,6 +14,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from specc_runtime.ageing import ageing
 from specc_runtime.buffers import Put, lower_flags, setter
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import DeviceFailed, Fault
@@ -149,7 +150,7 @@ def tracks(
 
     `commands` will have what devices were commanded last.
     """
-    readers = _readers(system, plant, commands)
+    readers, ages = _readers(system, plant, commands), ageing(system, sensors)
     built = {}
     for scheduled in system.subsystems:
         subsystem = scheduled.subsystem
@@ -164,7 +165,8 @@ def tracks(
             clear = lower_flags(subsystem.x)
             runner = ProcessRunner(subsystem, sensed, clear, clock, worker)
         ports = [Port(sensors[i.sensor], setter(subsystem.x, i.element)) for i in inputs]
-        built[name] = Track(scheduled, runner, readers[name], tuple(ports), watch)
+        route = readers[name], tuple(ports), watch
+        built[name] = Track(scheduled, runner, *route, ages.get(name))
     return built
 
 

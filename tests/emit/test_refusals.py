@@ -50,7 +50,7 @@ def test_lets_that_are_used_twice_by_the_next_cost_no_more(tmp_path: Path) -> No
 
 
 def test_terms_beyond_reason(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(system: object, proofs: object) -> None:
+    def refuse(*given: object) -> None:
         raise lower.TooLarge("a.c")
 
     monkeypatch.setattr(lower, "lower", refuse)

@@ -7,13 +7,13 @@ generated package.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
 from typing import Any
 
-from specc_runtime.buffers import FRESH
+from specc_runtime.buffers import AGE, FRESH, LATE
 from specc_runtime.faults import Fault
 from specc_runtime.forms import Layout, Misshapen, NotRecorded
 from specc_runtime.loading import load_layouts, load_system
@@ -31,7 +31,13 @@ from specc_runtime.recording.reading import Reading, Unusable
 from specc_runtime.recording.required import Watch
 from specc_runtime.recording.resuming import Resumption, Resumptions
 from specc_runtime.recording.snapshots import WRONG, snapshot_of
-from specc_runtime.recording.steps import passage_of, remembered, topic_of
+from specc_runtime.recording.steps import (
+    beside,
+    lag_name,
+    passage_of,
+    remembered,
+    topic_of,
+)
 from specc_runtime.recording.text import dumped, loaded
 from specc_runtime.sampling import PLANT
 from specc_runtime.snapshot import Values
@@ -103,7 +109,8 @@ class _Replayed:
         self._memory = Cells("", kept, brief=not exact)
         self.outcome.left_out.update(m.name[0] for m in layout.memory if m not in kept)
         self._fed: dict[str, tuple[Any, Any]] = {}
-        self._flagged = [e for e in layout.x if hasattr(subsystem.x, FRESH + e.attribute)]
+        self._flagged = beside(subsystem, layout.x, FRESH)
+        self._lagging = [(k, e) for k in (AGE, LATE) for e in beside(subsystem, layout.x, k)]
         self._stamp = 0
         self._gone = ""
 
@@ -188,7 +195,21 @@ class _Replayed:
                 last = self._fed[element.attribute] = data, value
             is_fresh = fresh.get(".".join(element.name), False) is True
             (arrives if is_fresh else there)[element.attribute] = last[1]
+        there |= dict(self._lags(told, absent))
         self._stepper.feed(arrives, there, absent)
+
+    def _lags(self, told: Mapping[str, Any], absent: Collection[str]) -> Iterator[tuple[str, Any]]:
+        """How far behind inputs are, by slots; raises NotRecorded, Misshapen."""
+        for kind, element in self._lagging:
+            name, of = ".".join(element.name), told.get(lag_name(kind), {})
+            if not isinstance(of, dict):
+                raise Misshapen("a message with values of other types than a step has")
+            value = of.get(name)
+            if type(value) not in (int, float):
+                if element.attribute in absent:
+                    continue
+                raise NotRecorded(f"the {lag_name(kind)} of x.{name}, for which nothing asked then")
+            yield kind + element.attribute, value
 
     def _difference(
         self, told: Mapping[str, Any], before: str, outcome: int | Fault

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
-from specc_runtime.buffers import FRESH
+from specc_runtime.buffers import AGE, FRESH, LATE
 from specc_runtime.forms import Element, Layout, Schema, object_schema
 from specc_runtime.recording.cells import Cells, Held, Shelf, Times, getter
 from specc_runtime.recording.log import Log
@@ -21,6 +21,7 @@ Late = tuple[int, float] | tuple[()]
 _LATE = b'"skipped":%d,"visible":%b,'
 _ROUNDING_S = 1e-6  # times are multiples of a rounded tick
 _BOOLEANS = {"type": "object", "additionalProperties": {"type": "boolean"}}
+_NUMBERS = {"type": "object", "additionalProperties": {"type": "number"}}
 
 
 def topic_of(subsystem: str) -> str:
@@ -51,8 +52,8 @@ class Steps:
     def __init__(self, subsystem: Subsystem, layout: Layout, shelf: Shelf, log: Log) -> None:
         """Note the steps of the subsystem from now on."""
         self.subsystem = subsystem
-        self._taken: tuple[str, Held, tuple[bool, ...]] | None = None
-        """State, inputs and freshness of the step that is not committed yet."""
+        self._taken: tuple[str, Held, tuple[bool, ...], tuple[float, ...]] | None = None
+        """State, inputs, freshness and ages of the step that is not committed yet."""
         self._stamp: int | None = None
         """Of the step that was written last."""
         self._shelf = shelf
@@ -62,11 +63,14 @@ class Steps:
         self._x = Cells(f"{topic}/x", layout.x)
         self._y = Cells(f"{topic}/y", layout.y, brief=brief)
         self._memory = Cells(f"{topic}/memory", kept, brief=brief)
-        flagged = [e for e in layout.x if hasattr(type(subsystem.x), FRESH + e.attribute)]
+        flagged = beside(subsystem, layout.x, FRESH)
         self._flags = getter([FRESH + e.attribute for e in flagged])
         names = [".".join(e.name) for e in flagged]
+        behind = {kind: beside(subsystem, layout.x, kind) for kind in (AGE, LATE)}
+        self._lags = getter([kind + e.attribute for kind in behind for e in behind[kind]])
+        self._lag_template = _lag_template(behind)
         self._passages = _Passages(subsystem.transitions, layout, names)
-        form = STEP_SCHEMA + subsystem.name, _schema(layout)
+        form = STEP_SCHEMA + subsystem.name, _schema(layout, [k for k in behind if behind[k]])
         every = (*layout.x, *layout.y, *kept)
         is_preceded = any(element.form.is_aside for element in every)
         self._channel = log.channel(topic, *form, self._texts, is_preceded=is_preceded)
@@ -82,29 +86,29 @@ class Steps:
         """Note state and inputs of the step that comes next."""
         subsystem = self.subsystem
         x = subsystem.x
-        self._taken = subsystem.state, self._x.held(x), self._flags(x)
+        self._taken = subsystem.state, self._x.held(x), self._flags(x), self._lags(x)
 
     def add(self, record: StepRecord) -> None:
         """Write a committed step."""
         assert self._taken is not None
-        before, (x, inputs), fresh = self._taken
+        before, (x, inputs), fresh, lags = self._taken
         _, stamp, time_s, state, row, sent, _, visible_s = record
         memory, values = self._memory.held(self.subsystem.memory)
         self._taken = None
         passage = before, row, state, fresh
         late = self._late(stamp, time_s, visible_s)
         kind = x, state, memory, "", bool(late)
-        self._channel.add(time_s, (kind, stamp, late, passage, inputs, sent, values))
+        self._channel.add(time_s, (kind, stamp, late, passage, lags, inputs, sent, values))
 
     def failed(self, stamp: int, time_s: float, message: str) -> None:
         """Write the step that ended in a fault, if any."""
         if self._taken is not None and stamp >= 0:
-            before, (x, inputs), fresh = self._taken
+            before, (x, inputs), fresh, lags = self._taken
             state = self.subsystem.state
             passage = before, -1, state, fresh
             late = self._late(stamp, time_s, None)
             kind = x, state, (), message, bool(late)
-            self._channel.add(time_s, (kind, stamp, late, passage, inputs, (), ()))
+            self._channel.add(time_s, (kind, stamp, late, passage, lags, inputs, (), ()))
 
     def _late(self, stamp: int, time_s: float, visible_s: float | None) -> Late:
         """Of a step that was not on time: the periods skipped before it, and when it was seen."""
@@ -128,16 +132,18 @@ class Steps:
         """The texts of steps that have values for the same elements: column by column."""
         x, state, memory, fault, is_late = kind
         shelf, names = self._shelf, self.subsystem.sends[state] if not fault else ()
-        _, stamps, late, passages, inputs, sent, held = zip(*rows, strict=True)
+        _, stamps, late, passages, lags, inputs, sent, held = zip(*rows, strict=True)
         columns = [
             stamps,
             *_late_columns(late if is_late else ()),
             dumped_each(times[0]),
             map(self._passages.__getitem__, passages),
+            *map(dumped_each, zip(*lags, strict=True)),
             *self._x.texts(x, zip(*inputs, strict=True), shelf, times),
         ]
-        template = b'{"stamp":%%d,%b"time":%%b,%%b,"x":%b' % (
+        template = b'{"stamp":%%d,%b"time":%%b,%%b,%b"x":%b' % (
             _LATE if is_late else b"",
+            self._lag_template,
             self._x.template(x),
         )
         if fault:
@@ -244,7 +250,28 @@ def passage_of(
     }
 
 
-def _schema(layout: Layout) -> Schema:
+def beside(subsystem: Subsystem, elements: Sequence[Element], kind: str) -> list[Element]:
+    """The inputs with a slot of a kind, such as `FRESH`, beside that of their value."""
+    return [e for e in elements if hasattr(type(subsystem.x), kind + e.attribute)]
+
+
+def _lag_template(behind: Mapping[str, Sequence[Element]]) -> bytes:
+    """How far behind inputs are, for the texts of numbers; empty if nothing asks."""
+    found = b""
+    for kind, elements in behind.items():
+        if elements:
+            names = (dumped(".".join(e.name)).replace(b"%", b"%%") for e in elements)
+            inside = b",".join(name + b":%b" for name in names)
+            found += b'"%b":{%b},' % (lag_name(kind).encode(), inside)
+    return found
+
+
+def lag_name(kind: str) -> str:
+    """What messages call `AGE` and `LATE`."""
+    return kind.removesuffix("_")
+
+
+def _schema(layout: Layout, lags: Iterable[str]) -> Schema:
     texts = {name: {"type": "string"} for name in ("before", "state", "cause", "transition")}
     return object_schema(
         {
@@ -257,6 +284,7 @@ def _schema(layout: Layout) -> Schema:
             "conditions": _BOOLEANS,
             "x": _of_elements(layout.x),
             "fresh": _BOOLEANS,
+            **{lag_name(kind): _NUMBERS for kind in lags},
             "y": _of_elements(layout.y),
             "memory": _of_elements(layout.memory),
             "fault": {"type": "string"},
