@@ -37,6 +37,7 @@ class Situation:
     entered: bool = True
     period: float = 0.0
     files: Mapping[str, str] = field(default_factory=dict)
+    ages: Mapping[Key, float] = field(default_factory=dict)
     known: dict[str, Value] = field(default_factory=dict)
     """Lets that were computed in this period."""
     bound: dict[str, Value] = field(default_factory=dict)
@@ -79,6 +80,10 @@ def value(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # a case for each k
             return (asked.peer, asked.element) in at.fresh
         case m.Present(input=asked):
             return (asked.peer, asked.element) in at.inputs
+        case m.Lag(name=name, input=asked):
+            if (asked.peer, asked.element) not in at.inputs:
+                raise Absent(f"x.{asked.peer}.{asked.element}")
+            return at.ages[asked.peer, asked.element] if name == "age" else 0
         case m.Call(operator=name, args=args):
             return at.operators[name](*[value(a, at) for a in args])
         case m.Builtin(name=name, args=args):

@@ -80,6 +80,8 @@ class Machine:
         self.memory: dict[str, Value] = {}
         self.stamp = -1
         self.broken: list[int] = []
+        self.ages: Mapping[Key, float] = {}
+        """How old inputs are in this period, in s."""
         self.empty: list[str] = []
         """What was said to be there and was not, in all steps."""
 
@@ -96,6 +98,7 @@ class Machine:
             entered=self.periods == 0,
             period=float(1 / self.subsystem.rate_hz),
             files=self.files,
+            ages=self.ages,
             empty=self.empty,
         )
 

@@ -49,11 +49,17 @@ class Author:
     """Writes one specification."""
 
     def __init__(
-        self, rng: Random, careless: int | None = None, trusting: int | None = None
+        self,
+        rng: Random,
+        careless: int | None = None,
+        trusting: int | None = None,
+        *,
+        ages: bool = False,
     ) -> None:
         """Of a hundred inputs that may be absent, `careless` are read unasked, and `trusting` of a
-        hundred optional values and lists that may be empty."""
+        hundred optional values and lists that may be empty. With `ages` it is asked for those."""
         self.rng = rng
+        self.ages = ages
         self.bind: Tree = {}
         self.interfaces: Tree = {}
         self.actuators = iter("abcdef")
@@ -230,6 +236,10 @@ class Machine:
             text = f"x.{peer}.{name}"
             scope.inputs.append((text, type_))
             scope.add(type_, text) if started else scope.absent.append((text, type_))
+            if self.author.ages and started:
+                scope.add("real[s]", f"age({text})")
+                if peer not in ("E", "R"):
+                    scope.add("int", f"late({text})")
         scope.add("real[m]", "limit")
         scope.add("real", "gain")
         scope.add("int", "whole")
@@ -262,6 +272,8 @@ class Machine:
             "init": _list(["False"] * (2 * len(asked) + 1)),
         }
         found["since"] = {"type": "real[s]", "init": 0}
+        if self.author.ages and asked:
+            found["aged"] = {"type": f"vector[{len(asked)}, s]", "init": _list(["0"] * len(asked))}
         return found
 
     def _lets(self) -> Tree:
@@ -308,7 +320,9 @@ class Machine:
         """What is fresh and present, and the clock, as memory that the test sees."""
         asked = [text for text, _ in self.scope.inputs][:6]
         told = [f"{kind}({text})" for text in asked for kind in ("fresh", "present")]
-        return {"seen": _list([*told, "entered"]), "since": "elapsed"}
+        ages = [f"age({text}) if present({text}) else 0" for text in asked]
+        aged = {"aged": _list(ages)} if self.author.ages and asked else {}
+        return {"seen": _list([*told, "entered"]), "since": "elapsed", **aged}
 
     def _end(self) -> str:
         phrases = self._phrases()
@@ -471,9 +485,11 @@ def _hertz(period_ms: int) -> str:
     return f"{1000 // period_ms} Hz" if 1000 % period_ms == 0 else f"{period_ms} ms"
 
 
-def specification(rng: Random, careless: int | None = None, trusting: int | None = None) -> Tree:
+def specification(
+    rng: Random, careless: int | None = None, trusting: int | None = None, *, ages: bool = False
+) -> Tree:
     """A random specification (see `Author`)."""
-    return Author(rng, careless, trusting).specification()
+    return Author(rng, careless, trusting, ages=ages).specification()
 
 
 def text_of(tree: Tree) -> str:
