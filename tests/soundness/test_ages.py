@@ -25,7 +25,7 @@ from tests.soundness.specifications import Tree, specification
 TICKS = 60
 
 
-@pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 9), long=60, each=20))
+@pytest.mark.parametrize("seeds", blocks([1], also=range(9), long=60, each=20))
 def test_ages_are_those_of_the_interpreter_and_as_listed_at_most(
     seeds: Seeds, tmp_path: Path
 ) -> None:
@@ -112,7 +112,7 @@ def machine(rng: Random, peers: list[str], readers: list[str]) -> Tree:
         "memory": {
             "m": {"type": "int", "init": 0},
             "n": {"type": "int", "init": 0},
-            "aged": {"type": f"vector[{len(peers)}, s]", "init": f"[{', '.join('0' * len(peers))}]"},
+            "aged": {"type": f"vector[{len(peers)}, s]", "init": str([0] * len(peers))},
         },
         "let": {"late": f"{first} > 2", "both": f"({last} if fresh({last}) and not late else 0)"},
         "functions": functions,
