@@ -21,7 +21,7 @@ from specc_runtime.faults import Fault, StepAbandoned
 from specc_runtime.plant import NO_SAMPLE, Plant
 from specc_runtime.processes.worker import Processes
 from specc_runtime.records import Observer
-from specc_runtime.safety import Commands, LastOutput, leave_safe
+from specc_runtime.safety import Commands, LastOutput, hand_over, leave_safe
 from specc_runtime.sampling import Onlooker, Port, Sensor
 from specc_runtime.snapshot import Values
 from specc_runtime.subsystem import Subsystem, contents
@@ -84,6 +84,7 @@ class Executor:
         self._rates = rates = sensor_rates(system)
         self._sensors = sensors_read(system, plant, rates)
         self._safe = system.plant.safe if system.plant else ()
+        hand_over(self._safe, plant, self._sensors, clock or WallClock())
         self._commands: Commands = {}
         due = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
         self._pool = None if inline else worker_pool(system)

@@ -5,7 +5,7 @@ Implementations live in `specc_runtime.plants`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from threading import Condition, Lock, Thread
@@ -165,6 +165,25 @@ class Plant(Protocol):
 
     def close(self) -> None:
         """Give up what the plant holds; called once, however the run ended."""
+
+
+class Guarded(Protocol):
+    """What a plant has in addition that gives devices their safe outputs if the agent cannot.
+
+    It is told ahead of time what they are: its last will.
+    """
+
+    def inherit(self, will: Callable[[], None]) -> None:
+        """`will` hands over what has changed: it is to be called now and after every tick."""
+
+    def bequeath(self, device: str, will: Mapping[str, Sequence[tuple[str, Any]]]) -> None:
+        """What each element of a device is to get, by its name: the first value that it takes.
+
+        The text before a value is how the report of a run calls it.
+        """
+
+    def leave(self) -> None:
+        """The run is over: from now on the agent gives safe outputs itself."""
 
 
 class Pictured(Protocol):

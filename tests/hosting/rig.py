@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
+from specc_runtime.safety import SafeOutputs
 from specc_runtime.system import PlantInput, PlantOutput, PlantSpec, Scheduled, System
 
 from tests.runtime.tiny import Node
@@ -17,7 +19,18 @@ HERE = Path(__file__).parent
 DEVICES = "stub_devices:Devices"
 
 
-def system(*devices: str, sporadic: bool = False) -> System:
+class Safe(SafeOutputs):
+    """Declares the silence of a device; its will is bequeathed by the test."""
+
+    elements = ()
+    reports: ClassVar[Mapping[str, str]] = {}
+
+    def __init__(self, name: str, silence_s: float) -> None:
+        self.name = name
+        self.silence_s = silence_s
+
+
+def system(*devices: str, sporadic: bool = False, silence_s: float = 0.0) -> System:
     """A subsystem for each device `a.E.d`, which reads its `q` and commands its `u`."""
     devices = devices or ("a.E.d",)
     nodes = [Node(device.replace("E", "e")) for device in devices]
@@ -27,6 +40,7 @@ def system(*devices: str, sporadic: bool = False) -> System:
         tuple(Scheduled(node, 1) for node in nodes),
         plant=PlantSpec(
             sensors=tuple(SensorBinding(f"{d}.q", sporadic=sporadic) for d in devices),
+            safe=tuple(Safe(d, silence_s) for d in devices if silence_s),
             actuators=tuple(ActuatorBinding(f"{d}.u") for d in devices),
             inputs=tuple(
                 PlantInput(f"{d}.q", n.name, "q") for d, n in zip(devices, nodes, strict=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -102,6 +102,7 @@ class HostedPlant:
         self._outputs = 0
         self._taken: dict[int, str] = {}
         self._will: Callable[[], None] = lambda: None
+        self._bequeathed: dict[str, dict[str, list[tuple[str, Any]]]] = {}
         until_s = time.monotonic() + setup.wait_s
         self._host = Host(setup.python, len(self._readings))
         try:
@@ -221,12 +222,15 @@ class HostedPlant:
         self._will = will
         will()
 
-    def bequeath(self, device: str, values: Mapping[str, list[tuple[str, Any]]]) -> None:
+    def bequeath(self, device: str, will: Mapping[str, Sequence[tuple[str, Any]]]) -> None:
         """What a device gets if the agent ends: of each element the first value that it takes."""
-        will = {}
-        for name, choices in values.items():
-            will[name] = [(by, self._encoded(name, value)) for by, value in choices]
-        self._host.channel.send("will", device, will)
+        encoded = {
+            name: [(by, self._encoded(name, value)) for by, value in choices]
+            for name, choices in will.items()
+        }
+        if encoded != self._bequeathed.get(device):
+            self._bequeathed[device] = encoded
+            self._host.channel.send("will", device, encoded)
 
     def leave(self) -> None:
         """The run is over: safe outputs follow, each of which is waited for."""
@@ -336,7 +340,7 @@ def _silences(system: System) -> dict[str, float]:
         device = output.actuator.rpartition(".")[0]
         found[device] = max(found.get(device, SILENCE_S), _PERIODS * period_s)
     for safe in system.plant.safe:
-        if declared := getattr(safe, "silence_s", None):
-            found[safe.name] = declared
+        if safe.silence_s:
+            found[safe.name] = safe.silence_s
         found.setdefault(safe.name, SILENCE_S)
     return found
