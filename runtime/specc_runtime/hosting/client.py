@@ -69,6 +69,7 @@ class _Reading:
 class HostedPlant:
     """Implements `Plant` by a device host; nothing here waits for a device while the run goes on.
 
+    `is_prompt` tells whether the host may run before ordinary processes (`SCHED_FIFO`).
     `run_time_s`, if it is set, gives the time since tick 0; samples have their time on that clock.
     Without it the clock begins with the first sample.
     """
@@ -113,7 +114,7 @@ class HostedPlant:
                 "elements": list(self._readings),
                 "silence": self._silence_s,
             }
-            self._host.open(wanted, until_s)
+            self.is_prompt = self._host.open(wanted, until_s)
             self._await_samples(set(self._readings) - optional, until_s, setup.wait_s)
         except BaseException:
             self._host.close()

@@ -18,6 +18,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any
 
+from specc_runtime.hosting.agency import LOOK_S, Agent
 from specc_runtime.hosting.courier import Courier
 from specc_runtime.hosting.devices import Devices, made, words
 from specc_runtime.hosting.memory import Memory
@@ -30,6 +31,8 @@ CLOSE_S = 3.0
 """How long they have to close."""
 LEAVE_S = 15.0
 """How long the agent has to end once it says that it does, or once the host is asked to end."""
+PRIORITY = 1
+"""Of the host's threads where `SCHED_FIFO` is permitted: before all that has none."""
 _ASKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 _IGNORED = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU, signal.SIGPIPE)
 
@@ -41,6 +44,8 @@ class Keeper:
         self._channel = channel
         self._memory_file = memory_file
         self._errors_file = errors_file
+        self._agent = Agent(os.getppid())
+        self._is_prompt = _prompt()
         self._devices: Devices | None = None
         self._reader: Reader | None = None
         self._couriers: dict[str, Courier] = {}
@@ -63,7 +68,7 @@ class Keeper:
                 for key, _ in selector.select(self._patience_s()):
                     if key.data is not None:
                         key.data()
-                self._listen(selector)
+                self._listen()
                 self._channel.flush()
                 self._watch()
         self._leave()
@@ -76,14 +81,14 @@ class Keeper:
         now_s, until_s = time.monotonic(), self._until_s
         for name in self._watched():
             until_s = min(until_s, self._heard_s(name) + self._silence_s[name])
-        return min(max(until_s - now_s, 0.0) + 2e-4, 1.0)
+        return min(max(until_s - now_s, 0.0) + 2e-4, LOOK_S if self._agent.is_watched else 1.0)
 
     # What the agent says.
 
-    def _listen(self, selector: selectors.BaseSelector) -> None:
+    def _listen(self) -> None:
         for kind, *data in self._channel.received():
             if kind == "open":
-                self._open(data[0], selector)
+                self._open(data[0])
             elif kind == "send":
                 self._post(*data)
             elif kind == "will":
@@ -92,12 +97,10 @@ class Keeper:
                 self._allow_to_leave()
             elif kind == "end":
                 self._is_ended = True
-        self._is_agent_gone |= self._channel.is_over
+        self._is_agent_gone |= self._channel.is_over or self._agent.has_ended()
 
-    def _open(self, wanted: dict[str, Any], selector: selectors.BaseSelector) -> None:
-        with suppress(AttributeError, OSError):  # it may be gone; not every system has it
-            agent = os.pidfd_open(wanted["agent"])
-            selector.register(agent, selectors.EVENT_READ, self._agent_ended)
+    def _open(self, wanted: dict[str, Any]) -> None:
+        self._agent = Agent(wanted["agent"])
         self._silence_s = dict(wanted["silence"])
         self._opening = threading.Thread(target=self._opened, args=(wanted,), daemon=True)
         self._opening.start()
@@ -114,7 +117,7 @@ class Keeper:
         with suppress(OSError):
             os.dup2(self._errors_file, 2)  # from now on for people
         self._memory = memory
-        self._channel.send("opened")
+        self._channel.send("opened", self._is_prompt)
         self._reader = Reader(devices, wanted["elements"], memory, self._fail)
 
     def _post(self, device: str, element: str, value: Any, number: int) -> None:
@@ -171,9 +174,6 @@ class Keeper:
             self._channel.send("asked", number)
         self._until_s = min(self._until_s, time.monotonic() + LEAVE_S)
 
-    def _agent_ended(self) -> None:
-        self._is_agent_gone = True
-
     def _fail(self, element: str, why: str) -> None:
         """Tell the agent, once an element, that a device failed."""
         if element not in self._failed:
@@ -218,6 +218,15 @@ class Keeper:
                 self._devices.close()
         except BaseException as error:  # noqa: BLE001  # as above
             problems.append(words(error))
+
+
+def _prompt() -> bool:
+    """Run before ordinary processes, all threads to come included; whether that is permitted."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    except (AttributeError, OSError):
+        return False
+    return True
 
 
 def _signals() -> socket.socket:

@@ -14,7 +14,9 @@ from specc_runtime.hosting.wire import parts_of
 
 POLL_S = 0.1
 PAUSE_S = 5e-5
-"""After every `poll`, so that devices that never wait do not keep the interpreter."""
+"""The least pause after a `poll`, so that devices that never wait do not keep the interpreter."""
+_SHARE = 0.5
+"""The pause of devices that keep the processor busy, as a part of the time that they do."""
 
 
 class Reader:
@@ -43,12 +45,13 @@ class Reader:
 
     def _run(self) -> None:
         while not self._is_over:
+            begin_s = time.thread_time()
             try:
                 self._write(self._devices.poll(POLL_S))
             except BaseException as error:  # noqa: BLE001  # whatever the devices raise
                 self._failed(str(getattr(error, "element", "")), words(error))
                 return
-            time.sleep(PAUSE_S)
+            time.sleep(max(PAUSE_S, _SHARE * (time.thread_time() - begin_s)))
 
     def _write(self, samples: Any) -> None:
         newest = {}

@@ -60,15 +60,18 @@ class Host:
         forget = weakref.WeakMethod(self.channel.close)
         os.register_at_fork(after_in_child=lambda: (close := forget()) and close())
 
-    def open(self, wanted: Mapping[str, Any], until_s: float) -> None:
-        """Have the devices opened; raises PlantError if they are not by then."""
+    def open(self, wanted: Mapping[str, Any], until_s: float) -> bool:
+        """Have the devices opened; raises PlantError if they are not by then.
+
+        Returns whether the host may run before ordinary processes.
+        """
         self.channel.send("open", {"agent": os.getpid(), **wanted})
         while True:
             if not self.wait(until_s):
                 raise PlantError(f"the devices are not open in time{self.tail()}")
             for kind, *data in self.channel.received():
                 if kind == "opened":
-                    return
+                    return bool(data[0])
                 if kind == "refused":
                     raise PlantError(f"cannot open the devices: {data[0]}{self.tail()}")
             if self.channel.is_over:
