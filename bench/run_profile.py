@@ -22,7 +22,6 @@ from tempfile import TemporaryDirectory
 from time import process_time, thread_time
 from typing import Any, Literal, get_args
 
-from specc_runtime.application import open_judge, open_plant
 from specc_runtime.cells.irp6_picking import PickJudge
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion
@@ -40,6 +39,7 @@ from specc_runtime.records import RecordDigest
 from specc_runtime.report import Statistics
 from specc_runtime.sampling import Port
 from specc_runtime.session import Session
+from specc_runtime.setting import open_judge, open_plant
 from specc_runtime.system import System
 from specc_runtime.task import Cycles
 from specc_runtime.track import Track

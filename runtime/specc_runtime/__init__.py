@@ -10,7 +10,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from specc_runtime.application import open_judge, open_plant
     from specc_runtime.cycle import Executor
     from specc_runtime.faults import Fault
     from specc_runtime.loading import load_system
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from specc_runtime.plant import NO_SAMPLE, Deferred, Latest, Plant, Sample
     from specc_runtime.plants.errors import PlantError
     from specc_runtime.records import StepRecord
+    from specc_runtime.setting import open_judge, open_plant
     from specc_runtime.system import System
     from specc_runtime.task import Judge, Scene
     from specc_runtime.timing import Paced, RealTime
@@ -43,7 +43,6 @@ __all__ = [
     "open_plant",
 ]
 _HOMES = {
-    "application": ("open_judge", "open_plant"),
     "cycle": ("Executor",),
     "faults": ("Fault",),
     "loading": ("load_system",),
@@ -51,6 +50,7 @@ _HOMES = {
     "plant": ("NO_SAMPLE", "Deferred", "Latest", "Plant", "Sample"),
     "plants.errors": ("PlantError",),
     "records": ("StepRecord",),
+    "setting": ("open_judge", "open_plant"),
     "system": ("System",),
     "task": ("Judge", "Scene"),
     "timing": ("Paced", "RealTime"),

@@ -4,29 +4,26 @@ from __future__ import annotations
 
 import os
 import threading
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, Keeper, OutputLost, Recording, Viewer
 from specc_runtime.cycle import REST_S
 from specc_runtime.ending import tell
 from specc_runtime.examination import shortcomings
-from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
+from specc_runtime.faults import Fault, PlantFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
-from specc_runtime.loading import load_system, made, timed
-from specc_runtime.options import Options, RendererName, UsageError
-from specc_runtime.plant import Grouped, Pictured, Plant, Viewable
+from specc_runtime.loading import load_system, timed
+from specc_runtime.options import Options, UsageError
+from specc_runtime.plant import Grouped, Pictured, Viewable
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.processes.worker import Processes
 from specc_runtime.report import Report, check_outputs, stillborn, write
 from specc_runtime.session import Session
-from specc_runtime.system import PlantSpec, System, Task
-from specc_runtime.task import Judge, Scene, drawn
+from specc_runtime.setting import made_plant, open_judge, prepare
+from specc_runtime.system import PlantSpec, System
 from specc_runtime.telling import say
 from specc_runtime.watchdog import Watchdog
 
@@ -149,9 +146,9 @@ class _Attempt:
         assert system.plant is not None
         options = self._options
         with self._interruption.loading():
-            self._plant = plant = _plant(system, Path(options.base), options.renderer)
+            self._plant = plant = made_plant(system, options)
         self._check_interrupted()
-        _prepare(plant, system.task, options.seed)
+        prepare(plant, system.task, options.seed)
         return plant
 
     def _kept(self) -> Kept | None:
@@ -275,82 +272,6 @@ def _closed(companion: Companion) -> OutputLost | None:
         lost = OutputLost(f"a file of the run is not complete: {said(error)}")
         return None if isinstance(companion, Viewer) else lost
     return None
-
-
-def open_plant(
-    system: System, base: str | Path = ".", seed: int = 0, renderer: RendererName = "auto"
-) -> Any:
-    """The system's plant, reset with the seed and its scene set; None if it has none.
-
-    Raises PlantError for a model that does not fit, UsageError for a plant or a scene that is not
-    there or is not what the run needs, SceneFailed for a scene that raises.
-    """
-    spec = system.plant
-    if spec is None:
-        return None
-    plant = _plant(system, Path(base), renderer)
-    try:
-        _prepare(plant, system.task, seed)
-    except BaseException:
-        with suppress(BaseException):  # whatever the user's class raises
-            plant.close()
-        raise
-    return plant
-
-
-def _prepare(plant: Any, task: Task | None, seed: int) -> None:
-    """Reset the plant and set the scene, if there is one."""
-    path = task.scene if task else ""
-    scene: Scene | None = made("scene", path, Scene) if path else None
-    try:
-        plant.reset(seed)
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:  # whatever the user's class raises
-        raise PlantFailed(error) from error
-    if task is not None and task.starts:
-        plant.truth.place(drawn(task.starts, seed))
-    if scene is not None:
-        try:
-            scene.place(plant, np.random.default_rng(seed))
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # as above
-            raise SceneFailed(path, error) from error
-
-
-def open_judge(system: System, plant: Any) -> Judge | None:
-    """The judge of the system's task, if it has one; the scene is set.
-
-    Raises UsageError for a judge that is not there or is not what the run needs.
-    """
-    task = system.task
-    if task is None or not task.judge:
-        return None
-    but = "" if task.watch else "watch"
-    judge: Judge = made("judge", task.judge, Judge, but, plant=plant)
-    return judge
-
-
-def _plant(system: System, base: Path, renderer: RendererName) -> Any:
-    spec = system.plant
-    assert spec is not None
-    if spec.python:
-        return made("plant", spec.python, Plant)
-    if spec.ros2 is not None:
-        from specc_runtime.ros2.plant import ros2_plant
-
-        return ros2_plant(system)
-    if not spec.model:
-        names = [a.name for a in spec.actuators] + [s.name for s in spec.sensors]
-        raise UsageError(
-            f"there is no plant behind {', '.join(names)}; add `plant:` to the specification, or "
-            "run the system from Python with a plant (docs/your_robot.md)"
-        )
-    from specc_runtime.plants.mujoco import MujocoPlant
-
-    sensors = (*spec.sensors, *spec.observed)
-    return MujocoPlant(str(base / spec.model), sensors, spec.actuators, renderer=renderer)
 
 
 def _accompany(

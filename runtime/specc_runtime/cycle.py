@@ -84,7 +84,7 @@ class Executor:
         self._rates = rates = sensor_rates(system)
         self._sensors = sensors_read(system, plant, rates)
         self._safe = system.plant.safe if system.plant else ()
-        hand_over(self._safe, plant, self._sensors, clock or WallClock())
+        hand_over(self._safe, plant, self._sensors, clock or WallClock(), self._now_s)
         self._commands: Commands = {}
         due = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
         self._pool = None if inline else worker_pool(system)
@@ -108,6 +108,10 @@ class Executor:
     def time_s(self) -> float:
         """Simulated time."""
         return self.tick * self._tick_s
+
+    def _now_s(self) -> float:
+        """Time since tick 0, by the clock in real time."""
+        return self.time_s if self._real is None else self._real.now_s
 
     @property
     def skipped(self) -> dict[str, int]:

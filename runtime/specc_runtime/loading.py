@@ -134,6 +134,11 @@ def made(role: str, path: str, protocol: type, but: str = "", /, **arguments: An
     return thing
 
 
+def is_simulated(path: str) -> bool:
+    """Whether the plant at `module:name` says that it is `simulated`; raises UsageError."""
+    return bool(getattr(_named(path, f"the plant {path!r}"), "simulated", False))
+
+
 def _failed(role: str, path: str, error: BaseException) -> Fault:
     if role == "plant":
         return PlantFailed(error)

@@ -170,11 +170,15 @@ class Plant(Protocol):
 class Guarded(Protocol):
     """What a plant has in addition that gives devices their safe outputs if the agent cannot.
 
-    It is told ahead of time what they are: its last will.
+    It is told ahead of time what they are: its last will. Its samples have been measured before,
+    on a clock of their own.
     """
 
-    def inherit(self, will: Callable[[], None]) -> None:
-        """`will` hands over what has changed: it is to be called now and after every tick."""
+    def inherit(self, will: Callable[[], None], time_s: Callable[[], float]) -> None:
+        """`will` hands over what has changed: it is to be called now and after every tick.
+
+        `time_s` gives the time of the run, which began at tick 0.
+        """
 
     def bequeath(self, device: str, will: Mapping[str, Sequence[tuple[str, Any]]]) -> None:
         """What each element of a device is to get, by its name: the first value that it takes.

@@ -109,7 +109,7 @@ DEAF = (
     "    lock, library = ctypes.create_string_buffer(256), ctypes.CDLL(None)\n"
     "    library.pthread_mutex_lock(lock)\n"
     "    library.pthread_mutex_lock(lock)\n"
-    "application._plant = _plant\n"
+    "application.made_plant = _plant\n"
 )
 """Loading a model never comes back from C, as with one that has absurdly many parts."""
 

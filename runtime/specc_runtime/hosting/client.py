@@ -70,8 +70,6 @@ class HostedPlant:
     """Implements `Plant` by a device host; nothing here waits for a device while the run goes on.
 
     `is_prompt` tells whether the host may run before ordinary processes (`SCHED_FIFO`).
-    `run_time_s`, if it is set, gives the time since tick 0; samples have their time on that clock.
-    Without it the clock begins with the first sample.
     """
 
     def __init__(
@@ -91,14 +89,15 @@ class HostedPlant:
         Raises UsageError if the host cannot be started; PlantError, with the end of what the host
         said, if the devices are not open and have not measured in time.
         """
-        self.run_time_s: Callable[[], float] | None = None
         self._decode, self._encode = dict(decode or {}), dict(encode or {})
+        self._observed = {binding.name for binding in system.plant.observed} if system.plant else ()
         self._readings = _readings(system)
         self._silence_s = _silences(system)
         self._failures: dict[str, str] = {}
         self._ended: PlantError | None = None
         self._asked: tuple[str, float] | None = None
-        self._begin_s: float | None = None
+        begin_s = time.monotonic()
+        self._time_s: Callable[[], float] = lambda: time.monotonic() - begin_s
         self._is_leaving = False
         self._outputs = 0
         self._taken: dict[int, str] = {}
@@ -115,7 +114,8 @@ class HostedPlant:
                 "silence": self._silence_s,
             }
             self.is_prompt = self._host.open(wanted, until_s)
-            self._await_samples(set(self._readings) - optional, until_s, setup.wait_s)
+            awaited = set(self._readings) - optional - set(self._observed)
+            self._await_samples(awaited, until_s, setup.wait_s)
         except BaseException:
             self._host.close()
             raise
@@ -131,6 +131,10 @@ class HostedPlant:
             if time.monotonic() > until_s:
                 raise PlantError(f"no value within {wait_s:g} s: {', '.join(sorted(missing))}")
             self._host.wait(min(until_s, time.monotonic() + 0.002))
+
+    def __getattr__(self, name: str) -> Any:
+        """Says where the plant is, if somebody looks for what it has besides."""
+        raise AttributeError(f"the plant, which has {name!r} or not, is in the device host")
 
     def reset(self, seed: int) -> None:
         """Nothing: the devices are as they are."""
@@ -171,12 +175,7 @@ class HostedPlant:
         return reading.sample
 
     def _on_clock_of_run(self, measured_s: float) -> float:
-        now_s = time.monotonic()
-        if self.run_time_s is not None:
-            return self.run_time_s() - (now_s - measured_s)
-        if self._begin_s is None:
-            self._begin_s = now_s
-        return measured_s - self._begin_s
+        return self._time_s() - (time.monotonic() - measured_s)
 
     def actuate(self, name: str, value: Any) -> None:
         """Hand an output to the host; once the run ends, wait until the device has taken it."""
@@ -211,16 +210,17 @@ class HostedPlant:
         self._hear()
         self._refuse()
         for name, why in self._failures.items():
-            raise DeviceFailed(name, PlantError(why)) if name else PlantError(why)
+            if name not in self._observed:
+                raise DeviceFailed(name, PlantError(why)) if name else PlantError(why)
         if self._asked and time.monotonic() > self._asked[1]:
             raise PlantError(f"the device host was asked to end by {self._asked[0]}")
         self._will()
 
     # The last will.
 
-    def inherit(self, will: Callable[[], None]) -> None:
-        """`will` is called now and after every tick: it bequeaths what has changed."""
-        self._will = will
+    def inherit(self, will: Callable[[], None], time_s: Callable[[], float]) -> None:
+        """See `Guarded`. Samples have their times on the clock of `time_s`."""
+        self._will, self._time_s = will, time_s
         will()
 
     def bequeath(self, device: str, will: Mapping[str, Sequence[tuple[str, Any]]]) -> None:
@@ -314,9 +314,11 @@ def reading_periods(system: System) -> dict[str, float]:
     for item in system.plant.inputs:
         period_s = system.scheduled(item.subsystem).subsystem.period_s
         periods[item.sensor] = min(period_s, periods.get(item.sensor, period_s))
+    if system.requirements or system.triggers:
+        periods |= dict.fromkeys((b.name for b in system.plant.observed), system.tick_s)
     return {
         binding.name: 1.0 / binding.rate_hz if binding.rate_hz else periods[binding.name]
-        for binding in system.plant.sensors
+        for binding in (*system.plant.sensors, *system.plant.observed)
         if binding.name in periods
     }
 

@@ -39,6 +39,7 @@ class Courier:
         self._waiting: dict[str, tuple[Any, int]] = {}
         self._changed = threading.Condition()
         self._is_busy = False
+        self._is_overtaken = False
         threading.Thread(target=self._run, name=f"specc-{name}", daemon=True).start()
 
     def post(self, element: str, value: Any, number: int) -> None:
@@ -51,7 +52,7 @@ class Courier:
     def reopen(self) -> None:
         """Take outputs again."""
         with self._changed:
-            self.is_closed = False
+            self.is_closed = self._is_overtaken = False
 
     def is_idle(self) -> bool:
         """Whether nothing is being sent or waits for it."""
@@ -75,7 +76,7 @@ class Courier:
 
     def _bequeath(self, told: Callable[[Courier], None]) -> None:
         with self._changed:
-            self._changed.wait_for(lambda: not self._is_busy, GRACE_S)
+            self._is_overtaken = not self._changed.wait_for(lambda: not self._is_busy, GRACE_S)
         self.outcome = self._executed()
         self.given.set()
         told(self)
@@ -107,9 +108,8 @@ class Courier:
                 self._told(element, number, words(error))
             else:
                 self._told(element, number, "")
-            with self._changed:
-                self._is_busy = False
-                is_late = self.is_closed and self.given.is_set()
-                self._changed.notify_all()
-            if is_late:  # an output that hung came after the last will
+            if self._is_overtaken:  # what has just been sent came after the last will
                 self._executed()
+            with self._changed:
+                self._is_busy = self._is_overtaken = False
+                self._changed.notify_all()

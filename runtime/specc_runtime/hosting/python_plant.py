@@ -34,8 +34,16 @@ _RAW = 1 << 12
 
 
 def hosted(system: System, seed: int) -> HostedPlant:
-    """The plant in Python that a system names, in a device host; raises as `HostedPlant` does."""
+    """The plant in Python that a system names, in a device host; raises as `HostedPlant` does.
+
+    Raises UsageError for a task that needs the plant in the process of the run.
+    """
     assert system.plant is not None
+    if system.task is not None and (system.task.scene or system.task.starts):
+        raise UsageError(
+            f"--real-time: the scene places things in a simulation, and {system.plant.python} runs "
+            "in the device host; if it simulates, say so: `simulated = True` in its class"
+        )
     config = {
         "python": system.plant.python,
         "path": list(sys.path),
