@@ -17,8 +17,18 @@ from specc_runtime.stepping import Stepper, array
 from specc_runtime.track import outcome_of
 
 from specc import output
+from specc.analysis.reads import nodes
 from specc.diagnostics.nearest import hint
-from specc.lang import Environment, ExprError, ExprErrors, Scope, evaluate, expression, members_of
+from specc.lang import (
+    Environment,
+    ExprError,
+    ExprErrors,
+    Scope,
+    evaluate,
+    expression,
+    members_of,
+    show,
+)
 from specc.lang.errors import Declared
 from specc.model import expr as e
 from specc.model.system import types_used
@@ -69,6 +79,11 @@ class Stepped:
         self._environment = _environment({c.name: c.value for c in constants})
         self._methods = {state: method for state, (*_, method) in layout.ends.items()}
         self._x = {".".join(("x", *element.name)): element for element in layout.x}
+        self._lags = {
+            show(lag): (f"{lag.name}_{self._x[show(lag.input)].attribute}", lag.type)
+            for lag in nodes(self._model)
+            if isinstance(lag, e.Lag)
+        }
         self._y = {".".join(("y", *element.name)): element for element in layout.y}
         self._memory = {element.name[0]: element for element in layout.memory}
         self.row = ""
@@ -85,7 +100,8 @@ class Stepped:
         """Make one period; the row that is taken, empty for none.
 
         What `arrives` is fresh, what is `there` has a value without being fresh, what is `absent`
-        has none any more. All else keeps its value and is not fresh.
+        has none any more. All else keeps its value and is not fresh. How old an input is, and how
+        late its sender, is among what is `there`, if anything asks: `age(x.c.T_d)`, `late(...)`.
 
         Raises:
             ValueError: a name that is no input, or a text that is no value of its type.
@@ -162,9 +178,12 @@ class Stepped:
 
     def _inputs(self, values: Values) -> dict[str, Any]:
         types = {f"x.{peer}.{name}": i.type for (peer, name), i in self._model.inputs.items()}
-        return {
+        asked = {name: self._lags[name] for name in values if name in self._lags}
+        found = {slot: self.value(values[name], type_) for name, (slot, type_) in asked.items()}
+        return found | {
             self._element(self._x, name).attribute: self.value(value, types[name])
             for name, value in values.items()
+            if name not in asked
         }
 
     def _element(self, known: Mapping[str, Element], name: str) -> Element:

@@ -8,6 +8,7 @@ from specc_runtime.faults import AxiomViolated
 from specc.testing import Stepped
 from tests.recording.runs import CONVEYOR, ROOT
 from tests.recording.test_past import LANES
+from tests.runtime.test_ages import text_of
 
 STILL = {"x.belt.v": 0, "x.barrier.a": 0.0, "x.eye.parcel": False}
 
@@ -103,3 +104,15 @@ def test_what_is_made_of_memory_once_follows_memory_that_is_put_in_place(tmp_pat
         lane.place(memory=memory)
         lane.step()
         assert list(lane["y.b.v"]) == expected
+
+
+def test_ages_are_given_like_inputs(tmp_path: Path) -> None:
+    (tmp_path / "watched.yaml").write_text(text_of())
+    arm = Stepped(tmp_path / "watched.yaml", "arm.c")
+    arm.step({"x.cam.d": 1.0})
+    assert (arm["age"], arm["late"]) == (0.0, 0)
+    assert not arm.step(there={"age(x.cam.d)": "95[ms]", "late(x.cam.d)": 2})
+    assert (arm["age"], arm["late"]) == (0.095, 2)
+    assert arm.step(there={"late(x.cam.d)": 0}) == "S0 terminal always -> S0"
+    with pytest.raises(ValueError, match="there is no element 'age"):
+        arm.step(there={"age(x.cam.e)": 0.1})

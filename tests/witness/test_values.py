@@ -63,6 +63,7 @@ OVERLAPS = {
     "memory": ("n > 2", "n < 6"),
     "vectors": ("norm(v - [1, 0, 0]) < 3", "x.c.go > 3"),
     "choices": ("(x.c.d if x.c.go > 2 else -x.c.d) > 1", "x.c.d < -1"),
+    "ages": ("age(x.c.d) > 0.5[s] and late(x.c.go) == 2", "age(x.c.d) + age(x.c.go) > 1[s]"),
     "freshness": ("present(x.c.d) and fresh(x.c.go)", "present(x.c.items)"),
 }
 

@@ -36,6 +36,8 @@ def labels(project: Project, path: str, text: str, old: str, new: str) -> set[st
         # expressions
         ('"near(q_p,', '"near(|', "q_p T_c limit DK near elapsed x", "S0 E"),
         ('"near(q_p,', '"near(q_|', "q_p", "always"),
+        ('"near(q_p,', '"late(|', "x", "q_p DK"),
+        ('"near(q_p,', '"near(age(x.c.|', "q_d mode", "q_m X_c"),
         ('"near(q_p,', '"near(x.|', "c E", "q_p m"),
         ('"near(q_p,', '"near(x.c.|', "q_d mode", "q_m X_c"),
         ("grip.width <", "grip.w| <", "width force", "q_p"),
