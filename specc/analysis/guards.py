@@ -10,6 +10,7 @@ from specc.analysis.graph import CAUSES
 from specc.analysis.reads import Text, text_of
 from specc.lang.order import InOrder
 from specc.model.expr import (
+    LENGTH,
     Builtin,
     Choice,
     Compare,
@@ -205,7 +206,7 @@ def there(value: Expr) -> Expr:
     """`value is not None`, or `len(value) != 0`."""
     if isinstance(value.type, OptionalOf):
         return negation(IsNone(value, type=Bool()))
-    length = Builtin("len", (value,), type=Int())
+    length = Builtin(LENGTH, (value,), type=Int())
     return Compare("!=", length, Number(0, type=Int()), type=Bool())
 
 

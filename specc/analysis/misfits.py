@@ -10,10 +10,13 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from itertools import product
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from specc.analysis.reads import Dependences, Text, text_of, texts
 from specc.frozen import frozen
+from specc.lang.builtins import FUNCTIONS
+from specc.lang.ranges import ANY, Range
+from specc.lang.row import BuiltinFunction
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -25,7 +28,6 @@ from specc.model.expr import (
     LetRef,
     Logic,
     MemoryRef,
-    Number,
     Quantifier,
     Span,
     Unary,
@@ -61,11 +63,6 @@ class Misfit:
     because: tuple[Expr, ...]
     origin: tuple[Text, Expr]
     number: float = 0.0
-
-
-class _Bounds(NamedTuple):
-    least: float = -math.inf
-    most: float = math.inf
 
 
 class Misfits:
@@ -115,20 +112,26 @@ class Misfits:
 
     def _in(self, text: Text, expr: Expr, bound: Depths) -> Iterator[Misfit]:
         match expr:
-            case Builtin(name="near", args=(_, _, *limits)):
-                yield from self._tolerances(text, expr, limits)
-            case Builtin(name="pose", args=(_, quaternion)):
-                yield from self._quaternion(text, expr, quaternion)
-            case Builtin(name="min" | "max"):
-                yield from self._clamp(text, expr) or self._computed_clamp(text, expr)
-            case Builtin(name="rest", args=(whole, Number(value=0))):
-                yield Misfit("unchanged", expr, text, (whole,), (text, expr))
+            case Builtin():
+                yield from self._of_call(text, expr, FUNCTIONS[expr.name])
         yield from self._itself(text, expr, bound)
         for child in children(expr):
             inside = bound
             if isinstance(expr, Quantifier) and child is expr.body:
                 inside = {**bound, expr.variable: len(bound)}
             yield from self._in(text, child, inside)
+
+    def _of_call(self, text: Text, call: Builtin, function: BuiltinFunction) -> Iterator[Misfit]:
+        if function.compares:
+            yield from self._tolerances(text, call, call.args[2:])
+        if function.direction is not None:
+            yield from self._quaternion(text, call, call.args[function.direction])
+        if function.picks:
+            yield from self._clamp(text, call) or self._computed_clamp(text, call)
+        if function.neutral is not None:
+            place, value = function.neutral
+            if self._value(call.args[place]) == value:
+                yield Misfit("unchanged", call, text, call.args[:1], (text, call))
 
     def _kept(self, owner: Subsystem) -> Iterator[Misfit]:
         """Memory that is given the value that it has."""
@@ -141,7 +144,7 @@ class Misfits:
                 text = Text(value, item.place, "is")
                 yield Misfit("unchanged", value, text, (memory,), (text, value))
 
-    def _tolerances(self, text: Text, near: Expr, limits: list[Expr]) -> Iterator[Misfit]:
+    def _tolerances(self, text: Text, near: Expr, limits: tuple[Expr, ...]) -> Iterator[Misfit]:
         for limit, is_angle in zip(limits, (False, True), strict=False):
             value = self._value(limit)
             if value is not None and value <= 0:
@@ -163,25 +166,26 @@ class Misfits:
         known = [(value, arg) for arg in outer.args if (value := self._value(arg)) is not None]
         if not known:
             return []
-        tightest = min if outer.name == "min" else max
+        is_least = _picks(outer) < 0
+        tightest = min if is_least else max
         value, limit = tightest(known, key=lambda pair: pair[0])
         for inner in outer.args:
             whole = self._origin(text, inner)[1]
-            if not isinstance(whole, Builtin) or {whole.name, outer.name} != {"min", "max"}:
+            if _picks(whole) != -_picks(outer):
                 continue
             if self._value(inner) is not None:
                 continue
-            bounds = self._bounds(whole)
-            if bounds.least > value if outer.name == "min" else bounds.most < value:
+            least, most = self._bounds(whole)
+            if least > value if is_least else most < value:
                 because = limit, inner
                 return [Misfit("clamp", outer, text, because, self._origin(text, limit), value)]
         return []
 
     def _computed_clamp(self, text: Text, outer: Builtin) -> list[Misfit]:
         """`min(max(a, b + 1), b)` is b."""
-        sign = 1 if outer.name == "min" else -1
+        sign = -_picks(outer)
         for inner in outer.args:
-            if not isinstance(inner, Builtin) or {inner.name, outer.name} != {"min", "max"}:
+            if not isinstance(inner, Builtin) or _picks(inner) != -_picks(outer):
                 continue
             for limit, other in product(outer.args, inner.args):
                 if limit is inner:
@@ -215,23 +219,22 @@ class Misfits:
                 return self._sum(left, times / value)
         return {self._numbering.number(expr): times}
 
-    def _bounds(self, expr: Expr) -> _Bounds:
+    def _bounds(self, expr: Expr) -> Range:
         value = self._value(expr)
         if value is not None:
-            return _Bounds(value, value)
-        if not isinstance(expr, Builtin) or expr.name not in ("min", "max"):
-            return _Bounds()
-        of = min if expr.name == "min" else max
-        parts = [self._bounds(arg) for arg in expr.args]
-        return _Bounds(of(p.least for p in parts), of(p.most for p in parts))
+            return value, value
+        if isinstance(expr, Builtin) and (range_ := FUNCTIONS[expr.name].range) and _picks(expr):
+            return range_(*map(self._bounds, expr.args))
+        return ANY
 
     def _itself(self, text: Text, expr: Expr, bound: Depths) -> Iterator[Misfit]:
         match expr:
             case Compare(left=left, right=right) | Binary(op="-" | "/", left=left, right=right):
                 pairs = [(left, right)]
-            case Builtin(name="near" | "atan2", args=(left, right, *_)):
-                pairs = [(left, right)]
-            case Builtin(name="min" | "max", args=args) | Logic(operands=args):
+            case Builtin(name=name, args=args) if FUNCTIONS[name].alike:
+                compared = args[:2] if FUNCTIONS[name].compares else args
+                pairs = list(self._alike(compared, bound))
+            case Logic(operands=args):
                 pairs = list(self._alike(args, bound))
             case Choice(then=then, otherwise=otherwise):
                 pairs = [(then, otherwise)]
@@ -295,6 +298,11 @@ def _in_all_copies(found: list[Misfit], every: list[Text]) -> Iterator[Misfit]:
 
 def _written(text: Text, node: Expr) -> tuple[Place, str, Span, type]:
     return text.part, text.key, node.span, type(node)
+
+
+def _picks(expr: Expr) -> int:
+    """-1 for the least of some numbers, 1 for the greatest, 0 for what is neither."""
+    return FUNCTIONS[expr.name].picks if isinstance(expr, Builtin) else 0
 
 
 def _refers(expr: Expr) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import (
     Among,
     Binary,
@@ -49,7 +50,7 @@ def _leaves(expr: Expr) -> Iterator[Expr]:
     match expr:
         case Choice(then=then, otherwise=otherwise):
             yield from (*_leaves(then), *_leaves(otherwise))
-        case Builtin(name="min" | "max", args=args):
+        case Builtin(name=name, args=args) if FUNCTIONS[name].chooses:
             yield from (leaf for arg in args for leaf in _leaves(arg))
         case _:
             yield expr

@@ -9,6 +9,7 @@ from specc.analysis.misfits import Misfit
 from specc.analysis.reads import texts
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED, show
+from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import Binary, Builtin, Choice, Lag, Logic, walk
 from specc.model.fsm import Assignment, Behaviour
 from specc.model.requirement import expressions
@@ -133,12 +134,10 @@ def _itself(misfit: Misfit) -> str:
     if one != other:
         return f"`{one}` and `{other}` are the same"
     match misfit.expr:
-        case Builtin(name="min" | "max" as name):
-            return f"`{one}` stands twice in `{name}`"
+        case Builtin(name=name):
+            return FUNCTIONS[name].alike.format(one)
         case Logic(op=name):
             return f"`{one}` stands twice beside `{name}`"
-        case Builtin(name="atan2"):
-            return f"both coordinates of this angle are `{one}`"
         case Binary(op=op):
             return f"`{one}` is {'subtracted from' if op == '-' else 'divided by'} itself"
     return f"`{one}` is compared with itself"

@@ -71,7 +71,7 @@ def _sum(ctx: Context, node: ast.BinOp, op: Literal["+", "-"], hint: Type | None
         return m.Binary(op, left, right, type=Int() if whole else Real(a), span=span(node))
     joined = _joined(left.type, right.type) if op == "+" else None
     if joined is not None:
-        return m.Builtin("joined", (left, right), type=joined, span=span(node))
+        return m.Builtin(m.JOINED, (left, right), type=joined, span=span(node))
     left, right = _beside(left, right), _beside(right, left)
     type = _summed(left.type, right.type, op)
     if type is not None:

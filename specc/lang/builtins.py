@@ -13,13 +13,14 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from specc.frozen import frozen
 from specc.lang import functions as rules
-from specc.lang import values
+from specc.lang import inverses, ranges, values
 from specc.lang.errors import CLOCK_NAMES
 from specc.lang.mismatch import scalar_unit
+from specc.lang.row import BuiltinFunction, Form, Solver
+from specc.model import expr as m
 from specc.model.expr import Fresh, Present
-from specc.model.types import Int, ListOf, Pose, Real, Type, Vector
+from specc.model.types import Int, ListOf, Pose, Real, Spatial, Type, Vector
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN, SECOND
 
 # Types of results by the type of the argument; None for an argument that does not fit.
@@ -59,47 +60,38 @@ def _always(type: Type) -> str:
     return f"its length is always {type.size}" if isinstance(type, Vector) else ""
 
 
+# Terms of the solver.
+
+
+def _least_term(of: Solver, *args: Any) -> Any:
+    first, *rest = args
+    for other in rest:
+        first = of.choice(first < other, first, other)
+    return first
+
+
+def _greatest_term(of: Solver, *args: Any) -> Any:
+    first, *rest = args
+    for other in rest:
+        first = of.choice(first > other, first, other)
+    return first
+
+
 # The table.
 
 
-RUNTIME = "specc_runtime.builtins"
+_SUM = Form("{:sum} + {:product}", "sum")
+_REST = Form("{:primary}[{}:]", "primary")
+_CLOSE = Form("abs({:sum} - {:product}) <= {:sum}", "compare")
 
 
-@frozen
-class BuiltinFunction:
-    """A function of the language. What is said of a result holds of each of its components.
-
-    The defaults are what is safe to believe of a function that nobody has thought about.
-    """
-
-    says: str
-    """Parameters, result and what it is, for editors: `X -> pose: pose[B, A] of a pose[A, B]`."""
-    rule: rules.Rule | None
-    """Types a call; None for a function that only the compiler calls."""
-    value: Callable[..., Any] = NotImplemented
-    """What it computes on plain Python values, with integers as floats if the result is a real."""
-    python: str = RUNTIME
-    """The module that has it for generated code; "" for a function of Python's own."""
-    rounds: bool = True
-    """Whether its result may differ from that of exact numbers."""
-    may_fail: bool = True
-    """Whether it raises for some arguments, so that it is called only where it is needed."""
-    overflows: bool = True
-    """Whether finite arguments may give a result that is not finite."""
-    shows: bool = False
-    """Whether an argument that is not finite gives a result that is not finite, or an error."""
-    no_larger: bool = False
-    """Whether its result is never larger than its largest argument, up to sign."""
-    not_negative: bool = False
-    """Whether its result is a number that is never negative."""
-    is_costly: bool = False
-    """Whether calling it again costs more than keeping its result; arrays always do."""
-    sign: str = ""
-    """How the compiler's own is written, with braces for the arguments: `{} + {}`."""
-    gives_way: bool = False
-    """Whether an operator of that name takes its place; version 1 did not have it."""
+def _near_form(type: Type) -> Form | str:
+    if isinstance(type, Pose):
+        return "near_pose"
+    return "" if isinstance(type, (Vector, Spatial)) else _CLOSE
 
 
+NOT_NEGATIVE = (0.0, math.inf)
 _exact = partial(BuiltinFunction, rounds=False, may_fail=False, overflows=False)
 
 
@@ -107,7 +99,7 @@ def _of_angle(name: str, value: Callable[[float], float]) -> BuiltinFunction:
     return BuiltinFunction(
         f"angle -> real: the {'sine' if name == 'sin' else 'cosine'} of an angle",
         rules.of_one(f"{name}(angle)", "takes an angle, `real[rad]`", _ratio, _no_angle),
-        value,
+        value=value,
         python="math",
         may_fail=False,
         overflows=False,
@@ -131,21 +123,26 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         "x.peer.element -> real[s]: the time since the oldest measurement behind the value",
         rules.lag("age", Real(SECOND)),
         python="",
-        not_negative=True,
+        within=NOT_NEGATIVE,
         gives_way=True,
     ),
     "late": _exact(
         "x.peer.element -> int: periods that its sender has skipped in a row until now",
         rules.lag("late", Int()),
         python="",
-        not_negative=True,
+        within=NOT_NEGATIVE,
         gives_way=True,
     ),
-    "near": _exact(
+    m.NEAR: _exact(
         "a, b, tolerance, angle -> bool: numbers or vectors within a tolerance; two poses within a "
         "distance and an angle",
         rules.near,
-        values.near,
+        value=values.near,
+        form=_near_form,
+        compares=True,
+        range=ranges.near,
+        inverse=inverses.of_near,
+        alike="`{}` is compared with itself",
     ),
     "all": _exact(
         "test for v in list -> bool: for every item of a list or component of a vector",
@@ -168,50 +165,58 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
     "inverse": BuiltinFunction(
         "X -> pose: pose[B, A] of a pose[A, B]",
         rules.of_one("inverse(X)", "takes a pose", _turned, wanted=_turned),
-        values.inverse,
+        value=values.inverse,
         may_fail=False,
         shows=True,
+        inverse=inverses.of_inverse,
     ),
     "position": _exact(
         "X -> point[A]: the origin of B in A, of a pose[A, B]",
         rules.position,
-        values.position,
+        value=values.position,
         shows=True,
         no_larger=True,
+        inverse=inverses.of_position,
     ),
-    "identity": _exact(
+    m.IDENTITY: _exact(
         "-> pose: between the frames that the place requires",
         rules.making_pose("identity()"),
-        lambda: values.translation(0.0, 0.0, 0.0),
+        value=lambda: values.translation(0.0, 0.0, 0.0),
     ),
-    "translation": _exact(
+    m.TRANSLATION: _exact(
         "x, y, z -> pose: between the frames that the place requires",
         rules.making_pose("translation(x, y, z)", *[Real(METRE)] * 3),
-        values.translation,
+        value=values.translation,
         shows=True,
         no_larger=True,
+        inverse=inverses.of_translation,
     ),
-    "pose": BuiltinFunction(
+    m.POSE: BuiltinFunction(
         "p, q -> pose: q is a quaternion (x, y, z, w)",
         rules.making_pose(
             "pose(position, quaternion_xyzw)", Vector(3, Real(METRE)), Vector(4, Real())
         ),
-        values.pose,
+        value=values.pose,
+        constants_checked=True,
         overflows=False,
+        direction=1,
     ),
-    "len": _exact(
+    m.LENGTH: _exact(
         "list -> int: number of items",
         rules.of_one("len(list)", "counts the items of a list", _length, _always),
-        len,
+        value=len,
         python="",
+        within=NOT_NEGATIVE,
+        inverse=inverses.of_len,
     ),
     "norm": BuiltinFunction(
         "v -> real: length of a vector, in its unit",
         rules.of_one("norm(vector)", "takes a vector of reals", _real_element),
-        lambda v: math.hypot(*v),
+        value=lambda v: math.hypot(*v),
         may_fail=False,
         shows=True,
-        not_negative=True,
+        within=NOT_NEGATIVE,
+        inverse=inverses.of_norm,
         is_costly=True,
     ),
     "abs": _exact(
@@ -219,65 +224,93 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         rules.of_one(
             "abs(a)", "takes a number", _number, lambda type: "the length of a vector is `norm(v)`"
         ),
-        abs,
+        value=abs,
         python="",
+        within=NOT_NEGATIVE,
+        range=ranges.absolute,
         no_larger=True,
-        not_negative=True,
+        is_size=True,
+        term=lambda of, a: of.choice(a > -a, a, -a),
+        inverse=inverses.of_abs,
     ),
     "min": _exact(
         "a, b, ... -> number: numbers of one unit",
         rules.of_numbers("a, b", 2, None),
-        min,
+        value=min,
         python="",
+        range=ranges.least,
         no_larger=True,
+        chooses=True,
+        picks=-1,
+        term=_least_term,
+        inverse=inverses.any_argument,
+        alike="`{}` stands twice in `min`",
     ),
     "max": _exact(
         "a, b, ... -> number: numbers of one unit",
         rules.of_numbers("a, b", 2, None),
-        max,
+        value=max,
         python="",
+        range=ranges.greatest,
         no_larger=True,
+        chooses=True,
+        picks=1,
+        term=_greatest_term,
+        inverse=inverses.any_argument,
+        alike="`{}` stands twice in `max`",
     ),
     "sqrt": BuiltinFunction(
         "a -> real: half the powers of the unit",
         rules.of_one("sqrt(a)", "takes a number", _root, wanted=lambda hint: Real()),
-        math.sqrt,
+        value=math.sqrt,
         python="math",
         overflows=False,
         shows=True,
-        not_negative=True,
+        folds=True,
+        within=NOT_NEGATIVE,
+        range=ranges.root,
+        inverse=inverses.of_sqrt,
     ),
     "sin": _of_angle("sin", math.sin),
     "cos": _of_angle("cos", math.cos),
     "atan2": BuiltinFunction(
         "y, x -> real[rad]: the angle from the first axis to the point (x, y), from -pi to pi",
         rules.of_numbers("y, x", 2, 2, result=Real(RADIAN)),
-        math.atan2,
+        value=math.atan2,
         python="math",
+        alike="both coordinates of this angle are `{}`",
         may_fail=False,
         overflows=False,
         gives_way=True,
     ),
-    "joined": _exact(
-        "list, list -> list: the items of both", None, operator.add, python="", sign="{} + {}"
+    m.JOINED: _exact(
+        "list, list -> list: the items of both",
+        None,
+        value=operator.add,
+        python="",
+        form=lambda type: _SUM,
     ),
-    "rest": _exact(
+    m.REST: _exact(
         "list, n -> list: all items but the first n",
         None,
-        lambda items, first: items[first:],
+        value=lambda items, first: items[first:],
         python="",
-        sign="{}[{}:]",
+        form=lambda type: _REST,
+        neutral=(1, 0),
     ),
-    "float": BuiltinFunction(
+    m.FLOAT: BuiltinFunction(
         "n -> real: what an integer in the place of a real becomes",
         None,
-        float,
+        value=float,
         python="",
         rounds=False,
         overflows=False,
+        range=ranges.rising(float),
         no_larger=True,
+        term=lambda of, a: a,
+        inverse=inverses.of_float,
     ),
-    "finite": BuiltinFunction(
+    m.FINITE: BuiltinFunction(
         "a -> real: the result of arithmetic, which has been looked at",
         None,
         rounds=False,

@@ -12,7 +12,7 @@ from specc.frozen import frozen
 from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, each, one_of, origins
 from specc.lang.mismatch import fits, scalar_unit, way_out
 from specc.lang.parse import span
-from specc.model.expr import Expr, Items, Nothing, Number, Sure, TextLiteral, Unknown
+from specc.model.expr import FRAMELESS, Expr, Items, Nothing, Number, Sure, TextLiteral, Unknown
 from specc.model.types import (
     Bool,
     Enum,
@@ -159,8 +159,6 @@ class Context:
 Side = tuple[ast.expr, Expr]
 """An expression as it is written and as it is typed."""
 
-_FRAMELESS = frozenset({"identity", "pose", "translation"})
-
 
 def infer_alike(
     ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = None, *, optional: bool = False
@@ -220,7 +218,7 @@ def needs_context(node: ast.expr, scope: Scope) -> bool:
         case ast.BinOp(op=ast.Add() | ast.Sub(), left=left, right=right):
             return needs_context(left, scope) and needs_context(right, scope)
         case ast.Call(func=ast.Name(id=name)):
-            return name in _FRAMELESS
+            return name in FRAMELESS
     return False
 
 

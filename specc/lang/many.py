@@ -15,6 +15,7 @@ from typing import Literal, TypeGuard
 from specc.lang.errors import ExprError, listed
 from specc.lang.parse import nodes_of, span
 from specc.limits import MAX_SPREAD_PARTS, OUT_OF_PARTS, spend
+from specc.model.expr import LENGTH
 
 Members = Mapping[tuple[int, ...], str]
 """Indices of each member of a group -> the peer that it is."""
@@ -50,7 +51,7 @@ class _Spreading(ast.NodeTransformer):
         """`all`, `any`, `argmin` and `argmax` over a group, and its `len`."""
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         match node.args:
-            case [over] if name == "len" and (group := self.group(over)) is not None:
+            case [over] if name == LENGTH and (group := self.group(over)) is not None:
                 return ast.copy_location(ast.Constant(len(group)), node)
             case [ast.GeneratorExp(elt=body, generators=[each])] if name in _WRITTEN_OUT:
                 group = self.group(each.iter)

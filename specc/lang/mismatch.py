@@ -171,9 +171,8 @@ def _pose_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
         return ""
     if expected == Pose(actual.child, actual.parent):
         inside = text.removeprefix("inverse(").removesuffix(")")
-        turned = (
-            inside if isinstance(expr, Builtin) and expr.name == "inverse" else f"inverse({text})"
-        )
+        is_inverse = isinstance(expr, Builtin) and text.startswith("inverse(")
+        turned = inside if is_inverse else f"inverse({text})"
         return f"`{turned}` is `{expected}`"
     if expected.parent != actual.parent:
         return ""

@@ -12,6 +12,7 @@ from specc.lang.errors import CLOCK_NAMES, ExprError, Scope, listed, one_of
 from specc.lang.literals import quantity
 from specc.lang.parse import span
 from specc.model.expr import (
+    REST,
     BoundVariable,
     Builtin,
     Clock,
@@ -225,7 +226,7 @@ def _of_list(ctx: Context, node: ast.Subscript, value: Expr, kind: ListOf) -> Ex
             return Component(not_empty(value), 0, type=kind.element, span=span(node))
         case ast.Slice(ast.Constant(value=int(first)), None, None) if not isinstance(first, bool):
             start = Number(first, type=Int(), span=span(node.slice))
-            return Builtin("rest", (value, start), type=ListOf(kind.element), span=span(node))
+            return Builtin(REST, (value, start), type=ListOf(kind.element), span=span(node))
     text = ctx.quote(node.value)
     help = f"the first item is `{text}[0]`, the others are `{text}[1:]`"
     raise ctx.error(node.slice, f"`{ctx.quote(node.slice)}` is no part of a list", help, "E0234")

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.row import Form
 from specc.model import expr as m
 from specc.model.types import SPATIAL_COMPONENTS, Enum, Int, Real, Spatial
 from specc.model.units import DIMENSIONLESS
 
 _CHOICE, _OR, _AND, _NOT, _COMPARISON, _SUM, _PRODUCT, _NEGATION, _POWER, _ATOM = range(10)
+_RANKS = {"": _CHOICE, "sum": _SUM, "product": _PRODUCT, "primary": _ATOM}
 _BINARY = {"+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT, "@": _PRODUCT, "**": _POWER}
 
 
@@ -22,17 +25,26 @@ def show(expr: m.Expr) -> str:
 def _print(expr: m.Expr) -> tuple[str, int]:
     """Text, and how tightly its outermost operator binds."""
     if isinstance(expr, m.Builtin) and FUNCTIONS[expr.name].rule is None:
-        return _unnamed(expr, FUNCTIONS[expr.name].sign)
+        return _unnamed(expr, FUNCTIONS[expr.name].form(expr.args[0].type))
     printer = _PRINTERS.get(type(expr))
     return (_ATOMS[type(expr)](expr), _ATOM) if printer is None else printer(expr)
 
 
-def _unnamed(expr: m.Builtin, sign: str) -> tuple[str, int]:
+@frozen
+class _Place:
+    """An argument in a form, which says how tightly it has to bind."""
+
+    arg: m.Expr
+
+    def __format__(self, binding: str) -> str:
+        return _within(self.arg, _RANKS[binding])
+
+
+def _unnamed(expr: m.Builtin, form: Form | str) -> tuple[str, int]:
     """A function that nobody wrote as a call, if at all."""
-    if not sign:
+    if not isinstance(form, Form):
         return _print(expr.args[0])
-    binding = _SUM if "+" in sign else _ATOM
-    return sign.format(*(_within(arg, binding) for arg in expr.args)), binding
+    return form.text.format(*map(_Place, expr.args)), _RANKS[form.binding]
 
 
 def _within(expr: m.Expr, binding: int) -> str:

@@ -49,8 +49,8 @@ def shared_name(value: e.Expr) -> str:
             return f"UNUSED_{len(items)}"
         case e.Items(items=items) if items and all(_is_zero(item) for item in items):
             return f"ZERO_{len(items)}"
-        case e.Builtin(name="identity"):
-            return "IDENTITY"
+        case e.Builtin(name=name, args=()):
+            return name.upper()
     return ""
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.row import Form
 from specc.lower.module import Module, shared_name
 from specc.lower.names import ConstantPlan, Namespace, comment, literal
 from specc.lower.table import LARGEST, TermTable, TooLarge
@@ -33,6 +34,7 @@ from specc.model.types import (
 CHOICE, OR, AND, NOT, COMPARE, SUM, PRODUCT, SIGN, POWER, PRIMARY, ATOM = range(11)
 """How tightly Python binds; an operand of lower rank than its place needs brackets."""
 _BINARY = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "@": PRODUCT}
+_RANKS = {"": CHOICE, "compare": COMPARE, "sum": SUM, "product": PRODUCT, "primary": PRIMARY}
 
 
 @frozen
@@ -45,6 +47,10 @@ class Spelled:
     def at(self, rank: int) -> str:
         """The text for a place that needs at least `rank`."""
         return self.text if self.rank >= rank else f"({self.text})"
+
+    def __format__(self, binding: str) -> str:
+        """The text for a place in a form, which says how tightly it has to bind."""
+        return self.at(_RANKS[binding])
 
 
 def number(value: float, type_: Type) -> Spelled:
@@ -293,18 +299,11 @@ class Nodes:
         return binary(node.op, *args)
 
     def _builtin(self, name: str, args: list[Spelled], term: Term) -> Spelled:
-        if name == "near":
-            kind = term.args[0].type
-            if isinstance(kind, Pose):
-                return call(self.module.imports.own("near_pose"), *args)
-            if not is_array(kind):
-                distance = call("abs", binary("-", args[0], args[1]))
-                return compare("<=", distance, args[2])
-        if name == "joined":
-            return binary("+", *args)
-        if name == "rest":
-            return Spelled(f"{args[0].at(PRIMARY)}[{args[1].text}:]", PRIMARY)
-        return call(self.module.imports.own(name) if FUNCTIONS[name].python else name, *args)
+        function = FUNCTIONS[name]
+        form = function.form(term.args[0].type) if args else ""
+        if isinstance(form, Form):
+            return Spelled(form.text.format(*args), _RANKS[form.binding])
+        return call(self.module.imports.own(form or name) if function.python else name, *args)
 
     def _define(
         self, key: object, name: str, term: Term, title: str, *, is_computed: bool = False

@@ -68,11 +68,11 @@ class TermTable:
         """
         term = self._raw(node)
         if term.is_raw:
-            return self._make(e.Builtin("finite", (term.node,), type=term.type), (term,))
+            return self._make(e.Builtin(e.FINITE, (term.node,), type=term.type), (term,))
         if isinstance(as_type, Real) and isinstance(term.type, Int):
             if isinstance(term.node, e.Number):
                 return self._make(e.Number(float(term.node.value), type=as_type), ())
-            return self._make(e.Builtin("float", (term.node,), type=as_type), (term,))
+            return self._make(e.Builtin(e.FLOAT, (term.node,), type=as_type), (term,))
         return term
 
     def _raw(self, node: e.Expr) -> Term:

@@ -137,11 +137,10 @@ def fixed(node: e.Expr, args: Sequence[Term]) -> tuple[bool, bool]:
             return name == "period", name == "period"
         case e.Binary(op="/" | "**"):
             return False, False  # may fail, so only where it is needed
-        case e.Builtin(name="pose"):
-            return is_constant, False  # that a constant quaternion is not zero has been checked
         case e.Builtin(name=name):
             may_fail = FUNCTIONS[name].may_fail
-            return is_constant and not may_fail, is_settled and not may_fail
+            is_constant &= not may_fail or FUNCTIONS[name].constants_checked
+            return is_constant, is_settled and not may_fail
         case e.Unary() | e.Binary() | e.Items() | e.Component() | e.FieldOf() if args:
             return is_constant, is_settled
     return False, False
@@ -162,7 +161,7 @@ def _compares_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
     match node:
         case e.Compare() | e.Quantifier() if any(arg.is_rounded for arg in args):
             return True
-        case e.Builtin(name="near"):
+        case e.Builtin(name=name) if FUNCTIONS[name].compares:
             return True  # it computes how far the two are apart
     return any(arg.rests_on_rounding for arg in args)
 
@@ -173,7 +172,7 @@ def _is_costly(node: e.Expr, perhaps: Terms) -> bool:
             return True
         case e.Builtin(name=name) if FUNCTIONS[name].is_costly:
             return True
-        case e.Builtin(name="near", args=(first, *_)):
+        case e.Builtin(name=name, args=(first, *_)) if FUNCTIONS[name].compares:
             return is_array(first.type)
         case e.Builtin() | e.Unary() | e.Binary() | e.Items():
             return is_array(node.type)
@@ -272,7 +271,7 @@ def place_type(node: e.Expr, place: int) -> Type | None:
     match node:
         case e.Choice() if place:
             return node.type
-        case e.Builtin(name="min" | "max"):
+        case e.Builtin(name=name) if FUNCTIONS[name].chooses:
             return node.type
         case e.Items(type=ListOf(element=element)):
             return element

@@ -148,6 +148,12 @@ class Builtin(Node):
     args: tuple[Expr, ...]
 
 
+LENGTH, JOINED, REST, NEAR, FLOAT, FINITE = "len", "joined", "rest", "near", "float", "finite"
+"""Functions that the compiler calls itself."""
+FRAMELESS = IDENTITY, TRANSLATION, POSE = "identity", "translation", "pose"
+"""Functions whose result is a pose in the frames of its place."""
+
+
 @frozen
 class Unary(Node):
     op: Literal["-", "not"]

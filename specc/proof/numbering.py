@@ -7,12 +7,14 @@ linear where lets refer to lets many times over.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
-from typing import TypeGuard
+from functools import partial
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
+    LENGTH,
     Binary,
     BoundVariable,
     Builtin,
@@ -33,7 +35,7 @@ from specc.model.expr import (
     Unary,
     children,
 )
-from specc.model.types import Int, ListOf
+from specc.model.types import Int, ListOf, Real
 
 Scalar = float | bool | str
 Depths = Mapping[str, int]
@@ -42,7 +44,6 @@ Depths = Mapping[str, int]
 _COMMUTATIVE = ("+", "*")
 _MOST_BITS = 4096
 """Whole numbers beyond this size are not computed: powers of powers are soon larger than memory."""
-_LARGEST_SQUARE = 2.0**1000
 
 
 class Numbering:
@@ -141,23 +142,35 @@ class Numbering:
     def least(self, expr: Expr, bound: Depths | None = None) -> float | None:
         """A lower bound of a number by what it is."""
         match expr:
-            case Builtin(name="len", args=(several,)):
+            case Builtin(name=name, args=(several,)) if name == LENGTH:
                 return float(isinstance(several.type, ListOf) and several.type.nonempty)
             case Clock() | Lag():
                 return 0.0
-            case Builtin(name=name) if FUNCTIONS[name].not_negative:
-                return 0.0
+            case Builtin():
+                return self._least_result(expr, bound)
             case Binary(op="**", right=Number(value=power)) if power > 0 and power % 2 == 0:
                 return 0.0
             case Binary(op="*", left=a, right=b) if self.number(a, bound) == self.number(b, bound):
                 return 0.0
-            case Builtin(name="max" | "min" as name, args=args):
-                known = [a.value if isinstance(a, Number) else self.least(a, bound) for a in args]
-                bounds = [least for least in known if least is not None]
-                if name == "max":
-                    return max(bounds, default=None)
-                return min(bounds) if len(bounds) == len(known) else None
         return None
+
+    def _least_result(self, expr: Builtin, bound: Depths | None) -> float | None:
+        """A lower bound of the result of a function, by those of the arguments."""
+        function = FUNCTIONS[expr.name]
+        if function.range is None:
+            return function.least
+        ranges = [self._at_least(arg, bound) for arg in expr.args]
+        try:
+            found = max(function.within[0], function.range(*ranges)[0])
+        except (ArithmeticError, ValueError):
+            return function.least
+        return None if found == -math.inf else found
+
+    def _at_least(self, arg: Expr, bound: Depths | None) -> Range:
+        if isinstance(arg, Number):
+            return arg.value, arg.value
+        least = self.least(arg, bound)
+        return ANY if least is None else (least, math.inf)
 
     def _compound(self, expr: Expr, parts: list[int]) -> int:
         known = [self._values.get(part) for part in parts]
@@ -165,12 +178,14 @@ class Numbering:
             folded = _fold(expr.op, known)
             if folded is not None:
                 return self._known(folded)
-        if isinstance(expr, Builtin) and expr.name == "sqrt" and _is_positive(known[0]):
-            return self._known(math.sqrt(known[0]))
+        if isinstance(expr, Builtin):
+            folded = _result(expr, known)
+            if folded is not None:
+                return self._known(folded)
+            if FUNCTIONS[expr.name].compares and len(parts) == 3:
+                parts = [*sorted(parts[:2]), parts[2]]
         if isinstance(expr, Binary) and expr.op in _COMMUTATIVE:
             parts = sorted(parts)
-        if isinstance(expr, Builtin) and expr.name == "near" and len(parts) == 3:
-            parts = [*sorted(parts[:2]), parts[2]]
         whole = isinstance(expr, Binary) and isinstance(expr.type, Int)  # 2 * n, unlike 2.0 * n
         return self._of((type(expr).__name__, whole, *labels(expr), *parts))
 
@@ -191,24 +206,34 @@ def labels(expr: Expr) -> tuple[object, ...]:
     return tuple(len(v) if isinstance(v, tuple) else v for v in values if not isinstance(v, Node))
 
 
-def _is_positive(known: Scalar | None) -> TypeGuard[float]:
-    return isinstance(known, (int, float)) and 0 < known < _LARGEST_SQUARE
-
-
 def _fold(op: str, known: list[Scalar | None]) -> float | None:
     """The result of arithmetic on known numbers; None if it has none."""
+    if len(known) == 1:
+        return _computed(lambda a: -a if op == "-" else None, known)
+    return _computed(partial(_arithmetic, op), known)
+
+
+def _result(expr: Builtin, known: list[Scalar | None]) -> float | None:
+    """The result of a function of known numbers; None if it has none, or not the same anywhere."""
+    function = FUNCTIONS[expr.name]
+    if not function.folds:
+        return None
+    is_real = isinstance(expr.type, Real)
+    return _computed(lambda *args: function.value(*(map(float, args) if is_real else args)), known)
+
+
+def _computed(compute: Callable[..., float | None], known: list[Scalar | None]) -> float | None:
+    """What is computed from numbers; None if they are not known or it is not a finite number."""
     numbers = [k for k in known if isinstance(k, (int, float)) and not isinstance(k, bool)]
     if len(numbers) != len(known):
         return None
     if any(isinstance(n, int) and n.bit_length() > _MOST_BITS for n in numbers):
         return None
     try:
-        if len(numbers) == 1:
-            return -numbers[0] if op == "-" else None
-        result = _arithmetic(op, *numbers)
-        return None if isinstance(result, float) and not math.isfinite(result) else result
+        result = compute(*numbers)
     except (ArithmeticError, ValueError):
         return None
+    return None if isinstance(result, float) and not math.isfinite(result) else result
 
 
 def _arithmetic(op: str, a: float, b: float) -> float | None:

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 
+from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import (
+    LENGTH,
     Among,
     Binary,
     BoundVariable,
@@ -109,7 +111,6 @@ class _Places:
 _LOOKED_INTO = (
     Among, Binary, Choice, Compare, Component, Items, Logic, Quantifier, Unary
 )  # fmt: skip
-_COMPUTED = ("abs", "float", "max", "min")
 
 
 class Relations:
@@ -174,7 +175,7 @@ class Relations:
                 continue
             if not isinstance(expr, BoundVariable):
                 yield self._numbering.number(expr)
-            if isinstance(expr, Builtin) and expr.name == "len":
+            if isinstance(expr, Builtin) and _is_told(expr):
                 open_ += expr.args
             elif isinstance(expr, Call) and any(_is_discrete(arg) for arg in expr.args):
                 yield "operator", expr.operator
@@ -188,17 +189,28 @@ class Relations:
             and not in_time
             and any(
                 isinstance(side, (Binary, Choice))
-                or (isinstance(side, Builtin) and side.name in _COMPUTED)
+                or (isinstance(side, Builtin) and _is_computed(side))
                 for side in map(self._numbering.looked_through, (expr.left, expr.right))
             )
         )
 
 
 def _is_looked_into(expr: Expr) -> bool:
-    """Whether the solver knows a function of the language by what it computes."""
+    """Whether the solver has the result of a function by its arguments."""
     return isinstance(expr, Builtin) and (
-        expr.name in _COMPUTED or (expr.name == "near" and len(expr.args) == 3)
+        FUNCTIONS[expr.name].term is not None
+        or (FUNCTIONS[expr.name].compares and len(expr.args) == 3)
     )
+
+
+def _is_told(call: Builtin) -> bool:
+    """Whether the solver knows something of a result and the arguments together."""
+    return call.name == LENGTH or FUNCTIONS[call.name].laws is not None
+
+
+def _is_computed(call: Builtin) -> bool:
+    function = FUNCTIONS[call.name]
+    return function.term is not None or function.laws is not None
 
 
 def _is_discrete(expr: Expr) -> bool:

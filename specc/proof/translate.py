@@ -12,8 +12,10 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
+from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import (
     COMPARED,
+    FLOAT,
     MIRRORED,
     Among,
     Binary,
@@ -152,7 +154,7 @@ class Translator:
                 return self.make.false
             case Quantifier(kind="all" | "any"):
                 return self._quantifier(expr, bound)
-            case Builtin(name="near") if near := self._near(expr, bound):
+            case Builtin() if FUNCTIONS[expr.name].compares and (near := self._near(expr, bound)):
                 return self._ask(*near, expr)
         number = self._numbering.number(expr, bound)
         value = self._numbering.value(number)
@@ -252,7 +254,7 @@ class Translator:
             # Subnormal numbers keep a difference from being 0 unless both are equal.
             return self._question(op, *parts, bound)
         whole = isinstance(left.type, Int)
-        if y is not None and isinstance(left, Builtin) and left.name == "abs":
+        if y is not None and isinstance(left, Builtin) and FUNCTIONS[left.name].is_size:
             apart = self._subtracted(self._look_through(left.args[0]))
             if apart is not None:
                 asked, holds = _QUESTIONS[op]
@@ -368,7 +370,7 @@ def _as_float(arm: Expr, place: Type) -> Expr:
     if isinstance(arm, Choice):
         arms = (_as_float(part, place) for part in (arm.then, arm.otherwise))
         return Choice(arm.test, *arms, type=place)
-    return Builtin("float", (arm,), type=place)
+    return Builtin(FLOAT, (arm,), type=place)
 
 
 def _tests(value: Expr) -> Iterator[Expr]:

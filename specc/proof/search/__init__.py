@@ -4,23 +4,17 @@
 hand, as far as it has the `Freedom`, until it meets that; `Meaning` evaluates expressions in it.
 """
 
+from specc.lang.samples import Fields, Token, Value, alike, first_value, others, spelled
 from specc.proof.search.search import Goal, came, find, present, showing
 from specc.proof.search.situation import (
     NO_VALUE,
     Answer,
-    Fields,
     Freedom,
     LagKey,
     Meaning,
     Situation,
-    Token,
-    Value,
-    alike,
-    first_value,
     lag_key,
-    others,
     runnable,
-    spelled,
 )
 from specc.proof.search.trying import SearchBudget
 

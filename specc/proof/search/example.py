@@ -10,6 +10,7 @@ from dataclasses import replace
 from specc.frozen import frozen
 from specc.lang import show
 from specc.lang.order import InOrder
+from specc.lang.samples import Value
 from specc.model import expr as m
 from specc.model.types import (
     Bool,
@@ -28,7 +29,7 @@ from specc.model.types import (
 )
 from specc.model.units import DIMENSIONLESS, Unit
 from specc.proof.search.search import Goal, find
-from specc.proof.search.situation import NO_VALUE, Freedom, Meaning, Situation, Value, lag_key
+from specc.proof.search.situation import NO_VALUE, Freedom, Meaning, Situation, lag_key
 from specc.proof.search.trying import SearchBudget
 from specc.proof.verdict import InputName
 

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any
 
-from specc.lang.values import compose, translation
+from specc.lang.builtins import FUNCTIONS
+from specc.lang.inverses import inverted
+from specc.lang.samples import Fields, Value, alike, first_value, others
 from specc.model import expr as m
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.fsm import Cause
 from specc.model.system import Subsystem
-from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose, Text, Vector
+from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Text, Vector
 from specc.proof.search.situation import (
     NO_VALUE,
-    Fields,
     Freedom,
     Meaning,
     Situation,
-    Value,
-    alike,
-    first_value,
-    others,
     runnable,
 )
-from specc.proof.search.trying import BUILTINS, SearchBudget, Thresholds, inverted
+from specc.proof.search.trying import SearchBudget, Thresholds
 from specc.proof.verdict import InputName
 
 # Ways to give an expression a wanted value, by changing one thing that it depends on.
@@ -134,21 +130,11 @@ class Ways:
             yield from self.ways(expr.left if side == 0 else expr.right, wanted, at)
 
     def _builtin(self, expr: m.Builtin, value: Value, at: Situation) -> Situations:
-        if expr.name == "near":
-            yield from self._near(expr, value, at)
-        elif expr.name == "len":
-            yield from self._length(expr.args[0], value, at)
-        elif expr.name in BUILTINS:
+        inverse = FUNCTIONS[expr.name].inverse
+        if inverse is not None:
             now = [self._now(arg, at) for arg in expr.args]
-            for index, wanted in BUILTINS[expr.name](now, value):
+            for index, wanted in inverse([arg.type for arg in expr.args], now, value):
                 yield from self.ways(expr.args[index], wanted, at)
-
-    def _length(self, of: m.Expr, value: Value, at: Situation) -> Situations:
-        """A list made longer or shorter; vectors have the length of their type."""
-        if isinstance(of.type, ListOf) and value >= 0:
-            now = self._now(of, at)
-            more = (first_value(of.type.element),) * max(0, int(value) - len(now))
-            yield from self.ways(of, (*now, *more)[: int(value)], at)
 
     def _choice(self, expr: m.Choice, value: Value, at: Situation) -> Situations:
         test = bool(self._meaning.holds(expr.test, at))
@@ -217,30 +203,6 @@ class Ways:
             yield from self.ways(expr.over, longer, at)
         else:
             yield from self.ways(expr.over, (), at)
-
-    def _near(self, expr: m.Builtin, wanted: bool, at: Situation) -> Situations:
-        a, b, tolerance, *_ = (self._now(arg, at) for arg in expr.args)
-        for side, other in ((expr.args[0], b), (expr.args[1], a)):
-            for value in self._distant(other, side, tolerance, wanted):
-                yield from self.ways(side, value, at)
-        if not isinstance(expr.args[0].type, Pose):
-            gap = abs(a - b) if not isinstance(a, tuple) else math.dist(a, b)
-            yield from self.ways(expr.args[2], gap + 1.0 if wanted else gap / 2, at)
-
-    def _distant(
-        self, other: Value, side: m.Expr, tolerance: float, wanted: bool
-    ) -> Iterator[Value]:
-        """Values that are near another one, or not."""
-        if wanted:
-            yield other
-        steps = (0.5, -0.5) if wanted else (2.0, -2.0, 1000.0)
-        for step in (tolerance * n + (0 if wanted else n) for n in steps):
-            if isinstance(side.type, Pose):
-                yield compose(other, translation(step, 0.0, 0.0))
-            elif isinstance(other, tuple):
-                yield (other[0] + step, *other[1:])
-            else:
-                yield other + step
 
 
 def items_of(expr: m.Expr, at_hand: Value) -> Iterator[m.Expr]:

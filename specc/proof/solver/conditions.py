@@ -7,8 +7,10 @@ from typing import Any
 
 import z3
 
+from specc.lang.builtins import FUNCTIONS
 from specc.limits import OUT_OF_STEPS, spend
 from specc.model.expr import (
+    LENGTH,
     Among,
     Builtin,
     Choice,
@@ -27,7 +29,7 @@ from specc.model.expr import (
     instance,
     walk,
 )
-from specc.model.types import Bool, Enum, Int, ListOf, Real, Text, Vector
+from specc.model.types import Bool, Enum, Int, ListOf, Pose, Real, Text, Vector
 from specc.proof.numbering import Numbering
 from specc.proof.solver.terms import Terms, compared
 from specc.proof.verdict import UnsureError
@@ -82,10 +84,9 @@ class Conditions(Terms):
                 term = z3.If(*parts)
             case Compare(op=op, left=left, right=right):
                 term = self._compare(op, left, right)
-            case Builtin(name="near", args=(x, y, distance, angle)):
-                term = self._near_pose(x, y, self.number(distance), self.number(angle))
-            case Builtin(name="near", args=(a, b, limit)):
-                term = self._near(a, b, self.number(limit))
+            case Builtin(name=name, args=(a, b, *limits)) if FUNCTIONS[name].compares:
+                near = self._near_pose if isinstance(a.type, Pose) else self._near
+                term = near(a, b, *map(self.number, limits))
             case Quantifier():
                 term = self._quantifier(expr)
             case _:
@@ -173,7 +174,7 @@ class Conditions(Terms):
 
     def _over_list(self, expr: Quantifier, over: Expr) -> Any:
         quantifiers = self._quantified.get(self._numbering.number(over), ())
-        length = self.number(Builtin("len", (over,), type=Int()))
+        length = self.number(Builtin(LENGTH, (over,), type=Int()))
         parts = []
         last = [-1 - index for index in range(len(quantifiers))]
         for index, holds in enumerate(self._of_items(expr, over, last)):

@@ -10,6 +10,7 @@ from typing import Any
 
 import z3
 
+from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -246,11 +247,29 @@ class Terms:
         return self._leaf(expr)
 
     def _builtin(self, expr: Builtin) -> Any:
-        if expr.name == "float":
-            return self.as_float(expr.args[0])
-        if expr.name in ("abs", "min", "max"):
-            return _chosen(expr.name, self._converted(expr.args, expr))
-        return self._leaf(expr)
+        function = FUNCTIONS[expr.name]
+        if function.term is not None:
+            return function.term(self, *self._converted(expr.args, expr))
+        term = self._leaf(expr)
+        if function.laws is not None:
+            self.laws += function.laws(self, term, *self._converted(expr.args, expr))
+        return term
+
+    def constant(self, value: float | Fraction) -> Any:
+        """The term of a number."""
+        return constant(value)
+
+    def choice(self, test: Any, then: Any, otherwise: Any) -> Any:
+        """`then if test else otherwise`."""
+        return z3.If(test, then, otherwise)
+
+    def floor(self, number: Any) -> Any:
+        """The greatest whole number that is not greater."""
+        return z3.ToInt(number) if number.is_real() else number
+
+    def representable(self, number: Any) -> Any:
+        """A number of which it is known that a float has it."""
+        return self.rounding.float(number)
 
     def _converted(self, chosen: Sequence[Expr], expr: Expr) -> list[Any]:
         """What an expression chooses from: an integer among reals becomes a float first."""
@@ -367,11 +386,3 @@ def compared(op: str, a: Any, b: Any) -> Any:
 def _has_parts(expr: Expr, component: Component) -> bool:
     """Whether an operand is a vector itself, and not what one is multiplied by."""
     return expr.type == component.value.type or not isinstance(expr.type, (Int, Real))
-
-
-def _chosen(name: str, terms: list[Any]) -> Any:
-    """The least or the greatest of some terms, or the absolute value of one."""
-    first, *rest = terms
-    for other in rest if name != "abs" else (-first,):
-        first = z3.If(first < other if name == "min" else first > other, first, other)
-    return first

@@ -14,6 +14,7 @@ from itertools import islice
 from typing import Any, Final, TypeGuard
 
 from specc.lang.evaluate import Environment, evaluate
+from specc.lang.ranges import Range
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
@@ -30,7 +31,7 @@ from specc.model.types import (
     Vector,
 )
 from specc.proof import InputName
-from specc.proof.clock import Range, Turns
+from specc.proof.clock import Turns
 from specc.tools.explore.regions import Region, leaves, ranged
 
 SOME: Final = "some"

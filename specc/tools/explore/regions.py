@@ -11,9 +11,10 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
+from specc.lang.ranges import ANY, Range
 from specc.model import expr as m
 from specc.model.types import Int, Real
-from specc.proof.clock import ANY, OPERATIONS, Range, sign_of
+from specc.proof.clock import operation_of
 
 
 class Region(NamedTuple):
@@ -62,7 +63,7 @@ def ranged(expr: m.Expr, known: Callable[[m.Expr], Range | None]) -> Range:
         return leaf
     if isinstance(expr, (m.Number, m.Truth)):
         return expr.value, expr.value
-    operation = OPERATIONS.get(sign_of(expr))
+    operation = operation_of(expr)
     if operation is None:
         return ANY
     try:

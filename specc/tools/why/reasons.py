@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Any
 
+from specc.lang.builtins import FUNCTIONS
 from specc.lang.show import show
 from specc.lang.values import angle, position
 from specc.model import expr as m
@@ -122,7 +123,7 @@ class Reasons:
         match expr:
             case m.Compare(op=op, left=left, right=right):
                 return self._compared(op if wanted else m.OPPOSITES[op], left, right, is_met)
-            case m.Builtin(name="near", args=args):
+            case m.Builtin(name=name, args=args) if FUNCTIONS[name].compares:
                 return self._near(args, wanted, is_met)
             case m.Fresh(input=read):
                 self._told.add(expr)

@@ -1,0 +1,129 @@
+"""Ranges: the least and greatest values of floats, from those of what they are computed from.
+
+Rounding keeps order, so that the bounds of operands give those of the result. A truth value is a
+number here, false before true.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+
+Range = tuple[float, float]
+Operation = Callable[..., Range]
+
+ANY: Range = (-math.inf, math.inf)
+"""What is not known, or fails in some cases."""
+
+
+def _spanned(*ends: float) -> Range:
+    return ANY if any(map(math.isnan, ends)) else (min(ends), max(ends))
+
+
+def _product(a: Range, b: Range) -> Range:
+    return _spanned(*(x * y for x in a for y in b))
+
+
+def _quotient(a: Range, b: Range) -> Range:
+    return ANY if b[0] <= 0 <= b[1] else _spanned(*(x / y for x in a for y in b))
+
+
+def absolute(a: Range) -> Range:
+    """`abs(a)`."""
+    low, high = a
+    return _spanned(abs(low), abs(high)) if low > 0 or high < 0 else (0, max(-low, high))
+
+
+def root(a: Range) -> Range:
+    """`sqrt(a)`."""
+    return (math.sqrt(a[0]), math.sqrt(a[1])) if a[0] >= 0 else ANY
+
+
+def _power(a: Range, b: Range) -> Range:
+    """Libraries round powers to one of the two floats that are next to them."""
+    exponent = b[0]
+    if b[0] != b[1] or (a[0] <= 0 and (exponent < 0 or exponent != int(exponent))):
+        return ANY
+    ends = [_powers(x, exponent) for x in (absolute(a) if exponent % 2 == 0 else a)]
+    return _spanned(*(end for pair in ends for end in pair))
+
+
+def _powers(base: float, exponent: float) -> Range:
+    found = base**exponent
+    if not math.isfinite(base) or not math.isfinite(found):
+        return found, found
+    if exponent == int(exponent) and Fraction(found) == Fraction(base) ** int(exponent):
+        return found, found
+    return math.nextafter(found, -math.inf), math.nextafter(found, math.inf)
+
+
+def _less(a: Range, b: Range) -> Range:
+    return a[1] < b[0], a[0] < b[1]
+
+
+def _at_most(a: Range, b: Range) -> Range:
+    return a[1] <= b[0], a[0] <= b[1]
+
+
+def _equal(a: Range, b: Range) -> Range:
+    return a[0] == a[1] == b[0] == b[1], a[0] <= b[1] and b[0] <= a[1]
+
+
+def _not(a: Range) -> Range:
+    return not a[1], not a[0]
+
+
+def _choice(test: Range, then: Range, otherwise: Range) -> Range:
+    if test[0] == test[1]:
+        return then if test[0] else otherwise
+    return _spanned(*then, *otherwise)
+
+
+def least(*of: Range) -> Range:
+    """`min(a, b, ...)`."""
+    return min(low for low, _ in of), min(high for _, high in of)
+
+
+def greatest(*of: Range) -> Range:
+    """`max(a, b, ...)`."""
+    return max(low for low, _ in of), max(high for _, high in of)
+
+
+def _difference(a: Range, b: Range) -> Range:
+    return _spanned(a[0] - b[1], a[1] - b[0])
+
+
+def near(a: Range, b: Range, limit: Range) -> Range:
+    """`near(a, b, limit)`, of numbers."""
+    return _at_most(absolute(_difference(a, b)), limit)
+
+
+def rising(value: Callable[[float], float]) -> Operation:
+    """A function of one number that is never less for a greater one; not asked of infinity."""
+
+    def ends(a: Range) -> Range:
+        low, high = (end if math.isinf(end) else value(end) for end in a)
+        return low, high
+
+    return ends
+
+
+OPERATORS: dict[str, Operation] = {
+    "+": lambda a, b: _spanned(a[0] + b[0], a[1] + b[1]),
+    "-": lambda a, b=None: (-a[1], -a[0]) if b is None else _difference(a, b),
+    "*": _product,
+    "/": _quotient,
+    "**": _power,
+    "<": _less,
+    "<=": _at_most,
+    ">": lambda a, b: _less(b, a),
+    ">=": lambda a, b: _at_most(b, a),
+    "==": _equal,
+    "!=": lambda a, b: _not(_equal(a, b)),
+    "not": _not,
+    "and": least,
+    "or": greatest,
+    "choice": _choice,
+}
+"""By the sign of what the language computes with numbers and truth values."""

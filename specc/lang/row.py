@@ -1,0 +1,126 @@
+"""What can be known of a function of the language: the columns of the table of functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from typing import Any, NamedTuple, Protocol
+
+from specc.frozen import frozen
+from specc.lang.functions import Rule
+from specc.lang.inverses import Inverse
+from specc.lang.ranges import ANY, Operation, Range
+from specc.model.types import Type
+
+RUNTIME = "specc_runtime.builtins"
+
+
+class Solver(Protocol):
+    """What terms of the solver can be made of, besides their own `+`, `-` and comparisons."""
+
+    def constant(self, value: float | Fraction) -> Any:
+        """The term of a number."""
+
+    def choice(self, test: Any, then: Any, otherwise: Any) -> Any:
+        """`then if test else otherwise`."""
+
+    def floor(self, number: Any) -> Any:
+        """The greatest whole number that is not greater."""
+
+    def representable(self, number: Any) -> Any:
+        """A number of which it is known that a float has it."""
+
+
+class Form(NamedTuple):
+    """How a call is written without its name: a place for each argument, with how tightly what
+    stands there has to bind, and how tightly the whole binds.
+    """
+
+    text: str
+    binding: str
+
+
+@frozen
+class BuiltinFunction:
+    """A function of the language. What is said of a result holds of each of its components.
+
+    The defaults are what is safe to believe of a function that nobody has thought about.
+    """
+
+    says: str
+    """Parameters, result and what it is, for editors: `X -> pose: pose[B, A] of a pose[A, B]`."""
+    rule: Rule | None
+    """Types a call; None for a function that only the compiler calls."""
+    gives_way: bool = False
+    """Whether an operator of that name takes its place; version 1 did not have it."""
+
+    # What it computes, and how.
+
+    value: Callable[..., Any] = NotImplemented
+    """What it computes on plain Python values, with integers as floats if the result is a real."""
+    python: str = RUNTIME
+    """The module that has it for generated code; "" for a function of Python's own."""
+    form: Callable[[Type], Form | str] = lambda type: ""
+    """How generated code writes it, by the type of the first argument: in a form, by another name
+    of its module, or as a call if that is "". `show` writes what has no rule in this form, too."""
+    rounds: bool = True
+    """Whether its result may differ from that of exact numbers."""
+    may_fail: bool = True
+    """Whether it raises for some arguments, so that it is called only where it is needed."""
+    constants_checked: bool = False
+    """Whether checks find the constant arguments for which it raises."""
+    overflows: bool = True
+    """Whether finite arguments may give a result that is not finite."""
+    shows: bool = False
+    """Whether an argument that is not finite gives a result that is not finite, or an error."""
+    is_costly: bool = False
+    """Whether calling it again costs more than keeping its result; arrays always do."""
+
+    # What proofs know of it.
+
+    folds: bool = False
+    """Whether `value` is what every machine computes, so that it is known of known arguments."""
+    within: Range = ANY
+    """The least and greatest value that the result ever has."""
+    range: Operation | None = None
+    """The least and greatest value of the result by those of the arguments."""
+    no_larger: bool = False
+    """Whether its result is never larger than its largest argument, up to sign."""
+    chooses: bool = False
+    """Whether its result is one of its arguments."""
+    picks: int = 0
+    """-1 if the result is the least of its arguments, 1 if it is the greatest."""
+    limits: tuple[int, int] | None = None
+    """The arguments between which the result lies: the lower and the upper limit."""
+    is_size: bool = False
+    """Whether it is its argument without the sign."""
+    compares: bool = False
+    """Whether it says how its first two arguments, which may change places, compare within what
+    the others allow, as `near` does."""
+    term: Callable[..., Any] | None = None
+    """What the solver has for a number: a term made by a `Solver` of the terms of arguments."""
+    laws: Callable[..., Iterable[Any]] | None = None
+    """Where it has no such term: facts, made by a `Solver` of the term of the result, which is
+    otherwise not known, and those of the arguments."""
+    inverse: Inverse | None = None
+    """What arguments may be so that the result is a wanted one."""
+
+    # Which calls cannot be meant.
+
+    alike: str = ""
+    """What is wrong with two arguments that have one value, with braces for it; "" if nothing."""
+    direction: int | None = None
+    """The argument that says a direction: a vector of length 1."""
+    neutral: tuple[int, float] | None = None
+    """An argument, and its value for which the call gives the first argument as it is."""
+
+    @property
+    def is_followed(self) -> bool:
+        """Whether proofs have its result by the values of its arguments."""
+        return self.term is not None or self.compares
+
+    @property
+    def least(self) -> float | None:
+        """The least value that the result ever has; None if there is none."""
+        return None if self.within[0] == -math.inf else self.within[0]
