@@ -17,6 +17,7 @@ from specc.model.types import (
     Enum,
     Image,
     Int,
+    OptionalOf,
     Pose,
     Real,
     Spatial,
@@ -130,11 +131,45 @@ MESSAGES = _messages()
 
 def short(message: str) -> str:
     """`package/Type` of a type that may be written `package/msg/Type`."""
-    return message.replace("/msg/", "/")
+    return message.replace("/msg/", "/").replace("/action/", "/")
+
+
+STATUSES = (
+    "none", "accepted", "executing", "canceling", "succeeded", "canceled", "aborted", "rejected",
+)  # fmt: skip
+"""Of actions: there was no goal yet, or what has become of the last one."""
+
+
+def _part_of_action(binding: Binding, type_: Type) -> Part | Misfit:
+    """The part of an action: a text, or what a function makes, which may be missing."""
+    if binding.part == "status":
+        missing = [s for s in STATUSES if isinstance(type_, Enum) and s not in type_.members]
+        if isinstance(type_, Text | Enum) and not missing:
+            return Part("scalar")
+        help = f"make it a text, or an enum with these members: {', '.join(STATUSES)}"
+        wrong = f"it lacks {', '.join(missing)}" if missing else f"{type_} is none"
+        return Misfit("E0521", f"the status of an action is one of {len(STATUSES)}: {wrong}", help)
+    if not binding.through:
+        made = "the fields of a goal" if binding.part == "goal" else "its value of a message"
+        return Misfit(
+            "E0521",
+            f"the {binding.part} of an action is a message of its own type",
+            f"name a function under `through:` that makes {made}",
+        )
+    if not isinstance(type_, OptionalOf):
+        none = "cancels the goal" if binding.part == "goal" else "is what there is before the first"
+        return Misfit(
+            "E0521",
+            f"{type_} has no None, which {none}",
+            f'make it an "optional[{type_}]"',
+        )
+    return Part("message")
 
 
 def part_of(binding: Binding, type_: Type, *, commanded: bool) -> Part | Misfit:
     """The part of a binding's messages that is the element's value, or why none is."""
+    if binding.action:
+        return _part_of_action(binding, type_)
     if binding.through:
         return Part("message")
     message = short(binding.message)

@@ -43,20 +43,45 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     for attribute, key in _OF_A_MODEL.items():
         if getattr(binding, attribute):
             return f"`{key}` is for MuJoCo models", f"delete `{key}`"
+    if bound.commanded and binding.max_gap_s is not None:
+        why = f"`{name}` is commanded: `max_gap` is for what a device reports"
+        return why, "delete `max_gap`"
+    return _wrong_action(bound) if binding.action else _wrong_topic(bound)
+
+
+def _wrong_topic(bound: BoundElement) -> tuple[str, str] | None:
+    """What is wrong with a binding to a topic."""
+    name, binding = bound.element.name, bound.binding
     if not binding.topic:
         return f"`{name}` has no `topic`", "add `topic:`, e.g. `topic: /joint_states`"
     if not binding.message:
         return f"`{name}` has no `type`", "add `type:`, e.g. `type: sensor_msgs/JointState`"
+    if binding.part:
+        return f"`part` of `{name}` is for actions", "add `action:`, or delete `part`"
     if binding.joints and short(binding.message) != JOINT_STATE:
         return f"`joints` are for messages of type {JOINT_STATE}", "delete `joints`"
-    if bound.commanded and binding.max_gap_s is not None:
-        why = f"`{name}` is commanded: `max_gap` is for what a device reports"
-        return why, "delete `max_gap`"
+    return None
+
+
+def _wrong_action(bound: BoundElement) -> tuple[str, str] | None:
+    """What is wrong with a binding to an action."""
+    name, binding = bound.element.name, bound.binding
+    for key in ("topic", "qos", "joints"):
+        if getattr(binding, key):
+            return f"`{key}` is for topics, and `{name}` is a part of an action", f"delete `{key}`"
+    if not binding.part:
+        return "an action has several parts", "add `part:` goal, status, feedback or result"
+    if not binding.message:
+        return f"`{name}` has no `type`", "add `type:`, e.g. `type: control_msgs/GripperCommand`"
+    if bound.commanded != (binding.part == "goal"):
+        verb = "commanded" if bound.commanded else "reported"
+        why = f"`{name}` is {verb}, and the {binding.part} of an action is not"
+        return why, "commanded is its `goal`; reported are `status`, `feedback` and `result`"
     return None
 
 
 def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0511, E0521; a binding that lacks its topic is `topics_fit`'s matter."""
+    """E0511, E0521; a binding of the wrong kind is `topics_fit`'s matter."""
     for bound in _topics(facts):
         misfit = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
         if isinstance(misfit, Misfit):
@@ -108,7 +133,7 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
 
 def _topics(facts: Facts) -> Iterator[BoundElement]:
     for bound in facts.bindings:
-        if bound.plant == "ros2" and bound.binding.topic and bound.binding.message:
+        if bound.plant == "ros2" and bound.binding.message and not _wrong_kind(bound):
             yield bound
 
 

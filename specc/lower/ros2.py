@@ -29,7 +29,8 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     """The call that makes a topic; empty for a binding that has none."""
     binding, type_ = bound.binding, bound.element.type
     part = part_of(binding, type_, commanded=bound.commanded)
-    if not binding.topic or isinstance(part, Misfit):
+    where = binding.topic or binding.action
+    if not where or isinstance(part, Misfit):
         return ""
     told = {
         "path": part.path,
@@ -37,11 +38,12 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
         "joints": binding.joints,
         "frames": named_frames(part, type_, ros2),
         "qos": binding.qos,
+        "part": binding.part,
         "is_number": part.shape == "joints" and isinstance(type_, Real),
     }
     first = (
         f"{binding.device}.{binding.element}",
-        binding.topic,
+        where,
         short(binding.message),
         part.shape,
     )

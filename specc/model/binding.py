@@ -36,6 +36,9 @@ class Binding:
     """Type of the messages of the topic, `package/Type`."""
     qos: tuple[tuple[str, str | int], ...] = ()
     """Options of the quality of service of the topic, as they are given."""
+    action: str = ""
+    part: Literal["", "goal", "status", "feedback", "result"] = ""
+    """What of the action the element is; `message` is the type of the action."""
 
 
 PLANT: Final = "plant"

@@ -32,7 +32,9 @@ def resolve_plant(
         device, _, element = name.rpartition(".")
         binding = _binding(device, element, item, at, findings, definitions)
         # A message comes when its sender sends one.
-        always = definition.ros2 is not None and bool(item.topic) and item.rate is None
+        always = (
+            definition.ros2 is not None and bool(item.topic or item.action) and item.rate is None
+        )
         bindings.append(replace(binding, sporadic=True) if always else binding)
     observed = []
     expressions = Expressions(findings, definitions)
@@ -127,6 +129,8 @@ def _binding(
         item.topic,
         item.type,
         _qos(item.qos),
+        item.action,
+        item.part,
     )
 
 

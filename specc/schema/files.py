@@ -130,12 +130,17 @@ class QosDef(Part):
 
 class BindingDef(
     ReadingDef,
-    first="for topic type actuators joints sensors camera image rate sporadic max_gap through",
+    first="for topic action type part actuators joints sensors camera image rate sporadic max_gap "
+    "through",
 ):
     """What stands behind one element of a device in the plant."""
 
     topic: TopicName = key("", "Topic of ROS 2, e.g. `/joint_states`.")
+    action: TopicName = key("", "Action of ROS 2, e.g. `/gripper/grasp`.")
     type: MessageName = key("", "Type of its messages, e.g. `sensor_msgs/JointState`.")
+    part: Literal["", "goal", "status", "feedback", "result"] = key(
+        "", "What of an action the element is."
+    )
     qos: QosDef = key(QosDef, "Quality of service of the topic.")
     camera: str = key("", "Camera of the model.")
     image: Literal["", "rgb", "depth"] = key("", "What the camera records.")

@@ -62,7 +62,7 @@ def _of_node(value: str) -> Fault | None:
 
 
 def _of_message(value: str) -> Fault | None:
-    if re.fullmatch(r"[a-z][a-z0-9_]*/(msg/)?[A-Z][A-Za-z0-9]*", value):
+    if re.fullmatch(r"[a-z][a-z0-9_]*/((msg|action)/)?[A-Z][A-Za-z0-9]*", value):
         return None
     return "is not a type of messages", "write `package/Type`, e.g. `sensor_msgs/JointState`"
 

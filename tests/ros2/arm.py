@@ -7,18 +7,20 @@ wrench at its tool.
 from __future__ import annotations
 
 import argparse
+import time
 from contextlib import suppress
 
 import rclpy
 from geometry_msgs.msg import WrenchStamped
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
-
-JOINTS = ("q3", "q1", "q2")
-"""In another order than readers have them."""
+from test_msgs.action import Fibonacci
 
 
 class Arm(Node):
@@ -28,23 +30,49 @@ class Arm(Node):
     Its clock is `behind_s` behind.
     """
 
-    def __init__(self, rate_hz: float, frame: str, silent_after: int, behind_s: float) -> None:
+    def __init__(self, options: argparse.Namespace) -> None:
         super().__init__("arm")
-        self._frame, self._left = frame, silent_after
+        self._frame, self._left = options.frame, options.silent_after
+        self._joints = options.joints.split(",")
         self._is_commanded = False
-        self._behind = Duration(seconds=behind_s)
-        self._step = 1.0 / rate_hz
-        self._at = dict.fromkeys(JOINTS, 0.0)
+        self._behind = Duration(seconds=options.behind)
+        self._step = 1.0 / options.rate
+        self._at = dict.fromkeys(self._joints, 0.0)
         self._goal = dict(self._at)
         self._states = self.create_publisher(JointState, "/joint_states", 10)
         self._wrenches = self.create_publisher(WrenchStamped, "/ft_sensor/wrench", 10)
-        commands = "/position_controller/commands"
-        self.create_subscription(Float64MultiArray, commands, self._commanded, 10)
+        self.create_subscription(Float64MultiArray, options.commands, self._commanded, 10)
         self.create_timer(self._step, self._tick)
+        self._grasping = ActionServer(
+            self,
+            Fibonacci,
+            "/grasp",
+            self._grasp,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            callback_group=ReentrantCallbackGroup(),
+        )
+
+    def _grasp(self, handle: ServerGoalHandle) -> Fibonacci.Result:
+        """Close in as many steps as the goal says, 50 ms each."""
+        print("began", handle.request.order, flush=True)
+        told, result = Fibonacci.Feedback(), Fibonacci.Result()
+        for step in range(handle.request.order):
+            told.sequence.append(step + 1)
+            handle.publish_feedback(told)
+            time.sleep(0.05)
+            if handle.is_cancel_requested:
+                handle.canceled()
+                print("canceled", flush=True)
+                result.sequence = [-step]
+                return result
+        handle.succeed()
+        print("grasped", flush=True)
+        result.sequence = told.sequence
+        return result
 
     def _commanded(self, message: Float64MultiArray) -> None:
         self._is_commanded = True
-        self._goal = dict(zip(sorted(JOINTS), message.data, strict=True))
+        self._goal = dict(zip(sorted(self._joints), message.data, strict=True))
 
     def _tick(self) -> None:
         for name, goal in self._goal.items():
@@ -54,12 +82,12 @@ class Arm(Node):
             return
         self._left -= self._is_commanded
         now = (self.get_clock().now() - self._behind).to_msg()
-        states = JointState(name=list(JOINTS), position=[self._at[name] for name in JOINTS])
+        states = JointState(name=self._joints, position=[*self._at.values()])
         states.header.stamp = now
         self._states.publish(states)
         wrench = WrenchStamped()
         wrench.header.stamp, wrench.header.frame_id = now, self._frame
-        wrench.wrench.force.z = -1.0 - self._at["q1"]
+        wrench.wrench.force.z = -1.0 - max(self._at.values())
         self._wrenches.publish(wrench)
 
 
@@ -67,6 +95,9 @@ def main() -> None:
     """Run until somebody ends the process."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--rate", type=float, default=100.0)
+    # In another order than readers have them.
+    parser.add_argument("--joints", default="q3,q1,q2")
+    parser.add_argument("--commands", default="/position_controller/commands")
     parser.add_argument("--frame", default="ft_frame")
     parser.add_argument("--silent-after", type=int, default=-1)
     parser.add_argument("--behind", type=float, default=0.0)
@@ -74,7 +105,9 @@ def main() -> None:
     rclpy.init()
     print("ready", flush=True)
     with suppress(KeyboardInterrupt, ExternalShutdownException):
-        rclpy.spin(Arm(options.rate, options.frame, options.silent_after, options.behind))
+        executor = MultiThreadedExecutor(num_threads=4)
+        executor.add_node(Arm(options))
+        executor.spin()
 
 
 if __name__ == "__main__":

@@ -43,21 +43,31 @@ def arm(ros: str) -> Iterator[Start]:
 
     yield start
     for process in started:
+        end(process)
+
+
+def end(process: subprocess.Popen[str]) -> str:
+    """End a process that was started; returns what it has printed."""
+    if process.poll() is None:
         process.send_signal(signal.SIGINT)
-    for process in started:
-        process.communicate(timeout=20)
+    return (
+        ""
+        if process.stdout is None or process.stdout.closed
+        else process.communicate(timeout=20)[0]
+    )
 
 
 @pytest.fixture
 def spec(ros: str, tmp_path: Path) -> Callable[..., Path]:
-    """Writes the specification of the arm, with pairs of texts replaced."""
+    """Writes the specification of the arm, or another one, with pairs of texts replaced."""
 
-    def write(*pairs: tuple[str, str]) -> Path:
-        text = (HERE / "arm.yaml").read_text(encoding="utf-8")
-        for old, new in (("{node: irp,", f"{{node: irp, python: {ros},"), *pairs):
+    def write(*pairs: tuple[str, str], name: str = "arm") -> Path:
+        text = (HERE / f"{name}.yaml").read_text(encoding="utf-8")
+        for old, new in (("ros2: {", f"ros2: {{python: {ros}, "), *pairs):
             assert old in text, old
             text = text.replace(old, new)
-        path = tmp_path / "arm.yaml"
+        (tmp_path / "grasping.py").write_bytes((HERE / "grasping.py").read_bytes())
+        path = tmp_path / f"{name}.yaml"
         path.write_text(text, encoding="utf-8")
         return path
 

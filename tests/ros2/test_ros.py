@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from specc.cli import main
-from tests.ros2.conftest import HERE, Start
+from tests.docs.examples import examples
+from tests.ros2.conftest import HERE, Start, end
 
 pytestmark = [pytest.mark.long, pytest.mark.no_replay("a test here replays its own recording")]
 Spec = Callable[..., Path]
+DOCUMENT = HERE.parents[1] / "docs" / "ros2.md"
 
 
 def test_a_task_is_done_and_replayed_without_ros(
@@ -30,6 +33,48 @@ def test_a_task_is_done_and_replayed_without_ros(
     assert main(["replay", str(record), "--spec", str(path)]) == 0
     out = capsys.readouterr().out
     assert all(f"{name}: " in out and "the same" in out for name in ("irp.c", "irp.m", "irp.s"))
+
+
+def test_the_example_of_the_documentation_runs(
+    arm: Start, ros: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = next(e.text for e in examples(DOCUMENT) if not e.context)
+    path, record = tmp_path / "rrbot.yaml", tmp_path / "rrbot.mcap"
+    path.write_text(text.replace("/usr/bin/python3, wait: 5 s", f"{ros}, wait: 20 s"))
+    arm("--joints", "joint2,joint1", "--commands", "/forward_position_controller/commands")
+    assert main(["run", str(path), "--cycles", "1", "--record", str(record)]) == 0
+    assert main(["replay", str(record), "--spec", str(path)]) == 0
+    assert "rr.arm: " in capsys.readouterr().out
+
+
+def test_an_action_is_pursued_cancelled_and_replayed(
+    arm: Start, spec: Spec, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gripper, path, record = arm(), spec(name="gripper"), tmp_path / "run.mcap"
+    assert main(["run", str(path), "--cycles", "1", "--record", str(record)]) == 0
+    assert end(gripper).split("\n")[-2] == "canceled"
+    capsys.readouterr()
+    assert main(["replay", str(record), "--spec", str(path)]) == 0
+    assert "hand.c: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("how", ["ended", "killed"])
+def test_a_goal_is_cancelled_when_the_run_ends(arm: Start, spec: Spec, how: str) -> None:
+    never = ("x.g.step >= 3", "x.g.step >= 1000")
+    gripper, path = arm(), spec(never, ("wanted: 60", "wanted: 10000"), name="gripper")
+    command = [sys.executable, "-m", "specc", "run", str(path), "--duration"]
+    if how == "ended":
+        subprocess.run([*command, "3"], check=True, capture_output=True)
+    else:
+        with subprocess.Popen([*command, "60"], stdout=subprocess.DEVNULL) as run:
+            assert gripper.stdout is not None
+            assert gripper.stdout.readline() == "began 4\n"
+            assert gripper.stdout.readline() == "grasped\n"
+            assert gripper.stdout.readline() == "began 10000\n"
+            run.kill()
+    assert gripper.stdout is not None
+    lines = iter(gripper.stdout.readline, "canceled\n")
+    assert [*lines][-1:] in ([], ["began 10000\n"])
 
 
 SHORT, LONG = "4 s", "20 s"

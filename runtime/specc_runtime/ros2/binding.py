@@ -38,6 +38,8 @@ class Ros2Topic:
         frames: fields that hold a coordinate frame, and the frame that they must have.
         qos: options of the quality of service that are not the usual ones.
         is_number: the vector is a number, of one joint.
+        part: of an action, whose name and type stand for those of a topic: its "goal", "status",
+            "feedback" or "result".
     """
 
     name: str
@@ -50,11 +52,12 @@ class Ros2Topic:
     frames: tuple[tuple[str, str], ...] = ()
     qos: tuple[tuple[str, str | int], ...] = ()
     is_number: bool = False
+    part: str = ""
 
     @property
     def config(self) -> dict[str, Any]:
         """What the node is told of it."""
-        told = ("name", "topic", "type", "commanded", "joints")
+        told = ("name", "topic", "type", "commanded", "joints", "part")
         every = asdict(self)
         return {key: every[key] for key in told} | {"qos": dict(self.qos)}
 

@@ -48,6 +48,10 @@ def _conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, C
             encode[topic.name] = _after(partial(message_of, topic), function, first=True)
         else:
             decode[topic.name] = _after(partial(value_of, topic), function, first=False)
+        if topic.part:  # no goal, no feedback and no result yet are None
+            for conversions in (encode, decode):
+                if convert := conversions.get(topic.name):
+                    conversions[topic.name] = _unless_none(convert)
     return decode, encode
 
 
@@ -58,3 +62,7 @@ def _after(convert: Convert, function: Any, *, first: bool) -> Convert:
     if first:
         return lambda value: convert(function(value))
     return lambda message: function(convert(message))
+
+
+def _unless_none(convert: Convert) -> Convert:
+    return lambda value: None if value is None else convert(value)

@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from specc_runtime.hosting.devices import DeviceError
+from specc_runtime.ros2.host.actions import Action
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
 from specc_runtime.ros2.host.qos import mismatch, profile
 from specc_runtime.ros2.host.stamps import measured_at
@@ -29,13 +30,18 @@ class Devices:
 
     The configuration has `node`, its name; `namespace`; `use_sim_time`; `wait_s`; and `topics`,
     each with the `name` of its element, `topic`, `type`, whether it is `commanded`, `qos`, and
-    `joints`: a message that has none of them is somebody else's.
+    `joints`: a message that has none of them is somebody else's. Where it is a `part` of an action,
+    `topic` and `type` are those of the action.
     """
 
     def __init__(self) -> None:
         self._context = rclpy.Context()
         self._samples: Samples = []
         self._publishers: dict[str, Any] = {}
+        self._actions: dict[str, Action] = {}
+        """By their names in ROS."""
+        self._goals: dict[str, Action] = {}
+        """By the elements that their goals follow."""
         self._waiting: dict[str, dict[str, Any]] = {}
         self._node: Node | None = None
         self._executor: SingleThreadedExecutor | None = None
@@ -51,7 +57,9 @@ class Devices:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(node)
         for topic in config["topics"]:
-            if topic["commanded"]:
+            if topic["part"]:
+                self._act(node, topic, config["topics"])
+            elif topic["commanded"]:
                 self._advertise(node, topic)
             else:
                 self._subscribe(node, topic)
@@ -66,11 +74,16 @@ class Devices:
             self._executor.spin_once(timeout_sec=0)
             if len(self._samples) == before:
                 break
+        for action in self._actions.values():
+            action.look()
         samples, self._samples = self._samples, []
         return samples
 
     def send(self, name: str, value: object) -> None:
-        """Publish a command. Raises DeviceError for what does not fit its message."""
+        """Publish a command, or pursue a goal. Raises DeviceError for what does not fit."""
+        if name in self._goals:
+            self._goals[name].pursue(value)
+            return
         publisher = self._publishers[name]
         message = fill(publisher.msg_type(), value)
         header: Any = getattr(message, "header", None)
@@ -89,6 +102,18 @@ class Devices:
             self._node.destroy_node()
             self._node = None
         self._context.try_shutdown()
+
+    def _act(self, node: Node, topic: dict[str, Any], every: list[dict[str, Any]]) -> None:
+        name = topic["topic"]
+        if name not in self._actions:
+            parts = {t["part"]: t["name"] for t in every if t["part"] and t["topic"] == name}
+            self._actions[name] = Action(node, name, topic["type"], parts, self._put)
+            self._waiting[name] = topic
+        if topic["part"] == "goal":
+            self._goals[topic["name"]] = self._actions[name]
+
+    def _put(self, name: str, value: Any) -> None:
+        self._samples.append((name, value, time.monotonic()))
 
     def _advertise(self, node: Node, topic: dict[str, Any]) -> None:
         cls = interface(topic["type"])
@@ -132,9 +157,14 @@ class Devices:
                 lost = [_why_silent(node, topic) for topic in self._waiting.values()]
                 raise DeviceError(f"after {wait_s:g} s of waiting: {'; '.join(lost)}")
             self._executor.spin_once(timeout_sec=min(left_s, _STEP_S))
-            for name, publisher in self._publishers.items():
-                if name in self._waiting and publisher.get_subscription_count():
-                    del self._waiting[name]
+            self._waiting = {n: t for n, t in self._waiting.items() if not self._is_met(n)}
+
+    def _is_met(self, name: str) -> bool:
+        """Whether somebody serves an action or reads a command; messages come by themselves."""
+        if name in self._actions:
+            return self._actions[name].is_there
+        publisher = self._publishers.get(name)
+        return publisher is not None and publisher.get_subscription_count() > 0
 
 
 def _node(config: dict[str, Any], context: Any) -> Node:
@@ -155,6 +185,8 @@ def _why_silent(node: Node, topic: dict[str, Any]) -> str:
     """What is known of a topic that has no message yet, or no reader."""
     name, commanded = topic["topic"], topic["commanded"]
     full = node.resolve_topic_name(name)
+    if topic["part"]:
+        return f"nobody serves the action {full} ({topic['name']})"
     find = node.get_subscriptions_info_by_topic if commanded else node.get_publishers_info_by_topic
     others = find(full)
     wanted = interface_name(interface(topic["type"]))
