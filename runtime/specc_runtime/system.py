@@ -18,10 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Scheduled:
-    """A subsystem that is due every `ticks` base ticks."""
+    """A subsystem that is due every `ticks` base ticks.
+
+    Its steps take `budget_s` of the machine's time at most, as its specification says.
+    """
 
     subsystem: Subsystem
     ticks: int
+    budget_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

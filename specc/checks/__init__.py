@@ -10,6 +10,7 @@ from specc.analysis import Facts
 from specc.checks import (
     assumptions,
     bindings,
+    budgets,
     constancy,
     distortions,
     disturbances,
@@ -40,6 +41,7 @@ SUBJECTS: tuple[ModuleType, ...] = (
     structure,
     ends,
     timing,
+    budgets,
     plant,
     bindings,
     topics,

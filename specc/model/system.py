@@ -168,6 +168,8 @@ class Subsystem:
     """Whether its rate is known; `rate_hz` is 1 if it is not."""
     begun: bool = True
     """Whether its initial state is known."""
+    budget_s: Fraction | None = None
+    """How long a step may take on the machine, in seconds, if that is said."""
 
     @property
     def qualified_name(self) -> str:

@@ -8,17 +8,9 @@ from fractions import Fraction
 
 from specc.diagnostics import Diagnostic
 from specc.limits import left, spend
-from specc.model.system import (
-    Agent,
-    Device,
-    DeviceKind,
-    Element,
-    Shared,
-    Subsystem,
-    SubsystemKind,
-)
+from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
-from specc.resolve.context import Findings, Meaning, Where, trace_of
+from specc.resolve.context import Findings, Meaning, Where, duration_in, trace_of
 from specc.resolve.definitions import Definitions
 from specc.resolve.elements import with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
@@ -162,13 +154,15 @@ class AgentResolver:
         self.broken |= set(absent.values())
         peers = {**peers, **absent}
         rate = self._rate(*_first(levels, "rate"), where)
+        budget_s = duration_in(*_first(levels, "budget"), "budget", self.findings)
         title = next((level.title for level, _ in levels if level.title), "")
 
         def made() -> Subsystem:
             found = self._inside(agent, name, kind, described, here, peers, inside, rate)
-            return replace(found, title=title, place=where.key)
+            return replace(found, title=title, place=where.key, budget_s=budget_s)
 
-        given = kind, title, where.key, here.place, tuple(peers.items()), rate, repr(groups)
+        times = rate, budget_s
+        given = kind, title, where.key, here.place, tuple(peers.items()), times, repr(groups)
         resolved = self._kept(
             f"{agent}.{name}", (*given, inside.definitions.made_from), here.raw, made
         )
@@ -327,7 +321,7 @@ class AgentResolver:
     def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: Where) -> None:
         """Report parts beside `use`, which would be described twice."""
         what, parts = "subsystem", definition.given - _BESIDE_USE
-        help = "only its title, `rate` and `uses` may be others; say the rest in that file"
+        help = "only title, `rate`, `budget` and `uses` may be others; say the rest in that file"
         if isinstance(definition, AgentDef):
             what, parts = "agent", frozenset(k for k in _DESCRIBED if getattr(definition, k))
             help = "only its `control` may be another; describe other parts in that file"
@@ -346,7 +340,9 @@ class AgentResolver:
         self.findings.report("E0219", message, where["use"].place, help=help)
 
 
-_BESIDE_USE = frozenset(("for", "use", "title", "rate", "with", "uses", "eq", "table", "fig"))
+_BESIDE_USE = frozenset(
+    ("for", "use", "title", "rate", "budget", "with", "uses", "eq", "table", "fig")
+)
 _DESCRIBED = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
 
 
@@ -356,8 +352,8 @@ def _lacks(found: tuple[Element, ...], buffer: BufferDef, shared: Shared | None)
 
 
 _INNER = frozenset(
-    ("rate", "memory", "let", "conditions", "functions", "behaviours", "states", "initial_state")
-) | {NAME}
+    ("memory", "let", "conditions", "functions", "behaviours", "states", "initial_state")
+) | {NAME, "rate", "budget"}
 _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 
 

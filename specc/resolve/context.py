@@ -272,6 +272,12 @@ def nobody_knows(where: Where, type_: Type) -> Unknown:
 _DURATION = re.compile(r"\s*(\d{1,12}(?:\.\d{1,12})?)\s+([a-z]+)\s*", re.ASCII)
 
 
+def duration_in(definition: object, where: Where, key: str, findings: Findings) -> Fraction | None:
+    """Seconds that a definition says under a key; None without them, or after reporting."""
+    text = getattr(definition, key)
+    return None if text is None else duration_of(text, where[key], findings)
+
+
 def duration_of(text: str, where: Where, findings: Findings) -> Fraction | None:
     """Seconds from `20 ms` or `0.5 s`; None after reporting."""
     found = _DURATION.fullmatch(text)

@@ -7,6 +7,7 @@ from specc.schema.keys import OTHERS, Listed, Part, Role, Text, key
 from specc.schema.texts import (
     OF_EACH,
     ArgumentText,
+    BudgetText,
     ConstantText,
     DurationText,
     ExprText,
@@ -233,13 +234,14 @@ class AxiomDef(Part):
     )
 
 
-class SubsystemDef(Traced, first="for use title rate with uses eq table fig"):
+class SubsystemDef(Traced, first="for use title rate budget with uses eq table fig"):
     """A control subsystem, virtual effector or virtual receptor, or the use of one."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     use: FilePath | None = key(None, "File that describes the subsystem.")
     arguments: dict[str, ArgumentText] = key({}, "Values of parameters.", spelled="with")
     rate: RateText | None = key(None, step="role")
+    budget: BudgetText | None = None
     uses: list[Annotated[str, Text(Role("name", "device"))]] | None = key(
         None, "Real effectors or receptors it works with.", step="buffers"
     )

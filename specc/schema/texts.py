@@ -123,6 +123,14 @@ DurationText = Annotated[
         examples=("20 ms", "0.5 s"),
     ),
 ]
+BudgetText = Annotated[
+    str,
+    Text(
+        about="Longest time that a step takes on the machine, e.g. `150 ms`.",
+        quantity=True,
+        examples=("150 ms", "1 ms"),
+    ),
+]
 GapText = Annotated[
     str,
     Text(

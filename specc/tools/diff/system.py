@@ -207,7 +207,7 @@ def _records(part: str, name: str, old: Binding | Task, new: Binding | Task, boo
 
 def _shown(value: object, aspect: str = "") -> str:
     if isinstance(value, Fraction):
-        return ms(value) if aspect == "max_gap" else f"{float(value):g} Hz"
+        return ms(value) if aspect in ("max_gap", "budget") else f"{float(value):g} Hz"
     if isinstance(value, tuple):
         return ", ".join(map(str, value)) or "none"
     return "none" if value is None or value == "" else str(value)
@@ -325,6 +325,8 @@ def _subsystem(old: Version, new: Version) -> list[Difference]:
     book.changed("subsystem", name, "kind", before.kind, after.kind)
     rates = (f"{s.rate_hz} Hz" if s.rated else "not known" for s in (before, after))
     book.changed("subsystem", name, "rate", *rates)
+    budgets = (_shown(s.budget_s, "budget") for s in (before, after))
+    book.changed("subsystem", name, "budget", *budgets)
     book.words("subsystem", name, before, after)
     for part in (
         compare_buffers, compare_parameters, compare_memory, compare_lets, compare_conditions,

@@ -36,6 +36,7 @@ def texts() -> Iterator[str]:
     """Systems in which fields have values; the first one is asked, then the next one."""
     counted = "let: {counted: lamp.c.runs >= 0}\nrequire:\n"
     text = TEXT.replace("TEST", "x.eye.alarm").replace("require:\n", counted)
+    text = text.replace("rate: 100 Hz\n", "rate: 100 Hz\n        budget: 1 ms\n")
     yield text.replace("always(lamp.c.runs >= 0)", "always(counted)")
     noise = ', noise: "0.001[m]"'
     yield disturbed(MOVE, SHIFT, PUSH, BLOCK, WRONG).replace(

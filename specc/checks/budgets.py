@@ -1,0 +1,100 @@
+"""Budgets: how long steps may take, and what crosses to a process that computes long ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.analysis import Facts
+from specc.analysis.rates import base_tick
+from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import ms
+from specc.model.system import Subsystem
+from specc.model.types import Opaque, Type, inner_types
+from specc.source import Place
+
+# A step is over before the next one is due.
+
+
+def budgets_fit(facts: Facts) -> Iterator[Diagnostic]:
+    """E0414."""
+    for subsystem in facts.rates.timed:
+        budget_s, period_s = subsystem.budget_s, 1 / subsystem.rate_hz
+        if budget_s is not None and budget_s > period_s:
+            yield Diagnostic(
+                "E0414",
+                f"steps of `{subsystem.qualified_name}` may take longer than its period",
+                subsystem.place.below("budget"),
+                f"{ms(budget_s)}, and the next one is due after {ms(period_s)}",
+                (Related(subsystem.place.below("rate"), "its rate"),),
+                f"choose a period of at least {ms(budget_s)}, or make the steps shorter",
+            )
+
+
+# A subsystem that computes in a process of its own gets and gives values that can cross.
+
+
+def values_cross(facts: Facts) -> Iterator[Diagnostic]:
+    """W0419, for each type without a codec, where it crosses first."""
+    for subsystem in facts.rates.timed:
+        if _is_apart(subsystem, facts):
+            told: set[str] = set()
+            for name, type_, place in _crossing(subsystem, facts):
+                for opaque in _uncodable(type_):
+                    if opaque.name not in told:
+                        told.add(opaque.name)
+                        yield _finding(subsystem, name, opaque, place)
+
+
+def _finding(subsystem: Subsystem, name: str, opaque: Opaque, place: Place) -> Diagnostic:
+    return Diagnostic(
+        "W0419",
+        f"values of `{opaque.name}` cannot cross to the process of `{subsystem.qualified_name}`",
+        place,
+        f"`{name}` has values of an opaque type without a codec",
+        (
+            Related(
+                subsystem.place.below("budget"), "computes in a process of its own in real time"
+            ),
+        ),
+        f"give `{opaque.name}` a `codec`, or the subsystem no `budget`",
+    )
+
+
+def _is_apart(subsystem: Subsystem, facts: Facts) -> bool:
+    """Whether its budget is longer than the base tick, in which all others have to be done."""
+    tick_s = base_tick(1 / s.rate_hz for s in facts.rates.timed)
+    return subsystem.budget_s is not None and subsystem.budget_s > tick_s
+
+
+def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, Place]]:
+    """What a process gets and gives: names, types and places of buffers, and of memory in use."""
+    for port in subsystem.ports:
+        for element in port.elements:
+            name = f"{port.direction}.{port.peer}.{element.name}"
+            yield name, element.type, port.place_of(element)
+    watched = _watched(subsystem, facts)
+    for memory in subsystem.memory:
+        if memory.name in watched:
+            yield memory.name, memory.type, memory.place
+
+
+def _watched(subsystem: Subsystem, facts: Facts) -> set[str]:
+    """Memory that the task or requirements look at."""
+    system, name = facts.system, subsystem.qualified_name
+    found = set(system.task.watch) if system.task and system.task.subsystem == name else set()
+    for requirement in (*system.requirements, *system.triggers):
+        readings = [r for r in requirement.readings if (r.kind, r.subsystem) == ("memory", name)]
+        found |= {part for reading in readings for part in reading.element}
+    return found
+
+
+def _uncodable(type_: Type) -> Iterator[Opaque]:
+    """The opaque types without a codec among the parts of a type."""
+    if isinstance(type_, Opaque) and not type_.codec:
+        yield type_
+    for inner in inner_types(type_):
+        yield from _uncodable(inner)
+
+
+CHECKS = (budgets_fit,)
+USES = (values_cross,)
