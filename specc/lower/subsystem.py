@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from fractions import Fraction
 from pathlib import PurePath
 
 from specc.lang import show
@@ -29,6 +30,15 @@ from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.trace import Trace
 from specc.model.types import Real, Type, inner_types
 from specc.model.units import SECOND
+
+
+def scheduled_call(subsystem: Subsystem, made: str, tick_s: Fraction) -> str:
+    """The call of `Scheduled` for the expression that makes a subsystem."""
+    arguments = [made, f"ticks={int(1 / subsystem.rate_hz / tick_s)}"]
+    if subsystem.budget_s is not None:
+        arguments.append(f"budget_s={literal(float(subsystem.budget_s))}")
+    return f"Scheduled({', '.join(arguments)})"
+
 
 # Equation numbers of what a step can execute, found once, for the report of a run.
 #

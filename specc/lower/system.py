@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from fractions import Fraction
 
 from specc.analysis.ages import Ages
 from specc.analysis.rates import base_tick
@@ -33,7 +32,7 @@ from specc.lower.names import (
 from specc.lower.requirements import CLASS as REQUIREMENTS
 from specc.lower.requirements import TRIGGERS, requirements_plan
 from specc.lower.ros2 import ros2_arguments
-from specc.lower.subsystem import device_plan, spec_file, subsystem_plan
+from specc.lower.subsystem import device_plan, scheduled_call, spec_file, subsystem_plan
 from specc.lower.task import disturbances, task_arguments
 from specc.model.binding import PLANT, Binding
 from specc.model.system import Device, Plant, Port, Subsystem, System
@@ -354,7 +353,7 @@ def _whole(
         imports.own("join")
     aged = ages_plan(system, ages, imports) if ages else {}
     judged = _judged(system, imports, stand_ins=stand_ins)
-    scheduled = tuple(_scheduled(s, made.call(s, imports), tick) for s in system.subsystems)
+    scheduled = tuple(scheduled_call(s, made.call(s, imports), tick) for s in system.subsystems)
     parts = {
         "title": title,
         "spec": in_docstring(spec_file(system)),
@@ -371,14 +370,6 @@ def _whole(
         **judged,
     }
     return FilePlan("system.py.j2", parts)
-
-
-def _scheduled(subsystem: Subsystem, made: str, tick_s: Fraction) -> str:
-    """The call of `Scheduled` for what makes a subsystem."""
-    arguments = [made, f"ticks={int(1 / subsystem.rate_hz / tick_s)}"]
-    if subsystem.budget_s is not None:
-        arguments.append(f"budget_s={literal(float(subsystem.budget_s))}")
-    return f"Scheduled({', '.join(arguments)})"
 
 
 def _judged(system: System, imports: Imports, *, stand_ins: bool) -> dict[str, object]:

@@ -50,6 +50,11 @@ def _hang() -> None:
         time.sleep(0.001)
 
 
+def _hold() -> None:
+    print("holding", file=sys.stderr, flush=True)
+    sum(range(10**12))  # nobody else gets the interpreter
+
+
 def _recurse() -> None:
     _recurse()
 
@@ -62,7 +67,7 @@ _MISDEEDS = {
     "leave": lambda: os._exit(3),
     "hang": _hang,
     "sleep": lambda: time.sleep(1000),
-    "hold": lambda: print(sum(range(10**12))),
+    "hold": _hold,
     "die": lambda: os.kill(os.getpid(), signal.SIGKILL),
     "segfault": lambda: os.kill(os.getpid(), signal.SIGSEGV),
     "print": lambda: print("from an operator"),

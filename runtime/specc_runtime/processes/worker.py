@@ -34,7 +34,7 @@ from specc_runtime.workers import Workers
 
 BLOCK_BYTES = 4 << 20
 """Memory of each direction to begin with; it grows to twice of what does not fit."""
-ANSWER_S = 0.25
+ANSWER_S = 0.15
 """How long an answer about a step under way is waited for."""
 _BEGIN = (
     "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); "
