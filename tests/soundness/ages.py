@@ -108,7 +108,7 @@ class AgedInterpreter(Interpreter):
         known = self.known[name]
         measured = [
             known[key].measured
-            for key, only_fresh in self._reads(name, self.machines[name].state, reader)
+            for key, only_fresh in self.reads_in(name, self.machines[name].state, reader)
             if self.is_followed((name, key), reader)
             and key in known
             and (key in self.came[name] or not only_fresh)
@@ -125,9 +125,14 @@ class AgedInterpreter(Interpreter):
     def _above(self, element: Element) -> Iterator[Element]:
         sender = self.subsystems[element[0]].sender(element[1][0])
         for state in self.entered.get(sender, ()):
-            yield from ((sender, key) for key, _ in self._reads(sender, state, element))
+            yield from ((sender, key) for key, _ in self.reads_in(sender, state, element))
 
-    def _reads(self, sender: str, state: str, element: Element) -> Iterator[Read]:
+    def reads_in(self, sender: str, state: str, element: Element) -> Iterator[Read]:
+        """What a subsystem reads for an element that it sends in a state."""
+        for value in self._targets(sender, state, element):
+            yield from reads(value, self.subsystems[sender], frozenset())
+
+    def _targets(self, sender: str, state: str, element: Element) -> Iterator[m.Expr]:
         reader, (_, name) = element
         subsystem = self.subsystems[sender]
         behaviour = next(s for s in subsystem.states if s.name == state).behaviour
@@ -135,7 +140,11 @@ class AgedInterpreter(Interpreter):
         for function in behaviour.functions:
             for target in function.assignments:
                 if target.peer in peers and target.name == name:
-                    yield from reads(target.value, subsystem, frozenset())
+                    yield target.value
+
+    def sends(self, sender: str, state: str, element: Element) -> bool:
+        """Whether a subsystem sends an element to its reader in a state."""
+        return any(True for _ in self._targets(sender, state, element))
 
     def is_followed(self, above: Element, element: Element) -> bool:
         """Whether a value has an age, and has not passed where it goes to."""

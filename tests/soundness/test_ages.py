@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
+from specc_runtime.plant import NO_SAMPLE
+from specc_runtime.records import StepRecord
 
 from specc.analysis import Facts
 from specc.analysis.ages import Trail
 from specc.analysis.dataflow import Node
 from specc.pipeline import Result
+from tests.runtime.driven import Driven, DrivenClock
 from tests.seeds import Seeds, blocks
-from tests.soundness.ages import AgedInterpreter, Met
+from tests.soundness.ages import AgedInterpreter, Element, Met, Origin
 from tests.soundness.agreement import differences
+from tests.soundness.evaluator import Key
 from tests.soundness.interpreter import Run
 from tests.soundness.law import marks_of
 from tests.soundness.operators import PLAIN
 from tests.soundness.running import Script, ScriptedPlant, built, compiled, executed
 from tests.soundness.specifications import Tree, specification
+from tests.soundness.test_real_time import Plant
 
 TICKS = 60
 
@@ -94,12 +102,14 @@ def machine(rng: Random, peers: list[str], readers: list[str]) -> Tree:
 
     def term(peer: str) -> str:
         read = f"x.{peer}.v"
-        fresh, late = f"fresh({read})", f"not fresh({read}) or late"
+        fresh, old = f"fresh({read})", f"not fresh({read}) or odd"
         return rng.choice(
-            (read, read, f"({read} if {fresh} else m)", f"(m if {late} else {read})", "both")
+            (read, read, f"({read} if {fresh} else m)", f"(m if {old} else {read})", "both")
         )
 
+    late = " + ".join(f"{1000**i} * late(x.{p}.v)" for i, p in enumerate(_subsystems(peers)))
     probe = {"aged": f"[{', '.join(f'age(x.{p}.v)' for p in peers)}]", "m": "min(m + 1, 9)"}
+    probe["late"] = late or "0"
     functions = {"probe": probe}
     for state in ("f", "g"):
         told = [b for b in readers if state == "f" or rng.randrange(4)]
@@ -112,15 +122,20 @@ def machine(rng: Random, peers: list[str], readers: list[str]) -> Tree:
         "memory": {
             "m": {"type": "int", "init": 0},
             "n": {"type": "int", "init": 0},
+            "late": {"type": "int", "init": 0},
             "aged": {"type": f"vector[{len(peers)}, s]", "init": str([0] * len(peers))},
         },
-        "let": {"late": f"{first} > 2", "both": f"({last} if fresh({last}) and not late else 0)"},
+        "let": {"odd": f"{first} > 2", "both": f"({last} if fresh({last}) and not odd else 0)"},
         "functions": functions,
         "behaviours": {s: {"functions": ["probe", s], "terminal": "always"} for s in ("f", "g")},
         "states": {"S0": "f", "S1": "g"},
         "initial_state": "S0",
         "transitions": [["S0", "terminal", "always", "S1"], ["S1", "terminal", "always", "S0"]],
     }
+
+
+def _subsystems(peers: list[str]) -> list[str]:
+    return [peer for peer in peers if peer != "R"]
 
 
 def limits(facts: Facts) -> dict[Node, Fraction]:
@@ -156,3 +171,127 @@ def with_limits(tree: Tree, listed: dict[Node, Fraction]) -> Tree:
                         said = said if isinstance(said, dict) else {"type": said}
                         elements[element] = said | {"max_age": f"{float(age * 1000)} ms"}
     return tree
+
+
+class Sampled(Plant):
+    """Notes the base ticks at which there was a sample."""
+
+    def __init__(self, script: Script, tick_s: float) -> None:
+        super().__init__(script, tick_s)
+        self.ticks: dict[str, list[int]] = defaultdict(list)
+
+    def sample(self, name: str) -> Any:
+        value = super().sample(name)
+        if value is not NO_SAMPLE:
+            self.ticks[name].append(self.tick)
+        return value
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """A step: when it began and was seen, in base ticks, and what it was told."""
+
+    stamp: int
+    began: int
+    visible: int
+    state: str
+    aged: tuple[float, ...]
+    late: int
+
+
+class Reckoned:
+    """Ages and lateness of a run in real time, from when its steps began and were seen."""
+
+    def __init__(
+        self, static: AgedInterpreter, steps: dict[str, list[Told]], sampled: dict[str, list[int]]
+    ) -> None:
+        self.static, self.steps, self.sampled = static, steps, sampled
+        self.made: dict[tuple[str, int, Element], Origin] = {}
+
+    def origin(self, name: str, index: int, key: Key) -> tuple[Origin, bool]:
+        """Where the value came from that an input has in a step, and whether it is fresh there."""
+        now = self.steps[name][index].began
+        before = self.steps[name][index - 1].began if index else -1
+        sender = self.static.subsystems[name].sender(key[0])
+        if sender not in self.steps:
+            ticks = [tick for tick in self.sampled[f"{sender}.{key[1]}"] if tick <= now]
+            return Origin(ticks[-1], ticks[-1]), ticks[-1] > before
+        sent = [
+            (i, step)
+            for i, step in enumerate(self.steps[sender])
+            if step.visible <= now and self.static.sends(sender, step.state, (name, key))
+        ]
+        if not sent:
+            return Origin(0), False
+        last, step = sent[-1]
+        place = sender, last, (name, key)
+        if place not in self.made:
+            self.made[place] = self._made(*place)
+        return self.made[place], step.visible > before
+
+    def _made(self, sender: str, index: int, reader: Element) -> Origin:
+        step = self.steps[sender][index]
+        measured = []
+        for key, only_fresh in self.static.reads_in(sender, step.state, reader):
+            origin, is_fresh = self.origin(sender, index, key)
+            if self.static.is_followed((sender, key), reader) and (is_fresh or not only_fresh):
+                measured.append(origin.measured)
+        return Origin(step.began, min((m for m in measured if m is not None), default=None))
+
+    def late(self, sender: str, now: int) -> int:
+        """Periods in a row, with that of now, in which it has begun no step."""
+        begun = [step.stamp for step in self.steps[sender] if step.began <= now]
+        return now // self.static.ticks(sender) - begun[-1]
+
+
+@pytest.mark.parametrize("seeds", blocks([2], also=range(9), long=60, each=20))
+def test_ages_in_real_time_follow_from_when_steps_began_and_were_seen(
+    seeds: Seeds, tmp_path: Path
+) -> None:
+    tally: Counter[str] = Counter()
+    for seed in seeds:
+        ages_in_real_time(seed, tmp_path, tally)
+    assert tally["late"]
+
+
+def ages_in_real_time(seed: int, folder: Path, tally: Counter[str]) -> None:
+    result = compiled(net(Random(seed)), folder)
+    system, facts = result.system, result.proofs
+    assert result.ok
+    assert system is not None
+    script, random = Script(system, str(seed), marks_of(system)), Random(seed)
+    entered = {m.subsystem.qualified_name: frozenset(m.reached) for m in facts.machines}
+    static = AgedInterpreter(system, PLAIN, script.measure, entered)
+    steps: dict[str, list[Told]] = defaultdict(list)
+    with built(system, None, facts.ages) as made:
+
+        def note(record: StepRecord) -> None:
+            memory: Any = made.scheduled(record.subsystem).subsystem.memory
+            times = (round(time_s / made.tick_s) for time_s in (record.time_s, record.visible_s))
+            aged = tuple(memory.aged.tolist())
+            told = Told(record.stamp, *times, record.state, aged, memory.late)
+            steps[record.subsystem].append(told)
+
+        clock, plant = DrivenClock(), Sampled(script, made.tick_s)
+        slow = {
+            s.subsystem.name: partial(random.uniform, 0, 2.5 * s.ticks * made.tick_s)
+            for s in made.subsystems
+            if random.random() < 0.4
+        }
+        driven = Driven(made, clock, elsewhere=slow, plant=plant, observers=(note,))
+        driven.until(TICKS, lambda: clock.busy(_stall(random) * made.tick_s)).finish()
+        assert not driven.executor.faults
+    reckoned = Reckoned(static, steps, plant.ticks)
+    for name, told in steps.items():
+        for index, step in enumerate(told):
+            keys = list(static.subsystems[name].inputs)
+            since = (reckoned.origin(name, index, key)[0].since for key in keys)
+            assert step.aged == tuple(float((step.began - s) * static.tick_s) for s in since), seed
+            senders = [static.subsystems[name].sender(key[0]) for key in keys]
+            lates = [reckoned.late(s, step.began) for s in senders if s in steps]
+            assert step.late == sum(1000**i * n for i, n in enumerate(lates)), seed
+            tally["late"] += any(lates)
+
+
+def _stall(random: Random) -> float:
+    return random.expovariate(0.2) if random.random() < 0.1 else 0.0
