@@ -17,6 +17,7 @@ from specc_runtime.faults import Fault, PlantFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
 from specc_runtime.loading import load_system, timed
 from specc_runtime.options import Options, UsageError
+from specc_runtime.placement import placed
 from specc_runtime.plant import Grouped, Pictured, Viewable
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.processes.worker import Processes
@@ -102,7 +103,7 @@ class _Attempt:
         options = self._options
         examined = options.check_operators
         system = load_system(options.directory, options.base, check_operators=examined)
-        self._options = options = timed(options, system)
+        self._options = options = placed(timed(options, system), system)
         self._check_interrupted()
         self._processes.begin(system, options)
         spec = system.plant

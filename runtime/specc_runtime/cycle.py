@@ -6,9 +6,7 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
+from collections.abc import Callable, Iterable
 from typing import Any, cast
 
 from specc_runtime.blame import Blame
@@ -18,15 +16,16 @@ from specc_runtime.distortion import Distortable, Distortion
 from specc_runtime.due import Due
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
-from specc_runtime.plant import NO_SAMPLE, Plant
+from specc_runtime.plant import Plant
 from specc_runtime.processes.worker import Processes
 from specc_runtime.records import Observer
 from specc_runtime.safety import Commands, LastOutput, hand_over, leave_safe
-from specc_runtime.sampling import Onlooker, Port, Sensor
+from specc_runtime.sampling import Onlooker, Sensor
 from specc_runtime.snapshot import Values
-from specc_runtime.subsystem import Subsystem, contents
+from specc_runtime.standing import Standing
+from specc_runtime.subsystem import contents
 from specc_runtime.system import System
-from specc_runtime.timing import RealTime, SimulatedTime, Timing
+from specc_runtime.timing import Quantiles, RealTime, SimulatedTime, Timing
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
 from specc_runtime.wiring import sensor_rates, sensors_read, timeline, tracks, worker_pool
@@ -139,6 +138,12 @@ class Executor:
         """Wall time spent in the steps of each subsystem."""
         return {name: track.runner.busy_s for name, track in self._tracks.items()}
 
+    @property
+    def durations(self) -> dict[str, Quantiles]:
+        """Of the steps of each subsystem in a run in real time, but for the first ones."""
+        every = {name: track.runner.durations for name, track in self._tracks.items()}
+        return {name: durations for name, durations in every.items() if durations is not None}
+
     def advance(self) -> bool:
         """One base tick: commit, sample, step, let the plant move. False after a fault.
 
@@ -157,6 +162,8 @@ class Executor:
         self.tick = tick + 1
         if not self._is_timed:
             self.wait()  # what a first step loads is not part of any period
+            for track in self._tracks.values() if self._real else ():
+                track.runner.durations = Quantiles()
             self._timing.begin(self.tick, self._tick_s)
             self._is_timed = True
         return True
@@ -226,60 +233,18 @@ class Executor:
                 self._commit(track, is_early=True)
         return not self.faults
 
-    def saved(self, values: Values) -> dict[str, Any]:
-        """What goes on between the subsystems while no step is under way; raises NotRecorded."""
-        late = [track for track in self._tracks.values() if track.late]
-        return {
-            "tick": self.tick,
-            "stamps": self.stamps,
-            "late": {t.name: values.of_sent(t.runner.subsystem, t.late) for t in late},
-            "sensors": {
-                name: sensor.saved(
-                    partial(values.told, "sensor"),
-                    whole=values.is_lenient or any((n, name) not in self.renewed for n in readers),
-                )
-                | {"had": [n for n, ports in self._ports if any(p.has_had(name) for p in ports)]}
-                for name, sensor in self._sensors.items()
-                for readers in [self._rates[name].readers]
-            },
-            "commands": {
-                name: {"by": by, "value": values.told("actuator", name, value)}
-                for name, (by, value) in self._commands.items()
-            },
-            **({"ages": self._saved_ages()} if self._ages else {}),
-        }
-
-    def _saved_ages(self) -> dict[str, Any]:
-        every = ((name, track.ageing) for name, track in self._tracks.items())
-        return {name: each.saved(self._tick_s) for name, each in every if each is not None}
+    @property
+    def standing(self) -> Standing:
+        """What goes on between the subsystems, while no step is under way."""
+        return Standing(self._tracks, self._sensors, self._rates, self._commands, self._tick_s)
 
     def restore(self, saved: Any, values: Values) -> None:
         """Go on from there, with the devices that there are, whose values are of their types now.
 
         Raises LookupError, TypeError, ValueError for other data.
         """
-        sensors, commands = saved["sensors"], saved["commands"]
-        held = {name: each["value"] for name, each in sensors.items() if "value" in each}
-        samples = values.found("sensor", held)
-        self.tick = math.ceil(saved["time"] / self._tick_s - _ROUNDING)
-        if abs(self.time_s - saved["time"]) > _ROUNDING:
-            of_time = f"there is no base tick at {saved['time']:g} s"
-            values.lost.append(f"agents go on from {self.time_s:g} s: {of_time}")
-        for name, track in self._tracks.items():
-            known = saved["subsystems"].get(name)
-            track.go_on(self.tick, known and known["entered"] / self._tick_s)
-            track.late = values.sent(name, saved.get("late", {}).get(name, {}))
-            if track.ageing is not None:
-                track.ageing.restore(saved.get("ages", {}).get(name, {}))
-        for name, sensor in self._sensors.items():
-            if name in sensors:
-                sensor.restore(sensors[name], samples.get(name, NO_SAMPLE))
-        for reader, ports in self._ports:
-            for port in ports:
-                port.restore(reader in sensors.get(port.sensor, {}).get("had", ()))
-        told = {name: each["value"] for name, each in commands.items()}
-        for name, value in values.found("actuator", told).items():
-            self._commands[name] = str(commands[name]["by"]), value
+        self.tick, commands = self.standing.restore(saved, values)
+        for name, value in commands.items():
             if self._plant is not None:
                 self._plant.actuate(name, value)
 
@@ -305,33 +270,6 @@ class Executor:
                     setattr(part, name, held[name])
                 elif hasattr(part, name):
                     delattr(part, name)
-
-    @property
-    def _ports(self) -> list[tuple[str, tuple[Port, ...]]]:
-        """Of every subsystem."""
-        return [(name, track.ports) for name, track in self._tracks.items()]
-
-    def inboxes(self) -> Iterator[tuple[Subsystem, Any, float]]:
-        """All subsystems, each with the inputs of its next step and when it entered its state."""
-        for track in self._tracks.values():
-            entered_s = track.entered * track.ticks * self._tick_s
-            yield track.runner.subsystem, track.runner.inbox, entered_s
-
-    @property
-    def stamps(self) -> dict[str, int]:
-        """Of the last step of each subsystem."""
-        return {name: track.stamp for name, track in self._tracks.items()}
-
-    @property
-    def renewed(self) -> frozenset[tuple[str, str]]:
-        """Subsystems, each with a sensor of which it gets a new sample before its next step."""
-        return frozenset(
-            (name, sensor)
-            for sensor, rate in self._rates.items()
-            for name in rate.readers
-            if self._sensors[sensor].is_renewed
-            and rate.last_before(self._tracks[name].next_tick(self.tick)) >= self.tick
-        )
 
     def silence(self, element: str, silent: bool) -> None:
         """Let an element of a device have no samples from now on, or have them again."""

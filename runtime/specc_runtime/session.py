@@ -16,8 +16,10 @@ from specc_runtime.faults import Fault, JudgeFailed, PlantFailed
 from specc_runtime.forms import Misshapen
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options, UsageError
+from specc_runtime.placement import steps_data
 from specc_runtime.plant import Plant
 from specc_runtime.processes.worker import Processes
+from specc_runtime.punctuality import Punctuality
 from specc_runtime.records import Observer
 from specc_runtime.report import (
     Ending,
@@ -62,7 +64,9 @@ class Session:
         self._scene = drawn(system.task.starts, options.seed) if system.task else {}
         self._system = system
         self._clock = clock
-        self._timing = timing(clock, real=options.real_time, speed=options.speed)
+        self._punctuality = Punctuality()
+        ready = self._punctuality.begin
+        self._timing = timing(clock, real=options.real_time, speed=options.speed, ready=ready)
         self._wall_s = 0.0
         self._begin_s = clock.now_s()
         self._over_now = False
@@ -85,12 +89,9 @@ class Session:
         self._recorder = recorder
         self._kept = 0
         """The tick of the last snapshot."""
+        disturb = system.task.disturb if system.task else ()
         self._disturbances = Disturbances(
-            system.task.disturb if system.task else (),
-            system.triggers,
-            plant,
-            self._executor,
-            options.seed,
+            disturb, system.triggers, plant, self._executor, options.seed
         )
 
     def _rest(self) -> None:
@@ -102,13 +103,14 @@ class Session:
 
     def saved(self, values: Values) -> dict[str, Any]:
         """A snapshot, plain data; raises NotRecorded for what has none."""
-        executor = self._executor
+        standing, tick = self._executor.standing, self._executor.tick
+        renewed = standing.renewed(tick)
         return {
-            **executor.saved(values),
-            "time": executor.time_s,
+            **standing.saved(tick, values),
+            "time": self._executor.time_s,
             "subsystems": {
-                subsystem.name: values.of_subsystem(subsystem, x, entered_s, executor.renewed)
-                for subsystem, x, entered_s in executor.inboxes()
+                subsystem.name: values.of_subsystem(subsystem, x, entered_s, renewed)
+                for subsystem, x, entered_s in standing.inboxes()
             },
             **self._account.saved(values),
             "disturbances": self._disturbances.saved(),
@@ -129,7 +131,7 @@ class Session:
         if len(lost) == len(saved["subsystems"]):
             raise Misshapen(f"it is of another system: it has no step of {self._system.name}")
         self._executor.restore(saved, values)
-        stamps = self._executor.stamps
+        stamps = self._executor.standing.stamps
         for scheduled in self._system.subsystems:
             subsystem, name = scheduled.subsystem, scheduled.subsystem.name
             if name in saved["subsystems"]:
@@ -205,6 +207,7 @@ class Session:
             self.interruption.allow(always=True)
             self._executor.close()
             self._last_outputs = self._executor.leave_safe()
+            self._punctuality.end()
             self._over_now = True
         if self._system.task is not None and self.faults and not self._complete():
             self._guarded(self._end_of_the_last_cycle)
@@ -249,7 +252,11 @@ class Session:
         followed, executor = self._timing, self._executor
         if not isinstance(followed, RealTime):
             return {}
-        return real_time_data(followed.lateness, executor.skipped, executor.first_skipped)
+        return {
+            **real_time_data(followed.lateness, executor.skipped, executor.first_skipped),
+            "steps": steps_data(self._system, self._options.apart, executor.durations),
+            "punctual": self._punctuality.told,
+        }
 
     def _stop_data(self) -> dict[str, Any]:
         """The entry of the report for the formula that ends the run, if there is one."""

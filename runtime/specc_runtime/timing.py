@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 
 from specc_runtime.clock import WallClock
@@ -74,14 +74,17 @@ class RealTime(Timing):
     `lateness` has how long after the time of the tick that was next the run went on.
     """
 
-    def __init__(self, clock: WallClock) -> None:
+    def __init__(self, clock: WallClock, ready: Callable[[], None] = lambda: None) -> None:
+        """`ready` is called when the first steps are made, before the clock counts."""
         self.lateness = Quantiles()
+        self._ready = ready
         self._clock = clock
         self._origin_s: float | None = None
         self._tick_s = 0.0
 
     def begin(self, tick: int, tick_s: float) -> None:
         """See `Timing`."""
+        self._ready()
         self._tick_s = tick_s
         self._origin_s = self._clock.now_s() - tick * tick_s
 
@@ -101,10 +104,15 @@ class RealTime(Timing):
         return max(tick, math.floor(now_s / self._tick_s + _EARLY))
 
 
-def timing(clock: WallClock, *, real: bool, speed: float | None) -> Timing:
-    """How a run follows the clock: in `real` time, at most at a `speed`, or not at all."""
+def timing(
+    clock: WallClock, *, real: bool, speed: float | None, ready: Callable[[], None]
+) -> Timing:
+    """How a run follows the clock: in `real` time, at most at a `speed`, or not at all.
+
+    For `ready` see `RealTime`.
+    """
     if real:
-        return RealTime(clock)
+        return RealTime(clock, ready)
     return SimulatedTime() if speed is None else Paced(clock, speed)
 
 

@@ -17,6 +17,7 @@ from specc_runtime.records import StepRecord
 from specc_runtime.sampling import Port, compute_deferred
 from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.system import Scheduled
+from specc_runtime.timing import Quantiles
 from specc_runtime.workers import Workers
 
 Outcome = int | Fault
@@ -174,8 +175,11 @@ class Runner(ABC):
     """Starts a step and gives its outcome later; `busy_s` is the wall time of all steps.
 
     A step begins with the deferred samples among its inputs `sensed`; `clear` lowers the fresh
-    flags of the `inbox`, where new inputs go.
+    flags of the `inbox`, where new inputs go. Who wants to know how long steps take gives it
+    `durations`.
     """
+
+    durations: Quantiles | None = None
 
     def __init__(
         self,
@@ -211,8 +215,14 @@ class Runner(ABC):
     def _step(self) -> Outcome:
         begin_s = self._now_s()
         outcome = outcome_of(self.subsystem, self._sensed)
-        self.busy_s += self._now_s() - begin_s
+        self._took(self._now_s() - begin_s)
         return outcome
+
+    def _took(self, duration_s: float) -> None:
+        """Note how long a step was."""
+        self.busy_s += duration_s
+        if self.durations is not None:
+            self.durations.add(duration_s)
 
 
 class InlineRunner(Runner):

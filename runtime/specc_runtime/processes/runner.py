@@ -121,7 +121,7 @@ class ProcessRunner(Runner):
         mirror.state, mirror.violations = sys.intern(left.state), left.violations
         if left.periods is not None:
             vars(mirror)["_periods"] = left.periods
-        self.busy_s += left.busy_s
+        self._took(left.busy_s)
         if isinstance(left.outcome, int):
             self._y.take(mirror.y, left.y)
             self._memory.take(mirror.memory, left.memory)

@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from specc_runtime.faults import text_of
+from specc_runtime.punctuality import in_words
 from specc_runtime.report import Report
 from specc_runtime.telling import harmless, visible
 
@@ -75,6 +76,12 @@ def _followed_the_clock(told: dict[str, Any]) -> Iterator[str]:
         return
     late = (f"{told['late_us'][of] / 1000:.3g} ms {words}" for of, words in _LATE.items())
     yield f"{told['ticks']} ticks in real time, late by {', '.join(late)}"
+    if told["punctual"]:
+        yield f"for punctuality: {in_words(told['punctual'])}"
+    for name, step in told["steps"].items():
+        if step["budget_us"] is not None and step["p99_us"] > step["budget_us"]:
+            took = f"{_safe(name)} took {step['p99_us'] / 1000:.3g} ms"
+            yield f"[yellow]{took}[/] (99 of 100), its budget is {step['budget_us'] / 1000:g} ms"
     skipped = {name: count for name, count in told["skipped"].items() if count}
     if first := told["first_skipped"]:
         words = ", ".join(f"{count} of {_safe(name)}" for name, count in skipped.items())

@@ -1,0 +1,121 @@
+"""What makes a run in real time punctual, as far as it is permitted, and is undone at its end.
+
+The main thread alone gets the priority: other threads, and processes that begin later, stay at the
+ordinary one (`SCHED_RESET_ON_FORK`). Memory is locked once the first steps have loaded all that
+they need, and blocks of memory for other processes are mapped; what comes later is locked as it is
+touched, so that no new mapping stalls the loop.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import gc
+import os
+import resource
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+
+PRIORITY = 20
+"""Of the main thread: below the threads that serve interrupts, which have 50."""
+DONE = "done"
+_MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
+_CAP_IPC_LOCK = 14
+
+
+class Punctuality:
+    """What is done for a run: `told` has for each measure `DONE`, or why not."""
+
+    def __init__(self) -> None:
+        self.told: dict[str, str] = {}
+        self._undo: list[Callable[[], None]] = []
+
+    def begin(self) -> None:
+        """Do it: when the first steps are made, and before the clock counts."""
+        if self._undo or sys.platform != "linux":
+            return
+        measures = {
+            "objects frozen": _freeze,
+            "memory locked": _lock,
+            "SCHED_FIFO": _take_priority,
+        }
+        for measure, do in measures.items():
+            try:
+                self._undo.append(do())
+                self.told[measure] = DONE
+            except _NotPermitted as why:
+                self.told[measure] = str(why)
+
+    def end(self) -> None:
+        """Undo it: the process may go on."""
+        while self._undo:
+            with suppress(OSError):
+                self._undo.pop()()
+
+
+def in_words(told: Mapping[str, str]) -> str:
+    """What was done, and what was not and why, on one line."""
+    done = [measure for measure, why in told.items() if why == DONE]
+    others = [f"not {measure} ({why})" for measure, why in told.items() if why != DONE]
+    return ", ".join((*done, *others))
+
+
+class _NotPermitted(Exception):
+    """Why a measure was not taken."""
+
+
+def _freeze() -> Callable[[], None]:
+    """What there is after the first steps stays: full collections would look at all of it."""
+    gc.collect()
+    gc.freeze()
+    return gc.unfreeze
+
+
+def _take_priority() -> Callable[[], None]:
+    """Have the calling thread, the main one, run before all others of ordinary priority."""
+    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    wanted = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+    try:
+        os.sched_setscheduler(0, wanted, os.sched_param(PRIORITY))
+    except PermissionError:
+        raise _NotPermitted("not permitted: needs CAP_SYS_NICE or an rtprio limit") from None
+    except OSError as error:
+        raise _NotPermitted(os.strerror(error.errno or 0)) from None
+
+    def give_back() -> None:
+        try:
+            os.sched_setscheduler(0, policy, parameters)
+        except PermissionError:  # who has no privilege cannot let children inherit again
+            os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, parameters)
+
+    return give_back
+
+
+def _lock() -> Callable[[], None]:
+    """Keep what the process has in memory, and what it gets later, from when it is touched."""
+    library = ctypes.CDLL(None, use_errno=True)
+    if library.mlockall(_MCL_CURRENT):
+        number = ctypes.get_errno()
+        if number in (errno.EPERM, errno.ENOMEM, errno.EAGAIN):
+            raise _NotPermitted("not permitted: needs CAP_IPC_LOCK or a memlock limit")
+        raise _NotPermitted(os.strerror(number))
+    # What comes later would fail, and not only be unlocked, beyond a limit.
+    if _is_unlimited():
+        library.mlockall(_MCL_FUTURE | _MCL_ONFAULT)
+
+    def unlock() -> None:
+        library.munlockall()
+
+    return unlock
+
+
+def _is_unlimited() -> bool:
+    if resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY:
+        return True
+    with suppress(OSError, ValueError, IndexError):
+        status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
+        effective = status.partition("CapEff:")[2].split()[0]
+        return bool(int(effective, 16) >> _CAP_IPC_LOCK & 1)
+    return False

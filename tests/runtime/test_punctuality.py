@@ -1,0 +1,64 @@
+"""Priority, locked memory and frozen objects: as far as permitted, told, and undone."""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import gc
+import os
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from specc_runtime.punctuality import DONE, Punctuality, in_words
+
+CALLS: list[tuple[Any, ...]] = []
+
+
+@pytest.fixture(autouse=True)
+def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
+    """What the system is asked; it permits all, and nothing is done."""
+    CALLS.clear()
+    library = SimpleNamespace(
+        mlockall=lambda flags: CALLS.append(("lock", flags)) or 0,
+        munlockall=lambda: CALLS.append(("unlock",)),
+    )
+    monkeypatch.setattr(ctypes, "CDLL", lambda *_, **__: library)
+    monkeypatch.setattr(os, "sched_setscheduler", lambda *asked: CALLS.append(asked[:2]))
+    return CALLS
+
+
+def test_all_that_is_permitted_is_done_and_undone(calls: list[tuple[Any, ...]]) -> None:
+    before = os.sched_getscheduler(0)
+    punctuality = Punctuality()
+    punctuality.begin()
+    assert set(punctuality.told.values()) == {DONE}
+    assert gc.get_freeze_count() > 0
+    assert (0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK) in calls
+    punctuality.end()
+    assert gc.get_freeze_count() == 0
+    assert calls[-2:] == [(0, before), ("unlock",)]
+    punctuality.end()
+    assert calls[-2:] == [(0, before), ("unlock",)]
+
+
+def test_what_is_not_permitted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> None:
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    monkeypatch.setattr(ctypes, "CDLL", lambda *_, **__: SimpleNamespace(mlockall=lambda _: -1))
+    monkeypatch.setattr(ctypes, "get_errno", lambda: errno.ENOMEM)
+    punctuality = Punctuality()
+    punctuality.begin()
+    punctuality.end()
+    assert punctuality.told == {
+        "objects frozen": DONE,
+        "memory locked": "not permitted: needs CAP_IPC_LOCK or a memlock limit",
+        "SCHED_FIFO": "not permitted: needs CAP_SYS_NICE or an rtprio limit",
+    }
+    assert in_words(punctuality.told) == (
+        "objects frozen, "
+        "not memory locked (not permitted: needs CAP_IPC_LOCK or a memlock limit), "
+        "not SCHED_FIFO (not permitted: needs CAP_SYS_NICE or an rtprio limit)"
+    )
