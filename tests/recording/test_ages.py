@@ -29,6 +29,18 @@ def test_ages_are_recorded_and_replayed(tmp_path: Path) -> None:
     assert replayed.returncode == 0, replayed.stdout + replayed.stderr
 
 
+def test_a_run_that_ended_with_something_too_old_is_replayed(tmp_path: Path) -> None:
+    spec, file = tmp_path / "watched.yaml", tmp_path / "run.mcap"
+    spec.write_text(text_of(limit="120 ms").replace(":Cam", ":Still"))
+    done = specc("run", spec, "--duration", 0.5, "--record", file, "--report", tmp_path / "a.json")
+    assert done.returncode == 1
+    (fault,) = report_of(tmp_path / "a.json")["faults"]
+    assert (fault["fault"], fault["culprit"]) == ("TooOld", "subsystem arm.cam")
+    replayed = specc("replay", file, "--spec", spec)
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert "arm.c: 14 steps are the same" in replayed.stdout
+
+
 def test_why_tells_ages(tmp_path: Path) -> None:
     spec, file = recorded(tmp_path)
     told = specc("why", f"{file}@0.2", "arm.c", "--spec", spec)

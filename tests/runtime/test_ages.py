@@ -83,6 +83,13 @@ class Cam:
     def close(self) -> None: ...
 
 
+class Still(Cam):
+    """Has one sample."""
+
+    def __init__(self) -> None:
+        super().__init__(lambda n, now_s: NO_SAMPLE if n else 1.0)
+
+
 def text_of(limit: str = "", driven: str = '"real[m]"', read: str = "x.cam.d") -> str:
     """The specification, with what is allowed, and how the control subsystem reads the camera."""
     limited = SPEC.replace("LIMIT", limit and f", max_age: {limit}")
@@ -137,7 +144,7 @@ def test_a_sample_of_no_time_is_the_devices_fault(at: Any, tmp_path: Path) -> No
 
 def test_what_is_held_for_too_long_is_a_fault(tmp_path: Path) -> None:
     """Nothing limits the age of what a device measures that may have nothing new (W0416)."""
-    plant = Cam(lambda n, now_s: NO_SAMPLE if n else 1.0)
+    plant = Still()
     with system(tmp_path, limit="120 ms") as made:
         found, (fault,) = ages(made, plant, 40)
     assert found[-1] == 0.13
@@ -159,7 +166,7 @@ def test_what_is_read_on_arrival_alone_may_get_older_later(tmp_path: Path) -> No
 
 
 def test_a_command_that_is_too_old_is_not_given(tmp_path: Path) -> None:
-    plant = Cam(lambda n, now_s: NO_SAMPLE if n else 1.0)
+    plant = Still()
     with system(tmp_path, driven='{type: "real[m]", max_age: 160 ms}') as made:
         _, (fault,) = ages(made, plant, 40)
     assert fault.message.startswith("command arm.E.drive.v is 0.17 s old, measured by arm.R.cam.d")
