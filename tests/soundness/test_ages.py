@@ -11,6 +11,7 @@ from random import Random
 from typing import Any
 
 import pytest
+from specc_runtime.cycle import Executor
 from specc_runtime.plant import NO_SAMPLE
 from specc_runtime.records import StepRecord
 
@@ -171,6 +172,61 @@ def with_limits(tree: Tree, listed: dict[Node, Fraction]) -> Tree:
                         said = said if isinstance(said, dict) else {"type": said}
                         elements[element] = said | {"max_age": f"{float(age * 1000)} ms"}
     return tree
+
+
+def chain(rng: Random) -> Tree:
+    """A receptor, its control subsystem and others behind it, which pass on what they read."""
+    names = [f"a{i}" for i in range(rng.randrange(1, 4))]
+    agents: Tree = {}
+    for name, source, reader in zip(names, ["k", *names[:-1]], [*names[1:], ""], strict=True):
+        agents[name] = {"control": _passing(rng, source, reader)}
+    receptor = _passing(rng, "R", "c") | {"uses": ["k"]}
+    period = int(receptor["rate"].split()[0])
+    kind: Tree = rng.choice(({}, {"rate": f"{rng.choice((2, 3)) * period} ms"}))
+    agents["a0"] |= {
+        "real_receptors": {"k": {"y": {"v": "int"}}},
+        "virtual_receptors": {"k": receptor},
+    }
+    plant = {"model": "plant.xml", "bind": {"a0.R.k.v": RAW | kind}}
+    return {"specc": 1.2, "system": "chain", "agents": agents, "plant": plant}
+
+
+def _passing(rng: Random, source: str, reader: str) -> Tree:
+    read = f"x.{source}.v"
+    told = {f"y.{reader}.v": read} if reader else {}
+    return {
+        "rate": f"{rng.choice(PERIODS_MS)} ms",
+        "x": {source: {"v": "int" if source == "R" else {"type": "int", "init": 0}}},
+        **({"y": {reader: {"v": "int"}}} if reader else {}),
+        "memory": {"old": {"type": "real[s]", "init": 0}, "n": {"type": "int", "init": 0}},
+        "functions": {"pass": {"old": f"age({read})", "n": read, **told}},
+        "behaviours": {"b": {"functions": ["pass"], "terminal": "never"}},
+        "states": {"S0": "b"},
+        "initial_state": "S0",
+    }
+
+
+@pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 20), long=40, each=20))
+def test_the_listed_age_is_met_at_the_end_of_a_chain(seeds: Seeds, tmp_path: Path) -> None:
+    for seed in seeds:
+        the_listed_age_is_met_at_the_end_of_a_chain(seed, tmp_path)
+
+
+def the_listed_age_is_met_at_the_end_of_a_chain(seed: int, folder: Path) -> None:
+    result = compiled(chain(Random(seed)), folder)
+    system, facts = result.system, result.proofs
+    assert result.ok
+    assert system is not None
+    last = [agent.name for agent in system.agents][-1]
+    (listed,) = (age for node, age in limits(facts).items() if node.reader == f"{last}.c")
+    with built(system, None, facts.ages) as made:
+        memory: Any = made.scheduled(f"{last}.c").subsystem.memory
+        plant = ScriptedPlant(Script(system, str(seed), ()))
+        with Executor(made, plant, inline=True) as executor:
+            met = []
+            while executor.tick * made.tick_s < 4.0 and executor.advance():
+                met.append(memory.old)
+    assert max(met) == float(listed), seed
 
 
 class Sampled(Plant):
