@@ -28,7 +28,8 @@ class Sample(NamedTuple):
     """A value with the time at which it was measured, where that is not the time of sampling.
 
     `at_s` is on the clock of the run, in s since its begin: negative for what was measured before,
-    which counts as measured then. The value may be a `Deferred`.
+    which counts as measured then. In the device host it is that of `time.monotonic()`. The value
+    may be a `Deferred`.
     """
 
     value: Any
