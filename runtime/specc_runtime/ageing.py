@@ -127,7 +127,8 @@ class Ageing:
         Called before a step of this tick, when everything has arrived; `late` is for how many
         periods in a row a subsystem has begun no step.
         """
-        x, known = self._x, self.known = self._x, dict(self.received)
+        x = self._x
+        known = self.known = dict(self.received)
         for element, sensor in self._sensors.items():
             if sensor.value is not NO_SAMPLE:
                 measured = self._clock.ticks(sensor.measured_s)
