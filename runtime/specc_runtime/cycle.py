@@ -151,7 +151,7 @@ class Executor:
         """
         tick = self._timing.next(self.tick)
         real = self._real
-        due, sensors = self._due.after_gap(self.tick, tick, real) if real else self._due.at(tick)
+        due, sensors = self._due.after_gap(self.tick, tick) if real else self._due.at(tick)
         gap, self.tick = tick - self.tick, tick
         if (gap and not self._could(lambda: self._let_pass(gap))) or not self._settled(due):
             return False
@@ -193,24 +193,26 @@ class Executor:
         for track in due:
             for port in track.ports:
                 port.deliver()
-        if self._ages:
-            self._tell_ages(due)
-        for track in due:
-            if self._real is not None:
-                track.began_s = self._real.now_s
-            track.start(self.tick)
+        self._start(due)
         self._let_pass(1)
 
-    def _tell_ages(self, due: Iterable[Track]) -> None:
-        """How far behind the inputs are of the steps that are due."""
-        tick, begun = self.tick, {track.name for track in due}
+    def _start(self, due: Iterable[Track]) -> None:
+        """Begin the steps; in real time but for those that would be too close to the last one."""
+        tick, real = self.tick, self._real
+        to_come = {track.name for track in due} if self._ages else set()
 
         def late(sender: str) -> int:
-            return 0 if sender in begun else self._tracks[sender].skipped_until(tick)
+            return 0 if sender in to_come else self._tracks[sender].skipped_until(tick)
 
         for track in due:
+            to_come.discard(track.name)
+            if real is not None:
+                if not self._due.is_apart(track, now_s := real.now_s):
+                    continue
+                track.began_s = now_s
             if track.ageing is not None:
                 track.ageing.begin(tick, late)
+            track.start(tick)
 
     def settle(self) -> bool:
         """Commit the steps that are due now. False after a fault."""

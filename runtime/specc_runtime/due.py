@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 
 from specc_runtime.sampling import Sensor
-from specc_runtime.timing import RealTime
 from specc_runtime.track import Track
 from specc_runtime.wiring import Slot
 
@@ -45,13 +44,11 @@ class Due:
         """Who steps, and what is sampled for them."""
         return self._table[tick % len(self._table)]
 
-    def after_gap(
-        self, gap: int, tick: int, real: RealTime
-    ) -> tuple[Sequence[Track], Iterable[Sensor]]:
+    def after_gap(self, gap: int, tick: int) -> tuple[Sequence[Track], Iterable[Sensor]]:
         """Who steps at a tick of a run in real time, and what is sampled.
 
         With the ticks from `gap` on that were skipped before it. A step that is still under way
-        goes on, and a step that began late has half a period before the next one.
+        goes on.
         """
         due, sensors = self.at(tick)
         if tick > gap:
@@ -59,6 +56,11 @@ class Due:
             sensors = tuple(dict.fromkeys(chain.from_iterable(sampled for _, sampled in rows)))
             owed = [track for track in self._tracks if track.is_owed(gap, tick)]
             due = (*due, *(track for track in owed if track not in due))
-        now_s, least_s = real.now_s, self._tick_s * LEAST_APART
-        apart = [track for track in due if now_s - track.began_s > track.ticks * least_s]
-        return [track for track in apart if not track.is_under_way], sensors
+        return [track for track in due if not track.is_under_way], sensors
+
+    def is_apart(self, track: Track, now_s: float) -> bool:
+        """Whether a step that begins now is far enough from the last one, which may have been late.
+
+        Asked right before the step: steps of others in the same tick take their time.
+        """
+        return now_s - track.began_s > track.ticks * self._tick_s * LEAST_APART

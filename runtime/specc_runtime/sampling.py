@@ -95,7 +95,7 @@ class Sensor:
         """When a sample was measured: from the begin of the run on, and not later than now."""
         try:
             at_s = float(sample.at_s)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             at_s = math.nan
         if not math.isfinite(at_s):
             why = f"the sample was measured at {text_of(sample.at_s)}, which is no time in s"

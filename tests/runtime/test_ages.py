@@ -134,7 +134,7 @@ def test_a_sample_says_when_it_was_measured(tmp_path: Path) -> None:
     assert found[5:7] == [0.05, 0.06]  # nor later than it was sampled
 
 
-@pytest.mark.parametrize("at", [float("nan"), float("inf"), "soon", None])
+@pytest.mark.parametrize("at", [float("nan"), float("inf"), 10**400, "soon", None])
 def test_a_sample_of_no_time_is_the_devices_fault(at: Any, tmp_path: Path) -> None:
     with system(tmp_path) as made:
         _, (fault,) = ages(made, Cam(lambda n, now_s: Sample(1.0, at)))
