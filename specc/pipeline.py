@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from types import MappingProxyType
 from typing import Any
@@ -72,17 +72,18 @@ def compile_spec(
     texts: Mapping[str, str] = _AS_WRITTEN,
     *,
     stop_when: str | None = None,
+    publish: Sequence[str] = (),
 ) -> Result:
     """Read, shape, resolve and check the system at `path`; any other file is refused (E0102).
 
     `values` are texts that take the place of those in the files, by the names of what they are
     values of; `texts` are those of files, by real path, that are read instead. `stop_when` is the
-    text of the formula that ends a run.
+    text of the formula that ends a run, `publish` what others in ROS can watch besides.
     """
 
     loader = _with_texts(path, texts)
     with one_run():
-        return _compiled(loader.load(path), loader, values, stop_when)
+        return _compiled(loader.load(path), loader, values, stop_when, publish)
 
 
 def _with_texts(path: str, texts: Mapping[str, str]) -> Loader:
@@ -126,6 +127,7 @@ def _compiled(
     loader: Loader,
     values: Mapping[str, str] = _AS_WRITTEN,
     stop_when: str | None = None,
+    publish: Sequence[str] = (),
 ) -> Result:
     from specc.checks import run_checks
 
@@ -134,6 +136,9 @@ def _compiled(
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
     given, stop = loader.given(values), loader.stop(stop_when)
     resolved = resolve(file, loader.load, findings, loader.reach, given, stop)
+    if publish and (plant := resolved.system.plant):
+        plant = replace(plant, published=(*plant.published, *loader.published(publish)))
+        resolved = replace(resolved, system=replace(resolved.system, plant=plant))
     sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
     checked, proofs = run_checks(
         resolved.system, resolved.broken, resolved.faulty, sound=sound, kept=findings.kept
@@ -204,11 +209,12 @@ def build(
     texts: Mapping[str, str] = _AS_WRITTEN,
     *,
     stop_when: str | None = None,
+    publish: Sequence[str] = (),
     is_read: bool = True,
     tests_all_rows: bool = False,
 ) -> Build:
     """Compile the specification at `path` like `compile_spec`, then lower and emit it."""
-    result = compile_spec(path, values, texts, stop_when=stop_when)
+    result = compile_spec(path, values, texts, stop_when=stop_when, publish=publish)
     return generated(result, path, is_read=is_read, tests_all_rows=tests_all_rows)
 
 

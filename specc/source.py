@@ -20,8 +20,8 @@ Route = tuple[str | int, ...]
 
 _LINE_BREAK = re.compile(r"\r\n|\r|\n")
 
-SET, STOP_WHEN = "--set", "--stop-when"
-COMMAND_LINE = frozenset((SET, STOP_WHEN))
+SET, STOP_WHEN, PUBLISH = "--set", "--stop-when", "--publish"
+COMMAND_LINE = frozenset((SET, STOP_WHEN, PUBLISH))
 """What stands for a file where a text was given on the command line."""
 
 

@@ -74,6 +74,7 @@ class Session:
         self._other_faults: list[Fault] = []
         self._account = Account(system, judge, lambda: self._executor.time_s)
         own: list[Observer] = [] if recorder is None else [recorder]
+        own += getattr(plant, "step_observers", ())
         self._executor = Executor(
             system,
             plant,

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement
+from specc.analysis.published import watched
 from specc.analysis.ros2 import JOINT_STATE, Misfit, frames_of, part_of, short
 from specc.diagnostics import Diagnostic, Related
 from specc.model.binding import PLANT
@@ -131,6 +132,21 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
+def published_known(facts: Facts) -> Iterator[Diagnostic]:
+    """E0523."""
+    plant = facts.system.plant
+    for published in plant.published if plant else ():
+        found: object = Misfit(
+            "E0523",
+            "nobody can watch it: there is no node of ROS 2",
+            "say under `plant` which node there is: `ros2: {node: NAME}`, or delete it",
+        )
+        if plant is not None and plant.ros2 is not None:
+            found = watched(published, facts.system)
+        if isinstance(found, Misfit):
+            yield Diagnostic(found.code, found.message, published.place, help=found.help)
+
+
 def _topics(facts: Facts) -> Iterator[BoundElement]:
     for bound in facts.bindings:
         if bound.plant == "ros2" and bound.binding.message and not _wrong_kind(bound):
@@ -145,4 +161,4 @@ def _type(bound: BoundElement) -> Related:
     return Related(bound.element.place, f"`{bound.element.type}`")
 
 
-CHECKS = (topics_fit, messages_fit, joints_counted, frames_named)
+CHECKS = (topics_fit, messages_fit, joints_counted, frames_named, published_known)

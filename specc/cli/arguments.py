@@ -292,6 +292,8 @@ def _of_run(command: argparse.ArgumentParser) -> None:
         help="take this value for a constant or for a parameter, `arm.hand.force`; may be repeated",
     )
     _add_stop(command)
+    words = "let others in ROS watch this: `irp.m`, `irp.m.y.c.T_c`; may be repeated"
+    command.add_argument("--publish", metavar="NAME", action="append", default=[], help=words)
     _add_from_runtime(command, "add_arguments")
 
 

@@ -33,6 +33,7 @@ def run(options: Namespace) -> int:
         options.spec,
         options.set,
         stop_when=options.stop_when,
+        publish=tuple(options.publish),
         is_read=False,
         tests_all_rows=options.real_time,
     )

@@ -72,7 +72,7 @@ _IMPORTED = {
     ),
     "specc_runtime.plants.binding": ("ActuatorBinding", "SensorBinding"),
     "specc_runtime.requirements": ("Reading", "Requirement", "Requirements"),
-    "specc_runtime.ros2.binding": ("Ros2", "Ros2Topic"),
+    "specc_runtime.ros2.binding": ("Ros2", "Ros2Published", "Ros2Topic"),
     "specc_runtime.safety": ("SafeOutputs",),
     "specc_runtime.subsystem": ("Equations", "Subsystem", "Transition"),
     "specc_runtime.system": (

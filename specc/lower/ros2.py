@@ -5,24 +5,44 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis.plant import BoundElement, bound_elements
-from specc.analysis.ros2 import Misfit, named_frames, part_of, short
+from specc.analysis.published import watched
+from specc.analysis.ros2 import Misfit, frames_of, named_frames, part_of, short
+from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal
-from specc.model.binding import Ros2
+from specc.model.binding import Published, Ros2
 from specc.model.system import System
 from specc.model.types import Real
 
 
 def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
     """Arguments of the node and its topics; none if there is no plant behind ROS 2."""
-    ros2 = system.plant.ros2 if system.plant else None
-    if ros2 is None:
+    if system.plant is None or system.plant.ros2 is None:
         return
+    ros2 = system.plant.ros2
     imports.own("Ros2")
     yield literal(ros2.node)
     options = {"wait_s": float(ros2.wait_s), "use_sim_time": ros2.use_sim_time}
     yield from given({"python": ros2.python, **options})
     topics = [_topic(bound, ros2, imports) for bound in bound_elements(system)]
     yield f"topics=({''.join(f'{topic}, ' for topic in topics if topic)})"
+    published = [_published(each, system, ros2, imports) for each in system.plant.published]
+    if system.plant.published:
+        yield f"published=({''.join(f'{each}, ' for each in published if each)})"
+
+
+def _published(each: Published, system: System, ros2: Ros2, imports: Imports) -> str:
+    """The call for what others can watch; empty for a name that stands for nothing."""
+    found = watched(each, system)
+    if isinstance(found, Misfit):
+        return ""
+    subsystem, known = found.subsystem, dict(ros2.frames)
+    output = buffer_names(subsystem.outputs)[found.peer, found.element] if found.peer else ""
+    frames = [(at, known.get(f, f)) for at, f in frames_of(found.part, found.type) if at and f]
+    told = given({"path": found.part.path, "commanded": True, "frames": tuple(frames)})
+    first = (found.name, found.topic, found.message, found.part.shape)
+    topic = call(imports.own("Ros2Topic"), (*map(literal, first), *told))
+    own = literal(subsystem.qualified_name), literal(output)
+    return call(imports.own("Ros2Published"), (*own, topic))
 
 
 def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:

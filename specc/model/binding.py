@@ -46,6 +46,15 @@ PLANT: Final = "plant"
 
 
 @frozen
+class Published:
+    """What others in ROS can watch: `agent.subsystem` its state, `agent.subsystem.y.peer.element`
+    what it sends."""
+
+    name: str
+    place: Place
+
+
+@frozen
 class Ros2:
     """The node behind which devices are; `frames` has what ROS calls those of the system."""
 

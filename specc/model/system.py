@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Literal
 
 from specc.frozen import frozen
-from specc.model.binding import Binding, Ros2
+from specc.model.binding import Binding, Published, Ros2
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
 from specc.model.requirement import Named, Requirement
@@ -282,6 +282,7 @@ class Plant:
     observed: tuple[Element, ...] = ()
     """What is really so, for requirements only."""
     ros2: Ros2 | None = None
+    published: tuple[Published, ...] = ()
 
 
 @frozen

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
+from specc.model.binding import Published
 from specc.read import ANYWHERE, Document, Reach, read_file, specification
 from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
 from specc.schema import ROW_KEYS, SpecFile, shape, written_out
-from specc.source import SET, STOP_WHEN, Node, SourceFile, Sources, on_command_line, real_path
+from specc.source import (
+    PUBLISH,
+    SET,
+    STOP_WHEN,
+    Node,
+    Place,
+    SourceFile,
+    Sources,
+    on_command_line,
+    real_path,
+)
 
 _WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004", "E0022"))
 
@@ -50,6 +61,12 @@ class Loader:
             return None
         self.sources.add(SourceFile(STOP_WHEN, formula, Node(0, len(formula), formula)))
         return Where(STOP_WHEN, (), formula)
+
+    def published(self, names: Sequence[str]) -> tuple[Published, ...]:
+        """What the command line says that others in ROS can watch."""
+        text = "\n".join(names)
+        self.sources.add(SourceFile(PUBLISH, text, Node(0, len(text), text)))
+        return tuple(Published(name, Place(PUBLISH)) for name in names)
 
     @property
     def complete(self) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from specc.lang import Scope
-from specc.model.binding import PLANT, Binding, Ros2
+from specc.model.binding import PLANT, Binding, Published, Ros2
 from specc.model.expr import Number, Truth
 from specc.model.system import Agent, Element, Plant, Subsystem
 from specc.model.task import Task
@@ -53,7 +53,11 @@ def resolve_plant(
         ros2 = _ros2(definition.ros2, where["ros2"], findings, definitions)
     place = where[kinds[0] if kinds else "model"].place
     python = definition.python or ""
-    return Plant(model, python, tuple(bindings), place, tuple(observed), ros2)
+    published = tuple(
+        Published(name, where["publish"][index].place)
+        for index, name in enumerate(definition.publish)
+    )
+    return Plant(model, python, tuple(bindings), place, tuple(observed), ros2, published)
 
 
 def _report_kind(kinds: list[str], where: Where, findings: Findings) -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -56,6 +57,28 @@ def test_an_action_is_pursued_cancelled_and_replayed(
     capsys.readouterr()
     assert main(["replay", str(record), "--spec", str(path)]) == 0
     assert "hand.c: " in capsys.readouterr().out
+
+
+def test_what_is_published_can_be_watched(arm: Start, spec: Spec) -> None:
+    arm()
+    wanted = {
+        "/irp/irp/m/y/c/q_c": "std_msgs/Float64MultiArray",
+        "/irp/irp/s/y/c/F": "geometry_msgs/WrenchStamped",
+        "/irp/irp/c": "std_msgs/String!",
+        "/irp/changes": "std_msgs/String",
+    }
+    listener = arm(*(f"{topic}={kind}" for topic, kind in wanted.items()), program="listen.py")
+    path = spec(("plant:\n", "plant:\n  publish: [irp.c, irp.m.y.c.q_c]\n"))
+    more = ["--publish", "irp.s.y.c.F", "--duration", "4"]
+    assert main(["run", str(path), *more]) == 0
+    told: dict[str, list[Any]] = {topic: [] for topic in wanted}
+    for line in end(listener).splitlines():
+        topic, data = json.loads(line)
+        told[topic].append(data)
+    assert told["/irp/irp/c"][-1] == "S1"
+    assert len(told["/irp/irp/m/y/c/q_c"][-1]) == 3
+    assert set(told["/irp/irp/s/y/c/F"]) == {"ft_frame"}
+    assert {json.loads(change)["to"] for change in told["/irp/changes"]} <= {"S0", "S1"}
 
 
 @pytest.mark.parametrize("how", ["ended", "killed"])

@@ -63,6 +63,15 @@ class Ros2Topic:
 
 
 @dataclass(frozen=True, slots=True)
+class Ros2Published:
+    """What others can watch: an `output` of a subsystem, or its state if that is empty."""
+
+    subsystem: str
+    output: str
+    topic: Ros2Topic
+
+
+@dataclass(frozen=True, slots=True)
 class Ros2:
     """The node behind which the devices are.
 
@@ -76,6 +85,7 @@ class Ros2:
     python: str = "python3"
     wait_s: float = 5.0
     use_sim_time: bool = False
+    published: tuple[Ros2Published, ...] = ()
 
     @property
     def config(self) -> dict[str, Any]:
@@ -87,4 +97,17 @@ class Ros2:
             "use_sim_time": self.use_sim_time,
             "wait_s": self.wait_s,
             "topics": [topic.config for topic in self.topics],
+            "published": _watched(self.published),
         }
+
+
+CHANGES = Ros2Topic("~/changes", "~/changes", "std_msgs/String", "scalar", "data", commanded=True)
+"""A text for each change of a state that is published: JSON, with `subsystem`, `from`, `to` and
+`time_s`, that of the run."""
+
+
+def _watched(published: tuple[Ros2Published, ...]) -> list[dict[str, Any]]:
+    """The topics; who comes late gets the last state, which may have been for long."""
+    kept = {"qos": {"durability": "transient_local"}}
+    found = [each.topic.config | ({} if each.output else kept) for each in published]
+    return [*found, CHANGES.config] if published else []

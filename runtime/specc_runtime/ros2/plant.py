@@ -9,6 +9,7 @@ from typing import Any
 
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.ros2.messages import message_of, value_of
+from specc_runtime.ros2.publishing import Publishing
 from specc_runtime.system import PlantSpec, System
 
 NODE = "specc_runtime.ros2.host.opening:devices"
@@ -16,6 +17,27 @@ _START_S = 10.0
 """How long the Python of ROS may take to start, and rclpy to be imported."""
 
 Convert = Callable[[Any], Any]
+
+
+class Ros2Plant(HostedPlant):
+    """The plant, whose node publishes what others can watch as well."""
+
+    def __init__(
+        self,
+        system: System,
+        setup: Setup,
+        *,
+        decode: Mapping[str, Convert],
+        encode: Mapping[str, Convert],
+    ) -> None:
+        super().__init__(system, setup, decode=decode, encode=encode)
+        assert system.plant is not None and system.plant.ros2 is not None
+        published = system.plant.ros2.published
+        self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
+
+    def _publish(self, name: str, message: dict[str, Any]) -> None:
+        """Hand a message to the node; nobody waits for it, and no device is behind it."""
+        self._host.channel.send("send", "", name, message, 0)
 
 
 def ros2_plant(system: System) -> HostedPlant:
@@ -32,7 +54,7 @@ def ros2_plant(system: System) -> HostedPlant:
     topics = tuple(topic for topic in spec.ros2.topics if topic.commanded or topic.name in read)
     ros2 = replace(spec.ros2, topics=topics)
     setup = Setup(NODE, ros2.config, python=ros2.python, wait_s=ros2.wait_s + _START_S)
-    return HostedPlant(system, setup, decode=decode, encode=encode)
+    return Ros2Plant(system, setup, decode=decode, encode=encode)
 
 
 def _conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Convert]]:

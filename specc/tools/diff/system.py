@@ -48,6 +48,8 @@ def compare_plants(old: System, new: System, book: Book) -> None:
         for key in ("node", "python", "wait_s", "use_sim_time", "frames"):
             shown = [_shown(getattr(p.ros2, key, ""), "max_gap") for p in (one, other)]
             book.changed("plant", "", f"ros2.{key}", *shown)
+        names = [_shown(tuple(p.name for p in plant.published)) for plant in (one, other)]
+        book.changed("plant", "", "publish", *names)
         both = book.matched(
             "binding",
             one.bindings,

@@ -28,7 +28,7 @@ SPECS = (
     "specs/architectures/reactive.yaml",
     "specs/architectures/services.yaml",
     "specs/irp_picking.yaml",
-    "tests/cases/plant/ok-ros2.yaml",
+    "tests/cases/plant/ok-ros2-published.yaml",
 )
 
 

@@ -31,7 +31,7 @@ class Devices:
     The configuration has `node`, its name; `namespace`; `use_sim_time`; `wait_s`; and `topics`,
     each with the `name` of its element, `topic`, `type`, whether it is `commanded`, `qos`, and
     `joints`: a message that has none of them is somebody else's. Where it is a `part` of an action,
-    `topic` and `type` are those of the action.
+    `topic` and `type` are those of the action. Those that are `published` are for whoever looks.
     """
 
     def __init__(self) -> None:
@@ -61,8 +61,11 @@ class Devices:
                 self._act(node, topic, config["topics"])
             elif topic["commanded"]:
                 self._advertise(node, topic)
+                self._waiting[topic["name"]] = topic
             else:
                 self._subscribe(node, topic)
+        for topic in config["published"]:
+            self._advertise(node, topic)
         self._wait(node, float(config["wait_s"]))
 
     def poll(self, timeout_s: float) -> Samples:
@@ -119,7 +122,6 @@ class Devices:
         cls = interface(topic["type"])
         qos = profile(topic.get("qos", {}), commanded=True)
         self._publishers[topic["name"]] = node.create_publisher(cls, topic["topic"], qos)
-        self._waiting[topic["name"]] = topic
 
     def _subscribe(self, node: Node, topic: dict[str, Any]) -> None:
         cls = interface(topic["type"])
