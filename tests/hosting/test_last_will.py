@@ -253,7 +253,7 @@ def test_what_takes_long_is_computed_less_often() -> None:
         sensor.count += 1
         plant.will()
         clock.time_s += 0.01
-    assert drive.asked == 5
+    assert drive.asked == 6
 
 
 def test_a_plant_that_gives_safe_outputs_itself_is_told_that_the_agent_does() -> None:
