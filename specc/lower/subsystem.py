@@ -330,6 +330,7 @@ def device_plan(
         "samples": samples,
         "samples_slots": _slots(samples),
         "elements": literal(tuple(element.name for element, _ in device.safe)),
+        "silence": literal(float(device.silence_s)) if device.silence_s else "",
         "reports": tuple((literal(e.name), literal(module.memory[e.name])) for e in device.y),
         "methods": methods,
         **_of_family(device, family, module),

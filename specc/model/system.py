@@ -247,6 +247,8 @@ class Device:
     place: Place
     constants: tuple[Constant, ...] = ()
     """The parameters of a reused description of its agent, with their values."""
+    silence_s: Fraction | None = None
+    """How long the agent may be silent in real time until the device gets its safe outputs."""
 
     @property
     def safe(self) -> tuple[tuple[Element, Safe], ...]:

@@ -310,8 +310,10 @@ class AgentResolver:
                 x, commands = all_elements(item.x, here["x"], "x", expressions)
                 y, reports = all_elements(item.y, here["y"], "y", expressions)
                 x = with_safe(x, item, here["x"], y, expressions)
-                trace = trace_of(item)
-                device = Device(agent, name, kind, item.title, x, y, trace, here.key, inside.given)
+                device = Device(
+                    *(agent, name, kind, item.title, x, y, trace_of(item), here.key, inside.given),
+                    duration_in(item, here, "silence", self.findings),
+                )
                 sides = ((x, item.x, commands), (y, item.y, reports))
                 if any(_lacks(*side) for side in sides):
                     self.broken.add(device.qualified_name)

@@ -19,6 +19,7 @@ from specc.schema.texts import (
     RangeText,
     RateText,
     ReadableName,
+    SilenceText,
     TopicName,
     Traced,
     TypeText,
@@ -68,6 +69,7 @@ class DeviceDef(Traced, first="for title eq table fig"):
     each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     x: CommandBufferDef = key(CommandBufferDef, "What the device accepts.", step="buffers")
     y: BufferDef = key(BufferDef, "What the device reports.", step="buffers")
+    silence: SilenceText | None = None
 
 
 class AgentDef(

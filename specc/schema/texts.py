@@ -139,6 +139,14 @@ GapText = Annotated[
         examples=("200 ms", "1 s"),
     ),
 ]
+SilenceText = Annotated[
+    str,
+    Text(
+        about="How long the agent may be silent until the device gets its safe outputs.",
+        quantity=True,
+        examples=("20 ms", "0.5 s"),
+    ),
+]
 WaitText = Annotated[
     str,
     Text(

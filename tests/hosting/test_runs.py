@@ -152,6 +152,29 @@ def test_a_run_that_is_killed(folder: Folder) -> None:
     assert folder.log()[-2] == "3.0" and until(lambda: not is_there(folder.log()[0]))
 
 
+def test_a_run_that_is_silent(folder: Folder) -> None:
+    folder.edit(
+        "lift.yaml",
+        '        y: {h: "real[m]"}\n    virtual',
+        '        y: {h: "real[m]"}\n        silence: 400 ms\n    virtual',
+    )
+    process = folder.start("--duration", "60")
+    assert until(lambda: len(folder.log()) > 5)
+    process.send_signal(signal.SIGSTOP)
+    assert until(lambda: folder.log()[-1] == "3.0")
+    process.send_signal(signal.SIGCONT)
+    process.communicate(timeout=60)
+    assert process.returncode == 1
+    report = folder.report()
+    assert [fault["culprit"] for fault in report["faults"]] == ["plant"]
+    assert report["faults"][0]["message"].startswith(
+        "lift.E.drive got its safe outputs from the device host: the run was silent for "
+    )
+    assert report["faults"][0]["message"].endswith("its `silence` is 0.4 s")
+    assert report["last_outputs"] == {TAU: {"value": "3.0", "by": "safe", "problem": ""}}
+    assert folder.log()[-3:] == ["3.0", "3.0", "close"]
+
+
 def test_ctrl_c_ends_run_and_host(folder: Folder) -> None:
     process = folder.start("--duration", "60")
     assert until(lambda: len(folder.log()) > 5)

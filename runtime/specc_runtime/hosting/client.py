@@ -98,7 +98,7 @@ class HostedPlant:
         self._asked: tuple[str, float] | None = None
         begin_s = time.monotonic()
         self._time_s: Callable[[], float] = lambda: time.monotonic() - begin_s
-        self._is_leaving = False
+        self._is_leaving = self._is_told = False
         self._outputs = 0
         self._taken: dict[int, str] = {}
         self._will: Callable[[], None] = lambda: None
@@ -178,7 +178,13 @@ class HostedPlant:
         return self._time_s() - (time.monotonic() - measured_s)
 
     def actuate(self, name: str, value: Any) -> None:
-        """Hand an output to the host; once the run ends, wait until the device has taken it."""
+        """Hand an output to the host; once the run ends, wait until the device has taken it.
+
+        After it was told that the devices have got their safe outputs or that the host has ended,
+        the run goes on to its end: what its last steps send is lost.
+        """
+        if self._is_told and not self._is_leaving:
+            return
         self._refuse()
         self._host.memory.beat_s = time.monotonic()
         number = self._outputs = self._outputs + 1 if self._is_leaving else 0
@@ -283,6 +289,7 @@ class HostedPlant:
 
     def _refuse(self) -> None:
         if self._ended is not None:
+            self._is_told = True
             raise self._ended
 
 

@@ -317,7 +317,18 @@ def _device(one: tuple[System, Device], other: tuple[System, Device]) -> list[Di
         for device in (old, new)
     )
     compare_elements(before, after, values.same, book)
+    _silence(old, new, book)
     return book.changes
+
+
+def _silence(old: Device, new: Device, book: Book) -> None:
+    """For how long the agent may be silent; nobody knows whether the default is longer or not."""
+    name, first, second = old.qualified_name, old.silence_s, new.silence_s
+    was, now = ("the default" if s is None else f"{float(s):g} s" for s in (first, second))
+    if first is None or second is None:
+        book.changed("device", name, "silence", was, now)
+    elif first != second:
+        book.guarded("device", name, "silence", (was, now), second > first, second < first)
 
 
 def _subsystem(old: Version, new: Version) -> list[Difference]:
