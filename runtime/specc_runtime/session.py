@@ -88,8 +88,7 @@ class Session:
         )
         self._plant = plant
         self._recorder = recorder
-        self._kept = 0
-        """The tick of the last snapshot."""
+        self._kept = 0  # the tick of the last snapshot
         disturb = system.task.disturb if system.task else ()
         self._disturbances = Disturbances(
             disturb, system.triggers, plant, self._executor, options.seed

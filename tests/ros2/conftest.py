@@ -18,7 +18,7 @@ PYTHONS = NAMED.split(os.pathsep) if NAMED else sorted(map(str, ROOT.glob("ros/*
 Start = Callable[..., subprocess.Popen[str]]
 
 
-@pytest.fixture(params=PYTHONS or [""], ids=lambda python: Path(python).parents[1].name)
+@pytest.fixture(params=PYTHONS or [""], ids=lambda python: python and Path(python).parents[1].name)
 def ros(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """The Python of a ROS, in a domain of this test's own."""
     if not request.param:

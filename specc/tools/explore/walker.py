@@ -16,12 +16,7 @@ from specc.analysis.reads import Dependence
 from specc.model import expr as m
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
-from specc.tools.explore.partial import (
-    Known,
-    filled,
-    negated,
-    static,
-)
+from specc.tools.explore.partial import Known, filled, negated, static
 from specc.tools.explore.regions import leaves
 from specc.tools.explore.symmetry import renamed
 from specc.tools.explore.timing import Timing
