@@ -41,7 +41,9 @@ def test_the_example_of_the_documentation_runs(
 ) -> None:
     text = next(e.text for e in examples(DOCUMENT) if not e.context)
     path, record = tmp_path / "rrbot.yaml", tmp_path / "rrbot.mcap"
-    path.write_text(text.replace("/usr/bin/python3, wait: 5 s", f"{ros}, wait: 20 s"))
+    path.write_text(
+        text.replace("/usr/bin/python3, wait: 5 s", f"{ros}, wait: 20 s").replace("500 ms", "5 s")
+    )
     arm("--joints", "joint2,joint1", "--commands", "/forward_position_controller/commands")
     assert main(["run", str(path), "--cycles", "1", "--record", str(record)]) == 0
     assert main(["replay", str(record), "--spec", str(path)]) == 0
@@ -135,7 +137,12 @@ WRENCH, COMMANDS = "topic: /ft_sensor/wrench", "/position_controller/commands"
             "/joint_states has no joint q9: it has q3, q1, q2",
             LONG,
         ),
-        ([], ["--silent-after", "300"], "irp.E.m.q_m: there has been no sample for", LONG),
+        (
+            [("max_gap: 5 s", "max_gap: 500 ms")],
+            ["--silent-after", "300"],
+            "irp.E.m.q_m: there has been no sample for",
+            LONG,
+        ),
         ([], ["--behind", "90"], "is stamped 9", LONG),
         (
             [("wrench, type: geometry_msgs/WrenchStamped", "wrench, type: geometry_msgs/Wrong")],
