@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from typing import Any
 
 from specc_runtime.clock import WallClock
 
@@ -102,6 +103,16 @@ class RealTime(Timing):
         now_s = self.now_s
         self.lateness.add(max(0.0, now_s - due_s))
         return max(tick, math.floor(now_s / self._tick_s + _EARLY))
+
+
+def pace_of(plant: Any, clock: WallClock, interruption: Any) -> WallClock:
+    """The clock that a run follows: `clock`, or that of a plant that has one, as ROS may.
+
+    While such a clock stands still, the run has to end when it is interrupted.
+    """
+    own = getattr(plant, "clock_of_run", None)
+    found: WallClock = own(clock, lambda: interruption.requested) if own else clock
+    return found
 
 
 def timing(

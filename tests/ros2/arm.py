@@ -18,6 +18,8 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from test_msgs.action import Fibonacci
@@ -43,6 +45,9 @@ class Arm(Node):
         self._wrenches = self.create_publisher(WrenchStamped, "/ft_sensor/wrench", 10)
         self.create_subscription(Float64MultiArray, options.commands, self._commanded, 10)
         self.create_timer(self._step, self._tick)
+        self._clock_s, self._ticks = 100.0, 0
+        self._clocks = self.create_publisher(Clock, "/clock", 10) if options.clock else None
+        self._pause, self._jump = options.pause, options.jump
         self._grasping = ActionServer(
             self,
             Fibonacci,
@@ -51,6 +56,17 @@ class Arm(Node):
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=ReentrantCallbackGroup(),
         )
+
+    def _tell_time(self, clocks: Publisher) -> None:
+        """Twice as fast as the clock; it stands still for a while once, or jumps back."""
+        self._ticks += self._is_commanded
+        if not 0 < self._ticks - self._pause < 100:
+            self._clock_s += 2 * self._step
+        if self._ticks == self._jump:
+            self._clock_s = 1.0
+        now = Clock()
+        now.clock.sec, now.clock.nanosec = divmod(round(self._clock_s * 1e9), 10**9)
+        clocks.publish(now)
 
     def _grasp(self, handle: ServerGoalHandle) -> Fibonacci.Result:
         """Close in as many steps as the goal says, 50 ms each."""
@@ -78,10 +94,14 @@ class Arm(Node):
         for name, goal in self._goal.items():
             away = goal - self._at[name]
             self._at[name] += max(-self._step, min(self._step, away))
+        if self._clocks is not None:
+            self._tell_time(self._clocks)
         if self._left == 0:
             return
         self._left -= self._is_commanded
         now = (self.get_clock().now() - self._behind).to_msg()
+        if self._clocks is not None:
+            now.sec, now.nanosec = divmod(round(self._clock_s * 1e9), 10**9)
         states = JointState(name=self._joints, position=[*self._at.values()])
         states.header.stamp = now
         self._states.publish(states)
@@ -100,6 +120,9 @@ def main() -> None:
     parser.add_argument("--commands", default="/position_controller/commands")
     parser.add_argument("--frame", default="ft_frame")
     parser.add_argument("--silent-after", type=int, default=-1)
+    parser.add_argument("--clock", action="store_true")
+    parser.add_argument("--pause", type=int, default=10**6)
+    parser.add_argument("--jump", type=int, default=10**6)
     parser.add_argument("--behind", type=float, default=0.0)
     options = parser.parse_args()
     rclpy.init()

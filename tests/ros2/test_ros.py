@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -59,6 +61,34 @@ def test_an_action_is_pursued_cancelled_and_replayed(
     capsys.readouterr()
     assert main(["replay", str(record), "--spec", str(path)]) == 0
     assert "hand.c: " in capsys.readouterr().out
+
+
+SIMULATED = ("wait: 5 s", "wait: 20 s, use_sim_time: true")
+
+
+def test_the_pace_is_that_of_the_simulation(arm: Start, spec: Spec, tmp_path: Path) -> None:
+    arm("--clock", "--pause", "50")
+    path, report = spec(SIMULATED), tmp_path / "report.json"
+    assert main(["run", str(path), "--duration", "4", "--report", str(report)]) == 0
+    told = json.loads(report.read_text())
+    assert told["simulated_s"] >= 4.0
+
+
+def test_a_simulation_that_is_reset_ends_the_run(
+    arm: Start, spec: Spec, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arm("--clock", "--jump", "100")
+    assert main(["run", str(spec(SIMULATED)), "--duration", "60"]) == 1
+    assert "/clock jumped back from 10" in "".join(capfd.readouterr())
+
+
+def test_a_run_can_be_ended_while_the_simulation_stands_still(arm: Start, spec: Spec) -> None:
+    arm("--clock", "--pause", "1", "--rate", "20")
+    command = [sys.executable, "-m", "specc", "run", str(spec(SIMULATED)), "--duration", "9"]
+    run = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    time.sleep(4)
+    run.send_signal(signal.SIGINT)
+    assert run.wait(20) == 130
 
 
 def test_what_is_published_can_be_watched(arm: Start, spec: Spec) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -43,6 +44,7 @@ class Setup:
         path: folders that are searched for modules first.
         python: the program that is the host, of Python 3.10 or later; empty for the agent's own.
         wait_s: how long it may take until all are open and have measured.
+        besides: what the devices report that is no element of the system, as sporadic ones do.
     """
 
     devices: str
@@ -50,6 +52,7 @@ class Setup:
     path: tuple[str, ...] = ()
     python: str = ""
     wait_s: float = WAIT_S
+    besides: tuple[str, ...] = ()
 
 
 class _Reading:
@@ -92,6 +95,9 @@ class HostedPlant:
         self._decode, self._encode = dict(decode or {}), dict(encode or {})
         self._observed = {binding.name for binding in system.plant.observed} if system.plant else ()
         self._readings = _readings(system)
+        for name in setup.besides:
+            index = len(self._readings)
+            self._readings[name] = _Reading(index, is_sporadic=True, kept_s=math.inf)
         self._silence_s = _silences(system)
         self._failures: dict[str, str] = {}
         self._ended: PlantError | None = None

@@ -101,6 +101,8 @@ class Ros2:
         }
 
 
+CLOCK = "/clock"
+"""The name of simulated time among what the node reports, s."""
 CHANGES = Ros2Topic("~/changes", "~/changes", "std_msgs/String", "scalar", "data", commanded=True)
 """A text for each change of a state that is published: JSON, with `subsystem`, `from`, `to` and
 `time_s`, that of the run."""

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from specc_runtime.clock import WallClock
 from specc_runtime.hosting.client import HostedPlant, Setup
+from specc_runtime.plant import NO_SAMPLE
+from specc_runtime.plants.errors import PlantError
+from specc_runtime.ros2.binding import CLOCK
+from specc_runtime.ros2.clock import RosClock
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
 from specc_runtime.system import PlantSpec, System
@@ -32,8 +38,30 @@ class Ros2Plant(HostedPlant):
     ) -> None:
         super().__init__(system, setup, decode=decode, encode=encode)
         assert system.plant is not None and system.plant.ros2 is not None
+        self._is_simulated = system.plant.ros2.use_sim_time
+        self._clock_s = 0.0
         published = system.plant.ros2.published
         self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
+
+    def clock_of_run(self, clock: WallClock, is_over: Callable[[], bool]) -> WallClock:
+        """The clock of the run: `clock`, or simulated time where ROS has that."""
+        if not self._is_simulated:
+            return clock
+
+        def newest() -> float:
+            found = self.sample(CLOCK)
+            self._clock_s = self._clock_s if found is NO_SAMPLE else found.value
+            return self._clock_s
+
+        def goes_on() -> bool:
+            self._host.memory.beat_s = time.monotonic()
+            self._hear()
+            return self._ended is None and not is_over()
+
+        return RosClock(newest, goes_on, self._fail)
+
+    def _fail(self, error: PlantError) -> None:
+        self._ended = self._ended or error
 
     def _publish(self, name: str, message: dict[str, Any]) -> None:
         """Hand a message to the node; nobody waits for it, and no device is behind it."""
@@ -53,7 +81,10 @@ def ros2_plant(system: System) -> HostedPlant:
     read = {item.sensor for item in spec.inputs}
     topics = tuple(topic for topic in spec.ros2.topics if topic.commanded or topic.name in read)
     ros2 = replace(spec.ros2, topics=topics)
-    setup = Setup(NODE, ros2.config, python=ros2.python, wait_s=ros2.wait_s + _START_S)
+    besides = (CLOCK,) if ros2.use_sim_time else ()
+    setup = Setup(
+        NODE, ros2.config, python=ros2.python, wait_s=ros2.wait_s + _START_S, besides=besides
+    )
     return Ros2Plant(system, setup, decode=decode, encode=encode)
 
 

@@ -21,6 +21,7 @@ from specc_runtime.ros2.host.stamps import measured_at
 Samples = list[tuple[str, object, float]]
 """Names of elements, plain values, and when they were measured: s of `time.monotonic()`."""
 _STEP_S = 0.05
+_CLOCK = "/clock"
 _MOST_AT_ONCE = 64
 """Messages that one `poll` takes, so that it returns though they come without end."""
 
@@ -64,6 +65,8 @@ class Devices:
                 self._waiting[topic["name"]] = topic
             else:
                 self._subscribe(node, topic)
+        if config["use_sim_time"]:
+            self._follow_clock(node)
         for topic in config["published"]:
             self._advertise(node, topic)
         self._wait(node, float(config["wait_s"]))
@@ -114,6 +117,16 @@ class Devices:
             self._waiting[name] = topic
         if topic["part"] == "goal":
             self._goals[topic["name"]] = self._actions[name]
+
+    def _follow_clock(self, node: Node) -> None:
+        def receive(message: Any) -> None:
+            self._put(_CLOCK, message.clock.sec + message.clock.nanosec * 1e-9)
+            self._waiting.pop(_CLOCK, None)
+
+        topic = {"name": _CLOCK, "topic": _CLOCK, "type": "rosgraph_msgs/Clock"}
+        self._waiting[_CLOCK] = topic | {"commanded": False, "part": ""}
+        qos = profile({}, commanded=False)
+        node.create_subscription(interface(topic["type"]), _CLOCK, receive, qos)
 
     def _put(self, name: str, value: Any) -> None:
         self._samples.append((name, value, time.monotonic()))
