@@ -42,6 +42,7 @@ def main() -> None:
         print(error, flush=True)
         for device in ("a.E.d", "b.E.d"):
             hosted.actuate(f"{device}.u", "late")
+    time.sleep(float(config.get("pause", 0.0)))
     hosted.leave()
     for device in ("a.E.d", "b.E.d"):
         hosted.actuate(f"{device}.u", "left")

@@ -150,6 +150,16 @@ def test_an_agent_that_ends_voids_its_will(agent: Agent) -> None:
 
 
 @pytest.mark.long
+@config(lasts=0.2, pause=0.2)
+def test_an_agent_that_waits_for_its_last_steps_gives_safe_outputs_after_its_will(
+    agent: Agent,
+) -> None:
+    assert agent.said() == ["over"]
+    assert {(A, "safe"), (B, "safe")} <= set(agent.noted())
+    assert agent.noted()[-3:] == [(A, "left"), (B, "left"), ("close", None)]
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGTSTP])
 def test_a_host_stays_until_its_agent_is_gone(agent: Agent, number: int) -> None:
     os.kill(agent.host, number)

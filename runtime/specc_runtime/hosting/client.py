@@ -248,6 +248,7 @@ class HostedPlant:
     def leave(self) -> None:
         """The run is over: safe outputs follow, each of which is waited for."""
         if not self._is_leaving:
+            self._hear()
             self._is_leaving = True
             self._host.channel.send("leave")
             if self._ended is not None and not self._host.channel.is_over:
@@ -277,7 +278,7 @@ class HostedPlant:
                 self._taken[data[0]] = data[1]
             elif kind == "asked" and self._asked is None:
                 self._asked = signal.Signals(data[0]).name, time.monotonic() + ASKED_S
-            elif kind == "willed" and self._ended is None:
+            elif kind == "willed" and self._ended is None and not self._is_leaving:
                 self._ended = PlantError(self._silent(data[0], data[1]))
         channel.flush()
         if channel.is_over:
