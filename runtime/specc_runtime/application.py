@@ -157,6 +157,8 @@ class _Attempt:
         resume, record = self._options.resume, self._options.record
         if resume is None:
             return None
+        if self._options.real_time:
+            raise UsageError("--from: a run in real time has its begin at 0 s; try --speed 1")
         if record is not None and record.exists() and record.samefile(resume[0]):
             raise UsageError(f"cannot write {record}: the run goes on from it")
         from specc_runtime.recording.snapshots import last_before, settings_text

@@ -100,6 +100,14 @@ def test_what_is_later_than_the_last_moment_cannot_go_on(tmp_path: Path) -> None
     assert "run in real time" in done.stderr
 
 
+def test_nothing_goes_on_in_real_time() -> None:
+    """Least of all what has to be repeated up to there by another specification."""
+    past = f"{ROOT / 'tests' / 'recording' / 'conveyor_gate.mcap'}@1"
+    done = specc("run", CONVEYOR, "--real-time", "--from", past, "--duration", 2)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: --from: ")
+
+
 @pytest.mark.parametrize("words", [("--real-time", "--speed", "2"), ("--speed", "0")])
 def test_wrong_usage(words: Sequence[str]) -> None:
     assert specc("run", CONVEYOR, *words).returncode == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -69,7 +70,15 @@ class Reader:
     def _put(self, name: str, value: Any, measured_s: float) -> None:
         if isinstance(value, BaseException):
             raise value
-        if not math.isfinite(measured_s):
-            raise DeviceError(f"the time of measurement is {measured_s}")
+        if not _is_time(measured_s):
+            told = reprlib.repr(measured_s)
+            raise DeviceError(f"the sample was measured at {told}, which is no time in s")
         kind, parts = parts_of(value)
         self._memory.write(self._numbers[name], min(measured_s, time.monotonic()), kind, *parts)
+
+
+def _is_time(told_s: Any) -> bool:
+    try:
+        return math.isfinite(told_s)
+    except (TypeError, OverflowError):
+        return False
