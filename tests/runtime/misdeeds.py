@@ -66,6 +66,7 @@ _MISDEEDS = {
     "interrupt": _interrupt,
     "leave": lambda: os._exit(3),
     "hang": _hang,
+    "slow": lambda: time.sleep(0.15),
     "sleep": lambda: time.sleep(1000),
     "hold": _hold,
     "die": lambda: os.kill(os.getpid(), signal.SIGKILL),

@@ -28,7 +28,7 @@ from specc.emit import filled
 from specc.lower import lower
 from tests.commands import ROOT, forgotten
 from tests.recording.runs import report_of, specc
-from tests.runtime.apart import FAR, built, misdeed
+from tests.runtime.apart import FAR, SPEC, built, misdeed
 from tests.seeds import blocks
 from tests.soundness.law import marks_of
 from tests.soundness.running import (
@@ -214,3 +214,23 @@ def test_ctrl_c_ends_a_run_whose_process_hangs(name: str, package: Path, tmp_pat
     (fault,) = report["faults"]
     assert (fault["fault"], fault["subsystem"]) == ("StepAbandoned", FAR)
     assert fault["message"].startswith("Abandoned: still computing 0.5 s")
+
+
+def test_a_budget_places_a_subsystem_in_real_time(tmp_path: Path) -> None:
+    """Its slow steps are late, nobody else is made to wait, and replay finds no difference."""
+    spec = tmp_path / "apart.yaml"
+    text = SPEC.replace("rate: 10 Hz", "rate: 10 Hz\n      budget: 90 ms")
+    spec.write_text(text.replace("n: {type: int, init: 0}", "n: {type: int, init: 30}", 1))
+    files = "--report", tmp_path / "r.json", "--record", tmp_path / "r.mcap", "--record-exact"
+    with misdeed("slow"):
+        done = specc("run", spec, "--real-time", "--duration", "3", *files, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    told = json.loads((tmp_path / "r.json").read_text())["real_time"]
+    assert told["steps"][FAR]["process"]
+    assert not told["steps"]["near.c"]["process"]
+    assert told["steps"][FAR]["p99_us"] > told["steps"][FAR]["budget_us"] == 9e4
+    assert told["skipped"][FAR] > 0
+    assert f"{FAR} took" in done.stdout
+    assert set(told["punctual"]) == {"objects frozen", "memory locked", "SCHED_FIFO"}
+    replayed = specc("replay", tmp_path / "r.mcap", "--spec", spec, "--check")
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
