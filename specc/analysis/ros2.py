@@ -166,10 +166,23 @@ def _part_of_action(binding: Binding, type_: Type) -> Part | Misfit:
     return Part("message")
 
 
+def _part_of_tf(binding: Binding, type_: Type) -> Part | Misfit:
+    wanted = Pose(*binding.tf)
+    if type_ == wanted:
+        return Part("transform", frame="from", child="to")
+    return Misfit(
+        "E0521",
+        f"{type_} is not the transform from {binding.tf[0]} to {binding.tf[1]}",
+        f'make it "{wanted}", or name the frames that it is between',
+    )
+
+
 def part_of(binding: Binding, type_: Type, *, commanded: bool) -> Part | Misfit:
     """The part of a binding's messages that is the element's value, or why none is."""
     if binding.action:
         return _part_of_action(binding, type_)
+    if binding.tf:
+        return _part_of_tf(binding, type_)
     if binding.through:
         return Part("message")
     message = short(binding.message)

@@ -31,7 +31,7 @@ _OF_A_MODEL = (
     "joints", "sensors", "actuators", "camera", "image", "noise", "depth_noise", "through",
 )  # fmt: skip
 
-_OF_TOPICS = ("topic", "message", "qos", "action", "part")
+_OF_TOPICS = ("topic", "message", "qos", "tf", "action", "part")
 
 _OF_SAMPLES = ("rate_hz", "sporadic", "max_gap_s")
 

@@ -11,6 +11,7 @@ from specc.analysis.ros2 import JOINT_STATE, Misfit, frames_of, part_of, short
 from specc.diagnostics import Diagnostic, Related
 from specc.model.binding import PLANT
 from specc.model.types import Vector
+from specc.source import Place
 
 
 def topics_fit(facts: Facts) -> Iterator[Diagnostic]:
@@ -47,7 +48,21 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     if bound.commanded and binding.max_gap_s is not None:
         why = f"`{name}` is commanded: `max_gap` is for what a device reports"
         return why, "delete `max_gap`"
+    if binding.tf:
+        return _wrong_tf(bound)
     return _wrong_action(bound) if binding.action else _wrong_topic(bound)
+
+
+def _wrong_tf(bound: BoundElement) -> tuple[str, str] | None:
+    """What is wrong with a binding to a transform."""
+    name, binding = bound.element.name, bound.binding
+    if bound.commanded:
+        return f"`{name}` is commanded, and transforms are only read", "publish a pose on a topic"
+    for attribute in ("topic", "action", "message", "part", "qos", "joints", "through"):
+        if getattr(binding, attribute):
+            key = "type" if attribute == "message" else attribute
+            return f"`{key}` says nothing of a transform of tf2", f"delete `{key}`"
+    return None
 
 
 def _wrong_topic(bound: BoundElement) -> tuple[str, str] | None:
@@ -86,7 +101,7 @@ def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
     for bound in _topics(facts):
         misfit = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
         if isinstance(misfit, Misfit):
-            place = bound.binding.place.below("type")
+            place = _place(bound)
             yield Diagnostic(
                 misfit.code, misfit.message, place, related=(_type(bound),), help=misfit.help
             )
@@ -124,9 +139,8 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
             if at and frame and frame not in known:
                 yield Diagnostic(
                     "E0522",
-                    f"messages of type {short(bound.binding.message)} say which frame they are "
-                    f"in, and frame `{frame}` has no name in ROS",
-                    bound.binding.place.below("type"),
+                    f"{_said(bound)}, and frame `{frame}` has no name in ROS",
+                    _place(bound),
                     related=(_type(bound),),
                     help=f"say under `ros2:` what it is called: `frames: {{{frame}: NAME}}`",
                 )
@@ -149,8 +163,18 @@ def published_known(facts: Facts) -> Iterator[Diagnostic]:
 
 def _topics(facts: Facts) -> Iterator[BoundElement]:
     for bound in facts.bindings:
-        if bound.plant == "ros2" and bound.binding.message and not _wrong_kind(bound):
+        if bound.plant == "ros2" and not _wrong_kind(bound):
             yield bound
+
+
+def _place(bound: BoundElement) -> Place:
+    return bound.binding.place.below("tf" if bound.binding.tf else "type")
+
+
+def _said(bound: BoundElement) -> str:
+    if bound.binding.tf:
+        return "tf2 has its own names of frames"
+    return f"messages of type {short(bound.binding.message)} say which frame they are in"
 
 
 def _numbers(count: int) -> str:

@@ -13,6 +13,8 @@ from specc.model.binding import Published, Ros2
 from specc.model.system import System
 from specc.model.types import Real
 
+_TF = "tf2_msgs/TFMessage"
+
 
 def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
     """Arguments of the node and its topics; none if there is no plant behind ROS 2."""
@@ -49,14 +51,16 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     """The call that makes a topic; empty for a binding that has none."""
     binding, type_ = bound.binding, bound.element.type
     part = part_of(binding, type_, commanded=bound.commanded)
-    where = binding.topic or binding.action
+    where = binding.topic or binding.action or ("/tf" if binding.tf else "")
     if not where or isinstance(part, Misfit):
         return ""
+    frames = named_frames(part, type_, ros2)
     told = {
         "path": part.path,
         "commanded": bound.commanded,
         "joints": binding.joints,
-        "frames": named_frames(part, type_, ros2),
+        "frames": () if binding.tf else frames,
+        "between": tuple(name for _, name in frames) if binding.tf else (),
         "qos": binding.qos,
         "part": binding.part,
         "is_number": part.shape == "joints" and isinstance(type_, Real),
@@ -64,7 +68,7 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     first = (
         f"{binding.device}.{binding.element}",
         where,
-        short(binding.message),
+        short(binding.message) or _TF,
         part.shape,
     )
     return call(imports.own("Ros2Topic"), (*map(literal, first), *given(told)))

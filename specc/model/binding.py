@@ -36,6 +36,8 @@ class Binding:
     """Type of the messages of the topic, `package/Type`."""
     qos: tuple[tuple[str, str | int], ...] = ()
     """Options of the quality of service of the topic, as they are given."""
+    tf: tuple[str, ...] = ()
+    """Frames of the specification between which tf2 has the transform."""
     action: str = ""
     part: Literal["", "goal", "status", "feedback", "result"] = ""
     """What of the action the element is; `message` is the type of the action."""

@@ -33,7 +33,9 @@ def resolve_plant(
         binding = _binding(device, element, item, at, findings, definitions)
         # A message comes when its sender sends one.
         always = (
-            definition.ros2 is not None and bool(item.topic or item.action) and item.rate is None
+            definition.ros2 is not None
+            and bool(item.topic or item.action or item.tf)
+            and item.rate is None
         )
         bindings.append(replace(binding, sporadic=True) if always else binding)
     observed = []
@@ -133,6 +135,7 @@ def _binding(
         item.topic,
         item.type,
         _qos(item.qos),
+        (item.tf.parent, item.tf.child) if item.tf else (),
         item.action,
         item.part,
     )

@@ -130,14 +130,22 @@ class QosDef(Part):
     depth: int = key(0, "How many messages are kept; one, where nothing is said.")
 
 
+class TfDef(Part):
+    """A transform of tf2, between frames of the specification."""
+
+    parent: ReadableName = key(about="Frame in which the other one is.", spelled="from")
+    child: ReadableName = key(about="Frame whose pose it is.", spelled="to")
+
+
 class BindingDef(
     ReadingDef,
-    first="for topic action type part actuators joints sensors camera image rate sporadic max_gap "
-    "through",
+    first="for topic tf action type part actuators joints sensors camera image rate sporadic "
+    "max_gap through",
 ):
     """What stands behind one element of a device in the plant."""
 
     topic: TopicName = key("", "Topic of ROS 2, e.g. `/joint_states`.")
+    tf: TfDef | None = key(None, "Transform of tf2, e.g. `{from: B, to: E}`.")
     action: TopicName = key("", "Action of ROS 2, e.g. `/gripper/grasp`.")
     type: MessageName = key("", "Type of its messages, e.g. `sensor_msgs/JointState`.")
     part: Literal["", "goal", "status", "feedback", "result"] = key(

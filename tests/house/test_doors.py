@@ -39,6 +39,7 @@ DOORS = {
     "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},
     "ruckig": {"specc_runtime.operators.trajectories"},
+    "tf2_ros": {"specc_runtime.ros2.host"},
     "zstandard": {"specc_runtime.recording.container", "specc_runtime.recording.unpacking"},
     "z3": {"specc.proof.solver"},
 }

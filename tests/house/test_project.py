@@ -59,7 +59,7 @@ def test_the_compiler_needs_no_extra_but_for_proofs_editors_pictures_and_sweeps(
 
 
 def test_the_runtime_needs_nothing_of_the_compiler() -> None:
-    theirs = {"rclpy"}  # of the user's ROS, in whose Python it is imported
+    theirs = {"rclpy", "tf2_ros"}  # of the user's ROS, in whose Python it is imported
     assert distributions("runtime", "specc_runtime") - theirs == declared(
         EXTRAS["run"], EXTRAS["vision"], EXTRAS["record"]
     )

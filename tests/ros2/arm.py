@@ -11,7 +11,7 @@ import time
 from contextlib import suppress
 
 import rclpy
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import TransformStamped, WrenchStamped
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -42,6 +42,7 @@ class Arm(Node):
         self._at = dict.fromkeys(self._joints, 0.0)
         self._goal = dict(self._at)
         self._states = self.create_publisher(JointState, "/joint_states", 10)
+        self._poses = self.create_publisher(TransformStamped, "/tf_of_tests", 10)
         self._wrenches = self.create_publisher(WrenchStamped, "/ft_sensor/wrench", 10)
         self.create_subscription(Float64MultiArray, options.commands, self._commanded, 10)
         self.create_timer(self._step, self._tick)
@@ -87,6 +88,8 @@ class Arm(Node):
         return result
 
     def _commanded(self, message: Float64MultiArray) -> None:
+        if not self._is_commanded:
+            print("commanded", flush=True)
         self._is_commanded = True
         self._goal = dict(zip(sorted(self._joints), message.data, strict=True))
 
@@ -105,6 +108,10 @@ class Arm(Node):
         states = JointState(name=self._joints, position=[*self._at.values()])
         states.header.stamp = now
         self._states.publish(states)
+        pose = TransformStamped(child_frame_id="tool0")
+        pose.header.stamp, pose.header.frame_id = now, "base_link"
+        pose.transform.translation.z = max(self._at.values())
+        self._poses.publish(pose)
         wrench = WrenchStamped()
         wrench.header.stamp, wrench.header.frame_id = now, self._frame
         wrench.wrench.force.z = -1.0 - max(self._at.values())

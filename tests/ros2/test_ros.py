@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -63,6 +62,17 @@ def test_an_action_is_pursued_cancelled_and_replayed(
     assert "hand.c: " in capsys.readouterr().out
 
 
+def test_transforms_are_poses(
+    arm: Start, spec: Spec, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(HERE / "stand_in"))
+    arm()
+    assert main(["run", str(spec(name="poses")), "--cycles", "1"]) == 0
+    lost = spec(("E: tool0", "E: tool1"), ("wait: 20 s", "wait: 3 s"), name="poses")
+    assert main(["run", str(lost), "--cycles", "1"]) == 2
+    assert "tf knows no transform from base_link to tool1 (a.R.t.T)" in capfd.readouterr().err
+
+
 SIMULATED = ("wait: 5 s", "wait: 20 s, use_sim_time: true")
 
 
@@ -83,10 +93,11 @@ def test_a_simulation_that_is_reset_ends_the_run(
 
 
 def test_a_run_can_be_ended_while_the_simulation_stands_still(arm: Start, spec: Spec) -> None:
-    arm("--clock", "--pause", "1", "--rate", "20")
+    simulation = arm("--clock", "--pause", "1", "--rate", "20")
     command = [sys.executable, "-m", "specc", "run", str(spec(SIMULATED)), "--duration", "9"]
     run = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    time.sleep(4)
+    assert simulation.stdout is not None
+    assert simulation.stdout.readline() == "commanded\n"
     run.send_signal(signal.SIGINT)
     assert run.wait(20) == 130
 

@@ -40,6 +40,7 @@ class Ros2Topic:
         is_number: the vector is a number, of one joint.
         part: of an action, whose name and type stand for those of a topic: its "goal", "status",
             "feedback" or "result".
+        between: frames of ROS, from the first to the second of which tf2 has the transform.
     """
 
     name: str
@@ -53,11 +54,12 @@ class Ros2Topic:
     qos: tuple[tuple[str, str | int], ...] = ()
     is_number: bool = False
     part: str = ""
+    between: tuple[str, ...] = ()
 
     @property
     def config(self) -> dict[str, Any]:
         """What the node is told of it."""
-        told = ("name", "topic", "type", "commanded", "joints", "part")
+        told = ("name", "topic", "type", "commanded", "joints", "part", "between")
         every = asdict(self)
         return {key: every[key] for key in told} | {"qos": dict(self.qos)}
 

@@ -17,6 +17,7 @@ from specc_runtime.ros2.host.actions import Action
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
 from specc_runtime.ros2.host.qos import mismatch, profile
 from specc_runtime.ros2.host.stamps import measured_at
+from specc_runtime.ros2.host.transforms import Transforms
 
 Samples = list[tuple[str, object, float]]
 """Names of elements, plain values, and when they were measured: s of `time.monotonic()`."""
@@ -41,6 +42,7 @@ class Devices:
         self._publishers: dict[str, Any] = {}
         self._actions: dict[str, Action] = {}
         """By their names in ROS."""
+        self._transforms: Transforms | None = None
         self._goals: dict[str, Action] = {}
         """By the elements that their goals follow."""
         self._waiting: dict[str, dict[str, Any]] = {}
@@ -57,7 +59,13 @@ class Devices:
         node = self._node = _node(config, self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(node)
+        between = [topic for topic in config["topics"] if topic["between"]]
+        if between:
+            self._transforms = Transforms(node, between, self._put)
+            self._waiting.update((topic["name"], topic) for topic in between)
         for topic in config["topics"]:
+            if topic["between"]:
+                continue
             if topic["part"]:
                 self._act(node, topic, config["topics"])
             elif topic["commanded"]:
@@ -80,8 +88,7 @@ class Devices:
             self._executor.spin_once(timeout_sec=0)
             if len(self._samples) == before:
                 break
-        for action in self._actions.values():
-            action.look()
+        self._look()
         samples, self._samples = self._samples, []
         return samples
 
@@ -124,12 +131,20 @@ class Devices:
             self._waiting.pop(_CLOCK, None)
 
         topic = {"name": _CLOCK, "topic": _CLOCK, "type": "rosgraph_msgs/Clock"}
-        self._waiting[_CLOCK] = topic | {"commanded": False, "part": ""}
+        self._waiting[_CLOCK] = topic | {"commanded": False, "part": "", "between": ()}
         qos = profile({}, commanded=False)
         node.create_subscription(interface(topic["type"]), _CLOCK, receive, qos)
 
-    def _put(self, name: str, value: Any) -> None:
-        self._samples.append((name, value, time.monotonic()))
+    def _look(self) -> None:
+        """Ask those that tell nothing by themselves."""
+        for action in self._actions.values():
+            action.look()
+        if self._transforms is not None:
+            self._transforms.look()
+
+    def _put(self, name: str, value: Any, measured_s: float | None = None) -> None:
+        self._samples.append((name, value, measured_s or time.monotonic()))
+        self._waiting.pop(name, None)
 
     def _advertise(self, node: Node, topic: dict[str, Any]) -> None:
         cls = interface(topic["type"])
@@ -172,6 +187,7 @@ class Devices:
                 lost = [_why_silent(node, topic) for topic in self._waiting.values()]
                 raise DeviceError(f"after {wait_s:g} s of waiting: {'; '.join(lost)}")
             self._executor.spin_once(timeout_sec=min(left_s, _STEP_S))
+            self._look()
             self._waiting = {n: t for n, t in self._waiting.items() if not self._is_met(n)}
 
     def _is_met(self, name: str) -> bool:
@@ -200,6 +216,9 @@ def _why_silent(node: Node, topic: dict[str, Any]) -> str:
     """What is known of a topic that has no message yet, or no reader."""
     name, commanded = topic["topic"], topic["commanded"]
     full = node.resolve_topic_name(name)
+    if topic["between"]:
+        parent, child = topic["between"]
+        return f"tf knows no transform from {parent} to {child} ({topic['name']})"
     if topic["part"]:
         return f"nobody serves the action {full} ({topic['name']})"
     find = node.get_subscriptions_info_by_topic if commanded else node.get_publishers_info_by_topic
