@@ -29,6 +29,7 @@ SPECS = (
     "specs/architectures/services.yaml",
     "specs/irp_picking.yaml",
     "tests/cases/plant/ok-ros2-published.yaml",
+    "tests/cases/plant/ok-ros2-tf.yaml",
     "tests/cases/structure/ok-silence.yaml",
 )
 
