@@ -85,23 +85,6 @@ def _noted(made: Built, given: dict[str, list[Given]]) -> None:
         vars(machine).update(step=step, skip=skip)
 
 
-def _note(machine: Any, given: list[Given]) -> None:
-    skipped, own_step, own_skip = [0], machine.step, machine.skip
-
-    def step() -> int:
-        x, periods = copy.copy(machine.x), skipped.pop()
-        skipped.append(0)
-        row = int(own_step())
-        given.append((periods, x, _left(machine, row)))
-        return row
-
-    def skip(periods: int) -> None:
-        skipped[0] = periods
-        own_skip(periods)
-
-    vars(machine).update(step=step, skip=skip)
-
-
 def _in_real_time(
     made: Built, plant: Plant | None, random: Random, stalls: float
 ) -> tuple[Run, Executor]:
