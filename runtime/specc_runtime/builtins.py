@@ -132,6 +132,21 @@ def norm(v: Vector) -> float:
     return math.hypot(*v.tolist())
 
 
+def sign(a: float) -> int:
+    """-1, 0 or 1, as a number is negative, zero or positive."""
+    return int(a > 0) - int(a < 0)
+
+
+def wrap_angle(angle_rad: float) -> float:
+    """The angle of the same direction in [-pi, pi), radians; a full turn is the float `math.tau`.
+
+    It is exact: IEEE remainders are not rounded. Of the two ends, which are one direction, it gives
+    -pi, and of zeros the positive one.
+    """
+    rest = math.remainder(angle_rad, math.tau)
+    return rest + 0.0 if rest < math.pi else -math.pi
+
+
 def position(X_AB: Pose) -> Vector:
     """Origin of B in the axes of A, (3,), metres."""
     return read_only(X_AB[:3, 3].copy())

@@ -39,7 +39,7 @@ from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import Depths, Numbering
 from specc.source import Place
 
-Kind = Literal["tolerance", "angle", "quaternion", "clamp", "itself", "unchanged"]
+Kind = Literal["tolerance", "angle", "quaternion", "bounds", "itself", "unchanged"]
 
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
@@ -128,6 +128,8 @@ class Misfits:
             yield from self._quaternion(text, call, call.args[function.direction])
         if function.picks:
             yield from self._clamp(text, call) or self._computed_clamp(text, call)
+        if function.limits is not None:
+            yield from self._crossed(text, call, function.limits)
         if function.neutral is not None:
             place, value = function.neutral
             if self._value(call.args[place]) == value:
@@ -178,8 +180,16 @@ class Misfits:
             least, most = self._bounds(whole)
             if least > value if is_least else most < value:
                 because = limit, inner
-                return [Misfit("clamp", outer, text, because, self._origin(text, limit), value)]
+                return [Misfit("bounds", outer, text, because, self._origin(text, limit), value)]
         return []
+
+    def _crossed(self, text: Text, call: Builtin, limits: tuple[int, int]) -> Iterator[Misfit]:
+        """`clamp(a, 2, 1)` is 1."""
+        low, high = (call.args[place] for place in limits)
+        if self._exceeds(low, high):
+            value = self._value(high)
+            origin = (text, call) if value is None else self._origin(text, high)
+            yield Misfit("bounds", call, text, (high, low), origin, value or 0.0)
 
     def _computed_clamp(self, text: Text, outer: Builtin) -> list[Misfit]:
         """`min(max(a, b + 1), b)` is b."""
@@ -190,14 +200,18 @@ class Misfits:
             for limit, other in product(outer.args, inner.args):
                 if limit is inner:
                     continue
-                apart = self._sum(other, sign)
-                for part, times in self._sum(limit, -sign).items():
-                    apart[part] = apart.get(part, 0.0) + times
-                left = {part: times for part, times in apart.items() if abs(times) > _ROUNDING}
-                because, origin = (limit, other), (text, outer)
-                if left.keys() == {_ONE} and left[_ONE] > 0:
-                    return [Misfit("clamp", outer, text, because, origin)]
+                lower, upper = (other, limit) if sign > 0 else (limit, other)
+                if self._exceeds(lower, upper):
+                    return [Misfit("bounds", outer, text, (limit, other), (text, outer))]
         return []
+
+    def _exceeds(self, one: Expr, other: Expr) -> bool:
+        """Whether an expression is surely greater than another one, by the same each time."""
+        apart = self._sum(one, 1)
+        for part, times in self._sum(other, -1).items():
+            apart[part] = apart.get(part, 0.0) + times
+        left = {part: times for part, times in apart.items() if abs(times) > _ROUNDING}
+        return left.keys() == {_ONE} and left[_ONE] > 0
 
     def _sum(self, expr: Expr, times: float) -> dict[int, float]:
         """An expression as a sum of multiples of what is not known, by its number."""

@@ -50,7 +50,7 @@ _CODES = {
     "tolerance": "E0330",
     "angle": "E0330",
     "quaternion": "E0331",
-    "clamp": "W0332",
+    "bounds": "W0332",
     "itself": "W0333",
     "unchanged": "W0338",
 }
@@ -78,7 +78,7 @@ def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _place(misfit: Misfit) -> Place:
-    if misfit.kind == "clamp":
+    if misfit.kind == "bounds":
         return misfit.text.place(misfit.expr)
     text, expr = misfit.origin
     return text.place(expr)
@@ -88,9 +88,11 @@ def _uses(place: Place, misfits: list[Misfit]) -> Iterator[Related]:
     """Where a number is used that is written down elsewhere, or is written down."""
     for misfit in misfits[:4]:
         text, expr = misfit.origin
-        other = text.place(expr) if misfit.kind == "clamp" else misfit.text.place(misfit.because[0])
+        other = (
+            text.place(expr) if misfit.kind == "bounds" else misfit.text.place(misfit.because[0])
+        )
         if misfit.kind not in ("itself", "unchanged") and other.route != place.route:
-            yield Related(other, "written here" if misfit.kind == "clamp" else "used here")
+            yield Related(other, "written here" if misfit.kind == "bounds" else "used here")
 
 
 def _words(misfit: Misfit) -> tuple[str, str]:
@@ -113,8 +115,10 @@ def _words(misfit: Misfit) -> tuple[str, str]:
         case "quaternion":
             help_text = "write x, y, z, w of a rotation; the sum of their squares is 1"
             return f"the length of this quaternion is {misfit.number:.4g}, not 1", help_text
-        case "clamp":
+        case "bounds":
             help_text = "the lower bound goes with `max`, the upper one with `min`"
+            if isinstance(misfit.expr, Builtin) and FUNCTIONS[misfit.expr.name].limits:
+                help_text = "the lower bound comes before the upper one"
             return f"the bounds are in the wrong order: the result is always `{first}`", help_text
         case "unchanged" if isinstance(misfit.expr, Builtin):
             return (

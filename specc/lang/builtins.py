@@ -9,73 +9,16 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable
-from fractions import Fraction
 from functools import partial
-from typing import Any
 
+from specc.lang import encodings, inverses, ranges, results, values
 from specc.lang import functions as rules
-from specc.lang import inverses, ranges, values
 from specc.lang.errors import CLOCK_NAMES
-from specc.lang.mismatch import scalar_unit
-from specc.lang.row import BuiltinFunction, Form, Solver
+from specc.lang.row import BuiltinFunction, Encoding, Form
 from specc.model import expr as m
 from specc.model.expr import Fresh, Present
-from specc.model.types import Int, ListOf, Pose, Real, Spatial, Type, Vector
-from specc.model.units import DIMENSIONLESS, METRE, RADIAN, SECOND
-
-# Types of results by the type of the argument; None for an argument that does not fit.
-
-
-def _turned(type: Type | None) -> Type | None:
-    return Pose(type.child, type.parent) if isinstance(type, Pose) else None
-
-
-def _real_element(type: Type) -> Real | None:
-    return type.element if isinstance(type, Vector) and isinstance(type.element, Real) else None
-
-
-def _root(type: Type) -> Type | None:
-    unit = scalar_unit(type)
-    return None if unit is None else Real(unit ** Fraction(1, 2))
-
-
-def _length(type: Type) -> Type | None:
-    return Int() if isinstance(type, ListOf) else None
-
-
-def _ratio(type: Type) -> Type | None:
-    return Real() if type == Real(RADIAN) else None
-
-
-def _number(type: Type) -> Type | None:
-    return None if scalar_unit(type) is None else type
-
-
-def _no_angle(type: Type) -> str:
-    plain = scalar_unit(type) == DIMENSIONLESS
-    return "an angle has a unit: `30[deg]`; multiply a plain number by `1[rad]`" if plain else ""
-
-
-def _always(type: Type) -> str:
-    return f"its length is always {type.size}" if isinstance(type, Vector) else ""
-
-
-# Terms of the solver.
-
-
-def _least_term(of: Solver, *args: Any) -> Any:
-    first, *rest = args
-    for other in rest:
-        first = of.choice(first < other, first, other)
-    return first
-
-
-def _greatest_term(of: Solver, *args: Any) -> Any:
-    first, *rest = args
-    for other in rest:
-        first = of.choice(first > other, first, other)
-    return first
-
+from specc.model.types import Int, Pose, Real, Spatial, Type, Vector
+from specc.model.units import METRE, RADIAN, SECOND
 
 # The table.
 
@@ -91,20 +34,38 @@ def _near_form(type: Type) -> Form | str:
     return "" if isinstance(type, (Vector, Spatial)) else _CLOSE
 
 
-NOT_NEGATIVE = (0.0, math.inf)
+_AN_ANGLE = "takes an angle, `real[rad]`"
 _exact = partial(BuiltinFunction, rounds=False, may_fail=False, overflows=False)
 
 
 def _of_angle(name: str, value: Callable[[float], float]) -> BuiltinFunction:
     return BuiltinFunction(
         f"angle -> real: the {'sine' if name == 'sin' else 'cosine'} of an angle",
-        rules.of_one(f"{name}(angle)", "takes an angle, `real[rad]`", _ratio, _no_angle),
+        rules.of_one(
+            f"{name}(angle)", "takes an angle, `real[rad]`", results.ratio, results.no_angle
+        ),
+        gives_way=True,
         value=value,
         python="math",
         may_fail=False,
         overflows=False,
         shows=True,
+        within=(-1.0, 1.0),
+    )
+
+
+def _to_int(name: str, says: str, value: Callable[[float], int], term: Encoding) -> BuiltinFunction:
+    return _exact(
+        f"a -> int: {says}",
+        rules.of_one(f"{name}(a)", "takes a number without unit", results.whole, results.with_unit),
         gives_way=True,
+        value=value,
+        python=value.__module__.removeprefix("builtins"),
+        folds=True,
+        range=ranges.rising(value),
+        term=term,
+        stays_float=True,
+        inverse=inverses.of_whole,
     )
 
 
@@ -123,14 +84,14 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         "x.peer.element -> real[s]: the time since the oldest measurement behind the value",
         rules.lag("age", Real(SECOND)),
         python="",
-        within=NOT_NEGATIVE,
+        within=ranges.NOT_NEGATIVE,
         gives_way=True,
     ),
     "late": _exact(
         "x.peer.element -> int: periods that its sender has skipped in a row until now",
         rules.lag("late", Int()),
         python="",
-        within=NOT_NEGATIVE,
+        within=ranges.NOT_NEGATIVE,
         gives_way=True,
     ),
     m.NEAR: _exact(
@@ -164,7 +125,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
     ),
     "inverse": BuiltinFunction(
         "X -> pose: pose[B, A] of a pose[A, B]",
-        rules.of_one("inverse(X)", "takes a pose", _turned, wanted=_turned),
+        rules.of_one("inverse(X)", "takes a pose", results.turned, wanted=results.turned),
         value=values.inverse,
         may_fail=False,
         shows=True,
@@ -203,30 +164,33 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
     ),
     m.LENGTH: _exact(
         "list -> int: number of items",
-        rules.of_one("len(list)", "counts the items of a list", _length, _always),
+        rules.of_one("len(list)", "counts the items of a list", results.length, results.always),
         value=len,
         python="",
-        within=NOT_NEGATIVE,
+        within=ranges.NOT_NEGATIVE,
         inverse=inverses.of_len,
     ),
     "norm": BuiltinFunction(
         "v -> real: length of a vector, in its unit",
-        rules.of_one("norm(vector)", "takes a vector of reals", _real_element),
+        rules.of_one("norm(vector)", "takes a vector of reals", results.real_element),
         value=lambda v: math.hypot(*v),
         may_fail=False,
         shows=True,
-        within=NOT_NEGATIVE,
+        within=ranges.NOT_NEGATIVE,
         inverse=inverses.of_norm,
         is_costly=True,
     ),
     "abs": _exact(
         "a -> number",
         rules.of_one(
-            "abs(a)", "takes a number", _number, lambda type: "the length of a vector is `norm(v)`"
+            "abs(a)",
+            "takes a number",
+            results.number,
+            lambda type: "the length of a vector is `norm(v)`",
         ),
         value=abs,
         python="",
-        within=NOT_NEGATIVE,
+        within=ranges.NOT_NEGATIVE,
         range=ranges.absolute,
         no_larger=True,
         is_size=True,
@@ -242,7 +206,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         no_larger=True,
         chooses=True,
         picks=-1,
-        term=_least_term,
+        term=encodings.least,
         inverse=inverses.any_argument,
         alike="`{}` stands twice in `min`",
     ),
@@ -255,19 +219,80 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         no_larger=True,
         chooses=True,
         picks=1,
-        term=_greatest_term,
+        term=encodings.greatest,
         inverse=inverses.any_argument,
         alike="`{}` stands twice in `max`",
     ),
+    "clamp": _exact(
+        "a, low, high -> number: what is nearest to a from low to high; numbers of one unit",
+        rules.of_numbers("a, low, high", 3, 3),
+        gives_way=True,
+        value=lambda a, low, high: min(max(a, low), high),
+        python="",
+        form=lambda type: Form("min(max({}, {}), {})", "primary"),
+        range=lambda a, low, high: ranges.least(ranges.greatest(a, low), high),
+        no_larger=True,
+        chooses=True,
+        limits=(1, 2),
+        term=encodings.clamped,
+        inverse=inverses.any_argument,
+        folds=True,
+        alike="`{}` stands twice in `clamp`",
+    ),
+    "hypot": BuiltinFunction(
+        "a, b -> real: length of the diagonal of a rectangle, in the unit of its sides",
+        rules.of_numbers("a, b", 2, 2, is_real=True),
+        gives_way=True,
+        value=math.hypot,
+        python="math",
+        may_fail=False,
+        shows=True,
+        within=ranges.NOT_NEGATIVE,
+        range=ranges.diagonal,
+        laws=encodings.diagonal,
+        inverse=inverses.of_hypot,
+    ),
+    "sign": _exact(
+        "a -> int: -1, 0 or 1",
+        rules.of_one("sign(a)", "takes a number", results.of_sign),
+        gives_way=True,
+        value=values.sign,
+        within=(-1, 1),
+        range=ranges.signs,
+        term=encodings.sign,
+        stays_float=True,
+        inverse=inverses.of_sign,
+        folds=True,
+    ),
+    "floor": _to_int(
+        "floor", "the greatest whole number that is not greater", math.floor, encodings.floor
+    ),
+    "round": _to_int(
+        "round", "the nearest whole number; the even one of two", round, encodings.rounded
+    ),
+    "wrap_angle": _exact(
+        "angle -> real[rad]: the same direction from -pi to just below pi",
+        rules.of_one(
+            "wrap_angle(angle)", "takes an angle, `real[rad]`", results.angle, results.no_angle
+        ),
+        gives_way=True,
+        value=values.wrap_angle,
+        within=ranges.DIRECTIONS,
+        range=ranges.wrapped,
+        no_larger=True,
+        term=encodings.wrapped,
+        inverse=inverses.of_wrap_angle,
+        folds=True,
+    ),
     "sqrt": BuiltinFunction(
         "a -> real: half the powers of the unit",
-        rules.of_one("sqrt(a)", "takes a number", _root, wanted=lambda hint: Real()),
+        rules.of_one("sqrt(a)", "takes a number", results.root, wanted=lambda hint: Real()),
         value=math.sqrt,
         python="math",
         overflows=False,
         shows=True,
         folds=True,
-        within=NOT_NEGATIVE,
+        within=ranges.NOT_NEGATIVE,
         range=ranges.root,
         inverse=inverses.of_sqrt,
     ),
@@ -278,6 +303,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         rules.of_numbers("y, x", 2, 2, result=Real(RADIAN)),
         value=math.atan2,
         python="math",
+        within=ranges.HALF_TURNS,
         alike="both coordinates of this angle are `{}`",
         may_fail=False,
         overflows=False,

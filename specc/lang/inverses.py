@@ -8,7 +8,7 @@ from operator import add, mul, sub, truediv
 
 from specc.lang.samples import Value, first_value
 from specc.lang.values import compose, elementwise, inverse, moved, position, translation
-from specc.model.types import ListOf, Pose, Type
+from specc.model.types import Int, ListOf, Pose, Type
 
 Wanted = Iterator[tuple[int, Value]]
 """Indices of arguments, each with a value that it could have."""
@@ -101,6 +101,35 @@ def any_argument(types: Sequence[Type], now: Sequence[Value], value: Value) -> W
     """Each argument in turn, of a function that chooses one of them."""
     for index in range(len(now)):
         yield index, value
+
+
+def of_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`hypot(a, b)`, by what it lies above the other one; else all of it along the first axis."""
+    for index, other in ((0, now[1]), (1, now[0])):
+        if value >= abs(other):
+            yield index, math.sqrt(value - other) * math.sqrt(value + other)
+    if value >= 0:
+        yield 0, value
+
+
+def of_sign(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`sign(a)`."""
+    yield 0, _typed(types[0], value * max(1, abs(now[0])))
+
+
+def of_whole(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`floor(a)` and `round(a)`."""
+    yield 0, _typed(types[0], value)
+
+
+def of_wrap_angle(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`wrap_angle(a)`."""
+    if -math.pi <= value < math.pi:
+        yield 0, value
+
+
+def _typed(type_: Type, number: float) -> float:
+    return int(number) if isinstance(type_, Int) else float(number)
 
 
 def of_near(types: Sequence[Type], now: Sequence[Value], wanted: Value) -> Wanted:

@@ -160,7 +160,7 @@ def _unit_help(expr: Expr, expected: Type, text: str) -> str:
         if actual == wanted * by:
             return f"an angle is not a plain number; {verb} it by `1[rad]` if it is meant as one"
     if isinstance(expected, Int):
-        return "an `int` comes from whole numbers and `len(...)` only"
+        return "an `int` comes from whole numbers, `len(...)`, `floor(...)` and `round(...)`"
     return ""
 
 

@@ -10,11 +10,18 @@ import math
 from collections.abc import Callable
 from fractions import Fraction
 
+from specc.lang.values import sign, wrap_angle
+
 Range = tuple[float, float]
 Operation = Callable[..., Range]
 
 ANY: Range = (-math.inf, math.inf)
 """What is not known, or fails in some cases."""
+NOT_NEGATIVE: Range = (0.0, math.inf)
+DIRECTIONS: Range = (-math.pi, math.nextafter(math.pi, 0.0))
+"""The least and greatest float in [-pi, pi)."""
+HALF_TURNS: Range = (-math.nextafter(math.pi, 4.0), math.nextafter(math.pi, 4.0))
+"""Half a turn in both directions, to one of the two floats that are next to it."""
 
 
 def _spanned(*ends: float) -> Range:
@@ -97,6 +104,26 @@ def _difference(a: Range, b: Range) -> Range:
 def near(a: Range, b: Range, limit: Range) -> Range:
     """`near(a, b, limit)`, of numbers."""
     return _at_most(absolute(_difference(a, b)), limit)
+
+
+def diagonal(a: Range, b: Range) -> Range:
+    """`hypot(a, b)`, which libraries round to one of the two floats that are next to it."""
+    (low_a, high_a), (low_b, high_b) = absolute(a), absolute(b)
+    least = max(low_a, low_b, math.nextafter(math.hypot(low_a, low_b), 0.0))
+    return least, math.nextafter(math.hypot(high_a, high_b), math.inf)
+
+
+def signs(a: Range) -> Range:
+    """`sign(a)`."""
+    return sign(a[0]), sign(a[1])
+
+
+def wrapped(a: Range) -> Range:
+    """`wrap_angle(a)`, which rises but where it starts again."""
+    if any(map(math.isinf, a)):
+        return DIRECTIONS
+    turns = [(Fraction(end) + Fraction(math.pi)) // Fraction(math.tau) for end in a]
+    return (wrap_angle(a[0]), wrap_angle(a[1])) if turns[0] == turns[1] else DIRECTIONS
 
 
 def rising(value: Callable[[float], float]) -> Operation:

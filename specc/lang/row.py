@@ -22,6 +22,9 @@ class Solver(Protocol):
     def constant(self, value: float | Fraction) -> Any:
         """The term of a number."""
 
+    def whole(self, value: int) -> Any:
+        """The term of a whole number."""
+
     def choice(self, test: Any, then: Any, otherwise: Any) -> Any:
         """`then if test else otherwise`."""
 
@@ -30,6 +33,10 @@ class Solver(Protocol):
 
     def representable(self, number: Any) -> Any:
         """A number of which it is known that a float has it."""
+
+
+Encoding = Callable[..., Any]
+"""From a `Solver` and terms of arguments, also of the result where that is unknown."""
 
 
 class Form(NamedTuple):
@@ -98,8 +105,10 @@ class BuiltinFunction:
     compares: bool = False
     """Whether it says how its first two arguments, which may change places, compare within what
     the others allow, as `near` does."""
-    term: Callable[..., Any] | None = None
+    term: Encoding | None = None
     """What the solver has for a number: a term made by a `Solver` of the terms of arguments."""
+    stays_float: bool = False
+    """Whether the result, a whole number, is one that a float has if the argument is a float."""
     laws: Callable[..., Iterable[Any]] | None = None
     """Where it has no such term: facts, made by a `Solver` of the term of the result, which is
     otherwise not known, and those of the arguments."""

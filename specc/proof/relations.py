@@ -183,15 +183,16 @@ class Relations:
 
     def _computes(self, atom: Atom) -> bool:
         """Whether a comparison alone may have fewer answers than it seems."""
-        expr, in_time = atom.expr, getattr(atom.variable, "kind", "") == "periods"
-        return (
-            isinstance(expr, Compare)
-            and not in_time
-            and any(
-                isinstance(side, (Binary, Choice))
-                or (isinstance(side, Builtin) and _is_computed(side))
-                for side in map(self._numbering.looked_through, (expr.left, expr.right))
-            )
+        match atom.expr:
+            case Compare(left=a, right=b) if getattr(atom.variable, "kind", "") != "periods":
+                computed: tuple[type[Expr], ...] = (Binary, Choice)
+            case Builtin(name=name, args=(a, b, *_)) if FUNCTIONS[name].compares:
+                computed = ()
+            case _:
+                return False
+        return any(
+            isinstance(side, computed) or (isinstance(side, Builtin) and _is_computed(side))
+            for side in map(self._numbering.looked_through, (a, b))
         )
 
 

@@ -232,7 +232,19 @@ class Author:
                 found.append((target, text))
         k = role.count
         if rng.randrange(2):
-            found.append((k, rng.choice((f"min({k} + 1, 3)", "0", f"1 if {k} == 0 else 0"))))
+            found.append(
+                (
+                    k,
+                    rng.choice(
+                        (
+                            f"min({k} + 1, 3)",
+                            f"clamp(2 * {k} - 1, 0, 3)",
+                            "0",
+                            f"1 if {k} == 0 else 0",
+                        )
+                    ),
+                )
+            )
         if rng.randrange(3) == 0:
             found.append(("m", self._value(role, "Mode")))
         if rng.randrange(2):

@@ -1,4 +1,4 @@
-"""A function of the language takes a row of one table, and a line of the documentation."""
+"""A function of the language, with its proofs, takes a row of a table and a line of its page."""
 
 from __future__ import annotations
 
@@ -9,16 +9,18 @@ import pytest
 from tests.house.scratch import copied, in_copy
 
 ROW = """\
-    "hypot": BuiltinFunction(
-        "a, b -> number: length of the diagonal of a rectangle",
-        rules.of_numbers("a, b", 2, 2, is_real=True),
-        math.hypot,
+    "trunc": _exact(
+        "a -> int: the whole number next to it on the way to zero",
+        rules.of_one("trunc(a)", "takes a number without unit", results.whole, results.with_unit),
+        value=math.trunc,
         python="math",
-        shows=True,
-        not_negative=True,
+        folds=True,
+        range=ranges.rising(math.trunc),
+        term=lambda of, a: of.choice(a < 0, -of.floor(-a), of.floor(a)),
+        inverse=inverses.of_whole,
     ),
 """
-LINE = "| `hypot(a, b)` | length of the diagonal of a rectangle |\n"
+LINE = "| `trunc(a)` | `int`: the whole number next to it on the way to zero |\n"
 SPEC = """\
 specc: 1
 system: demo
@@ -29,24 +31,30 @@ agents:
       behaviours: {idle: {terminal: never}}
       states: {S0: idle}
       initial_state: S0
-    real_effectors: {m: {x: {u: "real[m]"}}}
+    real_effectors: {m: {x: {u: int}, y: {d: real}}}
     virtual_effectors:
       m:
         rate: 10 Hz
-        y: {m: {u: "real[m]"}}
-        memory:
-          p: {type: "real[m]", init: "hypot(3[m], 4[m])"}
-          far: {type: "real[m]", init: "1e299[m]"}
-        let: {sum: "hypot(p, far)"}
-        conditions: {terminal: {negative: "hypot(p, 1[m]) < 0[m]"}}
-        functions: {work: {y.m.u: "hypot(p, 12[m])", p: "hypot(p, 12[m])", far: sum}}
-        behaviours: {work: {functions: [work], terminal: negative}}
-        states: {S0: work}
+        x: {m: {d: {type: real, init: 0}}}
+        y: {m: {u: int}}
+        memory: {n: {type: int, init: trunc(-2.5)}}
+        conditions:
+          initial: {up: x.m.d >= 1, down: trunc(x.m.d) < 0}
+          terminal: {far: trunc(x.m.d) != 0}
+          error: {strange: trunc(x.m.d) > 0 and x.m.d < 1, late: "trunc(elapsed / 1[s]) > 1"}
+        functions: {work: {y.m.u: trunc(x.m.d), n: n + trunc(x.m.d)}}
+        behaviours:
+          work: {functions: [work], terminal: far, error: strange}
+          wait: {functions: [work], terminal: never, error: late}
+        states: {S0: work, S1: wait}
         initial_state: S0
-        transitions: [[S0, terminal, always, S0]]
+        transitions:
+          - [S0, terminal, up, S0]
+          - [S0, terminal, down, S1]
+          - [S0, error, always, S0]
+          - [S1, error, always, S0]
 """
 TEST = """\
-import math
 from pathlib import Path
 
 import pytest
@@ -57,38 +65,38 @@ from specc.lang import Environment, ExprErrors, Scope, evaluate, expression
 
 
 def test_expressions():
-    expr = expression("hypot(3[m], 4[m])", Scope())
-    assert (str(expr.type), evaluate(expr, Environment())) == ("real[m]", 5.0)
-    for wrong, code in (("hypot(1[m])", "E0314"), ("hypot(1[m], 1[s])", "E0311")):
+    expr = expression("trunc(-2.5)", Scope())
+    assert (str(expr.type), evaluate(expr, Environment())) == ("int", -2)
+    for wrong, code in (("trunc(1, 2)", "E0314"), ("trunc(1[m])", "E0315")):
         with pytest.raises(ExprErrors) as found:
             expression(wrong, Scope())
         assert [error.code for error in found.value.errors] == [code]
 
 
-def test_generated_code():
+def test_proofs_and_generated_code():
     built = build("demo.yaml")
-    assert [d.code for d in built.result.diagnostics if d.code[0] == "E"] == []
-    # It is never negative, so that proofs find the error impossible.
-    assert "W0613" in [d.code for d in built.result.diagnostics]
+    found = [d.code for d in built.result.diagnostics]
+    assert [code for code in found if code[0] == "E" or code == "W0606"] == []
+    assert built.result.proofs.is_proved("a.m", "S0", "terminal")
+    assert found.count("W0613") == 1  # the error of which it is proved that it never occurs
     for name, text in built.files.items():
         Path("demo", name).parent.mkdir(exist_ok=True)
         Path("demo", name).write_text(text)
     _, scheduled = load_system(Path("demo"), "").subsystems
     machine = scheduled.subsystem
     machine.step()
-    assert (machine.memory.p, machine.memory.far) == (13.0, 1e299)
-    machine.memory.far = machine.memory.p = 1.7e308
-    with pytest.raises(OverflowError, match="not finite"):
-        machine.step()
+    assert machine.memory.n == -2
 """
+FILES = ("specc/lang/builtins.py", "docs/language.md")
+"""All that is touched; Python has the function."""
 
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     names = ("specc", "runtime", "templates", "specs", "pyproject.toml", "docs", "tests")
     scratch = copied(tmp_path_factory.mktemp("copy"), *names)
-    table, page = scratch / "specc/lang/builtins.py", scratch / "docs/language.md"
-    before, row = '    "float": BuiltinFunction(\n', "| `sqrt(a)` |"
+    table, page = (scratch / name for name in FILES)
+    before, row = "    m.FLOAT: BuiltinFunction(\n", "| `sqrt(a)` |"
     table.write_text(table.read_text("utf-8").replace(before, ROW + before), "utf-8")
     page.write_text(page.read_text("utf-8").replace(row, LINE + row), "utf-8")
     (scratch / "demo.yaml").write_text(SPEC, "utf-8")
@@ -99,5 +107,6 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.long
 def test_a_row_and_a_line_are_all_there_is_to_write(copy: Path) -> None:
     tests = ["test_demo.py", "tests/docs/test_language.py::test_the_table_of_functions_is_complete"]
-    done = in_copy(copy, "pytest", "-q", *tests, "tests/lang/test_codes.py")
+    tests += ["tests/lang/test_codes.py", "tests/house/test_functions.py"]
+    done = in_copy(copy, "pytest", "-q", *tests)
     assert done.returncode == 0, done.stdout

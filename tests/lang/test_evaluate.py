@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import replace
+from fractions import Fraction
 
 import pytest
 from hypothesis import strategies as st
+from specc_runtime import builtins
 
 from specc.lang import Environment, evaluate, expression, parse_type
-from specc.lang.values import angle, compose, inverse, pose, translation
+from specc.lang.values import angle, compose, inverse, pose, translation, wrap_angle
 from specc.model import expr as m
 from specc.model.types import Bool, Pose
 from tests.seeds import drawn
@@ -162,3 +164,46 @@ def test_functions_that_version_1_did_not_have_give_way_to_operators() -> None:
 )
 def test_angles(text: str, value: float) -> None:
     assert evaluate(expression(text, SCOPE), Environment()) == pytest.approx(value, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("clamp(3, -1, 2)", 2),
+        ("clamp(-3[m], -1[m], 2[m])", -1.0),
+        ("clamp(0.5, -1, 2)", 0.5),
+        ("clamp(0, 2, 1)", 1),
+        ("hypot(-3[m], 4[m])", 5.0),
+        ("sign(-0.5[m])", -1),
+        ("sign(-0.0)", 0),
+        ("sign(3)", 1),
+        ("floor(-0.5)", -1),
+        ("floor(2.0)", 2),
+        ("floor(7)", 7),
+        ("round(0.5)", 0),
+        ("round(1.5)", 2),
+        ("round(-2.5)", -2),
+        ("round(0.49999999999999994)", 0),
+        ("wrap_angle(pi)", -math.pi),
+        ("wrap_angle(-pi)", -math.pi),
+        ("wrap_angle(3.1[rad])", 3.1),
+        ("wrap_angle(2 * pi)", 0.0),
+        ("wrap_angle(3 * pi)", -math.pi),
+    ],
+)
+def test_numbers(text: str, value: float) -> None:
+    found = evaluate(expression(text, SCOPE), Environment())
+    assert found == value
+    assert type(found) is type(value)
+
+
+@drawn(
+    st.one_of(st.floats(-1e4, 1e4), st.floats(allow_nan=False, allow_infinity=False)),
+    few=FEW,
+    many=MANY,
+)
+def test_an_angle_keeps_its_direction_exactly(angle_rad: float) -> None:
+    wrapped = wrap_angle(angle_rad)
+    assert -math.pi <= wrapped < math.pi
+    assert wrap_angle(wrapped) == wrapped == builtins.wrap_angle(angle_rad)
+    assert (Fraction(angle_rad) - Fraction(wrapped)) % Fraction(math.tau) == 0

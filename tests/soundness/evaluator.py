@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any
 
 from specc.model import expr as m
@@ -275,6 +276,43 @@ def _turn(X: Rows, Y: Rows) -> float:
     return math.acos(max(-1.0, min(1.0, (trace - 1.0) / 2.0)))
 
 
+# Numbers: exact fractions, or comparisons ----------------------------------------------
+
+_PI = Fraction(math.pi)
+
+
+def _clamp(a: Value, low: Value, high: Value) -> Value:
+    if high < low or a > high:
+        return high
+    return low if a < low else a
+
+
+def _sign(a: float) -> int:
+    return 0 if a == 0 else 1 if a > 0 else -1
+
+
+def _floor(a: float) -> int:
+    whole = int(a)  # cut off towards zero
+    return whole - 1 if whole > a else whole
+
+
+def _round(a: float) -> int:
+    """The nearer of the two whole numbers around it; the even one if both are as near."""
+    below = _floor(a)
+    up, down = below + 1 - Fraction(a), Fraction(a) - below
+    if up == down:
+        return below if below % 2 == 0 else below + 1
+    return below + 1 if up < down else below
+
+
+def _wrap_angle(a: float) -> float:
+    """Whole turns taken off until it is from -pi to pi, without pi; no result is rounded."""
+    turns = _floor((Fraction(a) + _PI) / (2 * _PI))
+    exact = Fraction(a) - 2 * _PI * turns
+    assert -_PI <= exact < _PI and Fraction(float(exact)) == exact
+    return float(exact)
+
+
 _BUILTINS: dict[str, Callable[..., Value]] = {
     "near": _near,
     "inverse": _inverse,
@@ -291,6 +329,12 @@ _BUILTINS: dict[str, Callable[..., Value]] = {
     "sin": math.sin,
     "cos": math.cos,
     "atan2": math.atan2,
+    "clamp": _clamp,
+    "hypot": math.hypot,
+    "sign": _sign,
+    "floor": _floor,
+    "round": _round,
+    "wrap_angle": _wrap_angle,
     "min": min,
     "max": max,
 }

@@ -195,7 +195,9 @@ class Phrases:
         return self.one((
             f"({a} + {b})", f"({a} - {b})", f"({a} * 2)", f"(-{a})", f"min({a}, {b})",
             f"max({a}, {b}, 1)", f"abs({a} - 2)", f"({a} ** 2)",
-            f"len({self.rooted('list[Reading]', depth)})",
+            f"len({self.rooted('list[Reading]', depth)})", f"clamp({a}, -3, {b})",
+            f"floor({self.rooted('real', depth)})", f"round({self.rooted('real', depth)})",
+            f"sign({self.rooted(self.one(('real[m]', 'int')), depth)})",
         ))  # fmt: skip
 
     def number(self, type_: str, depth: int) -> str:
@@ -205,11 +207,13 @@ class Phrases:
         ways = [
             f"({a} + {b})", f"({a} - {b})", f"({a} * {self.one(EIGHTHS)})", f"({a} / 4)", f"(-{a})",
             f"min({a}, {b})", f"max({a}, {b})", f"abs({a})", f"sqrt({a} * {a})",
+            f"clamp({a}, -1.5{unit}, {b})", f"hypot({a}, {b})",
         ]  # fmt: skip
         if self.chance(3):
             ways = [f"({a} / {self.rooted('real', 0)})", f"sqrt(1.0{unit} * {a})"] if unit else ways
         if type_ == "real":
             ways += [f"sin({a} * 1[rad])", f"cos(atan2({a}, {b}) - pi / 2)"]
+            ways += [f"wrap_angle(({a} + {self.one(('0', '3', '7.5'))}) * 1[rad]) / 1[rad]"]
             ways += [f"({self.rooted('int', 0)} / 2)", f"({self.rooted('real[m]', 0)} / 0.5[m])"]
         if type_ == "real[s]":
             ways += ["period", "elapsed"] if self.scope.clock else []

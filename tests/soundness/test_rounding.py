@@ -33,6 +33,21 @@ TABLES = {
     "near": ("near({p}, {q}, 1)", "abs({p} - {q}) > 1"),
     "near, both sides": ("near({p}, {q}, 1)", "{p} - {q} > 1", "{q} - {p} > 1"),
     "folded": ("{p} > 0.1 + 0.2", "{p} <= 0.3"),
+    "clamped": ("clamp({p}, {q}, {r}) > 0", "{r} <= 0 or {p} <= 0 and {q} <= 0"),
+    "between": ("{q} <= {r} and {q} <= clamp({p}, {q}, {r}) <= {r}", "{q} > {r}"),
+    "signs": ("sign({p} - {q}) > 0", "sign({p} - {q}) == 0", "sign({q} - {p}) == 1"),
+    "whole": ("floor({p}) < 1", "{p} >= 1"),
+    "even": ("round({p} + {q}) <= 2", "{p} + {q} > 2.5"),
+    "odd": ("round({p}) >= 2", "{p} < 1.5"),
+    "below": ("floor({p}) <= {p} and {p} - floor({p}) <= 1",),
+    "turned": ("wrap_angle({p} * 1[rad]) >= 0[rad]", "wrap_angle({p} * 1[rad]) < 0[rad]"),
+    "wrapped": ("-pi <= wrap_angle({p} * 1[rad]) and wrap_angle({p} * 1[rad]) < pi",),
+    "a turn": (
+        "{p} < -3 or {p} > 9",
+        "-3 <= {p} <= 9 and near(wrap_angle({p} * 1[rad]), {p} * 1[rad], 6.3[rad])",
+    ),
+    "diagonal": ("hypot({p}, {q}) >= abs({p}) and hypot({p}, {q}) >= -{q}",),
+    "way round": ("hypot({p}, {q}) <= 17.2 or abs({p}) > 8.5 or abs({q}) > 8.5",),
     "monotone": ("{p} + {r} < {q} + {r}", "{p} >= {q}"),
 }
 FAIL = ("one more", "scaled")
@@ -98,8 +113,15 @@ def test_times_between_two_periods_do_not_occur(
         ("near({p} + {p}, {q} + {q}, 1)", "not near({p} + {p}, {q} + {q}, 1)"),
         ("max({p}, {q}) > {r}", "not {p} > {r} and not {q} > {r}"),
         ("abs({p}) < 1", "{p} >= 1 or {p} <= -1"),
+        ("round({p}) <= 2", "{p} > 2.5"),
+        ("sign({p}) <= 0", "floor({p}) > 0", "0 < {p} < 1"),
+        ("wrap_angle({p} * 1[rad]) > 1[rad]", "wrap_angle({p} * 1[rad]) <= 1[rad]"),
+        ("hypot({p}, {q}) < {r}", "not hypot({p}, {q}) < {r}"),
     ],
-    ids=["reading", "overflow", "product", "negated", "near", "largest", "absolute"],
+    ids=[
+        *("reading", "overflow", "product", "negated", "near", "largest", "absolute"),
+        *("even", "whole", "wrapped", "diagonal"),
+    ],
 )
 def test_what_is_proved_holds_of_the_largest_numbers(rows: tuple[str, ...], tmp_path: Path) -> None:
     result = compiled(three(rows, "real"), tmp_path)

@@ -47,9 +47,11 @@ PREDICATES = tuple(
 """All that the operator `passes` may be."""
 ATOMS: dict[str, tuple[str, ...]] = {
     "p": ("{p} < {c}", "{p} >= {c}", "{c} <= {p}", "-{p} < {c}", "near({p}, {c}, 0.5)",
-          "abs({p}) <= {c}", "{c} < {p} <= 1.5", "2 * {p} > {c}", "{p} / 2 <= {c}"),
+          "abs({p}) <= {c}", "{c} < {p} <= 1.5", "2 * {p} > {c}", "{p} / 2 <= {c}",
+          "floor({p}) < {c}", "round({p}) <= {c}", "sign({p}) == {i}", "clamp({p}, 0, 1) > {c}"),
     "pq": ("{p} < {q}", "{q} <= {p}", "{p} + {q} < {c}", "{q} - {p} >= {c}", "near({p}, {q}, {t})",
-           "max({p}, {q}) > {c}", "min({q}, {p}) <= {c}", "abs({p} - {q}) > {c}"),
+           "max({p}, {q}) > {c}", "min({q}, {p}) <= {c}", "abs({p} - {q}) > {c}",
+           "clamp({p}, {q}, 1) > {c}", "floor({p}) <= round({q})"),
     "n": ("{n} == {i}", "{n} < {i}", "{n} >= {i}", "{n} != {i}", "2 * {n} > {i}", "{n} + 1 <= {i}"),
     "nk": ("{n} < {k}", "{n} == {k}", "{n} + {k} > {i}", "{n} - {k} == {i}", "max({n}, {k}) < {i}"),
     "m": ("{m} == {a}", "{m} in {{{a}, {o}}}", "{m} != {a}", "{m} not in {{{a}}}", "passes({m})"),

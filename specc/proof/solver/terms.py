@@ -259,6 +259,10 @@ class Terms:
         """The term of a number."""
         return constant(value)
 
+    def whole(self, value: int) -> Any:
+        """The term of a whole number."""
+        return z3.IntVal(value)
+
     def choice(self, test: Any, then: Any, otherwise: Any) -> Any:
         """`then if test else otherwise`."""
         return z3.If(test, then, otherwise)
@@ -308,6 +312,8 @@ class Terms:
         if isinstance(known, (int, float)) and abs(known) < _LARGEST_FLOAT:
             return self.rounding.float(constant(float(known)))
         term = z3.ToReal(self.number(expr))
+        if _is_float(self._numbering.looked_through(expr)):
+            return self.rounding.float(term)
         return term if known is not None else self.rounding.rounded(f"float {key}", term)
 
     def _component(self, expr: Component) -> Any:
@@ -340,9 +346,11 @@ class Terms:
             time = z3.RealVal(str(step)) * z3.ToReal(self.periods())
             error = time / 2**53
             self.laws.append(z3.And(term - time <= error, time - term <= error))
-        bound = self._numbering.least(expr)
-        if bound is not None:
-            self.laws.append(term >= constant(bound))
+        least = self._numbering.least(expr)
+        if least is not None:
+            self.laws.append(term >= constant(least))
+        if isinstance(expr, Builtin) and (most := FUNCTIONS[expr.name].within[1]) < math.inf:
+            self.laws.append(term <= constant(most))
         return term
 
     def periods(self) -> Any:
@@ -354,6 +362,15 @@ class Terms:
     def _known(self, expr: Expr) -> float | None:
         known = self._numbering.value(self._numbering.number(expr))
         return known if isinstance(known, (int, float)) and known != 0 else None
+
+
+def _is_float(whole: Expr) -> bool:
+    """Whether a whole number is made of a float, and one itself."""
+    return (
+        isinstance(whole, Builtin)
+        and FUNCTIONS[whole.name].stays_float
+        and isinstance(whole.args[0].type, Real)
+    )
 
 
 def _sort(type_: Type) -> Any:
