@@ -66,7 +66,7 @@ def _claims(machine: analysis.Machine) -> Claims:
         one, other = misfit.because[0], misfit.because[-1]
         if misfit.kind == "itself":
             found.anywhere[f"same {misfit.expr}"] = _same(one, other)
-        elif misfit.kind == "clamp":
+        elif misfit.kind == "bounds":
             found.anywhere[f"limited {misfit.expr}"] = _same(misfit.expr, one)
     for state in subsystem.states:
         for late in machine.lasting.late(state):
