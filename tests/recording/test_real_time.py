@@ -16,6 +16,7 @@ from unittest import mock
 import pytest
 from specc_runtime import application
 from specc_runtime.clock import WallClock
+from specc_runtime.punctuality import Punctuality
 
 from tests.recording.runs import CONVEYOR, ROOT, messages, report_of, specc
 from tests.recording.test_snapshots import spec_in
@@ -41,8 +42,11 @@ class Stalling(DrivenClock):
 
 @contextmanager
 def on_the(clock: WallClock) -> Iterator[None]:
-    """Runs made inside have this clock."""
-    with mock.patch.object(application, "WallClock", lambda: clock):
+    """Runs made inside have this clock, and leave priority and memory of the process alone."""
+    with (
+        mock.patch.object(application, "WallClock", lambda: clock),
+        mock.patch.object(Punctuality, "begin"),
+    ):
         yield
 
 
