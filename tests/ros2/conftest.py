@@ -7,6 +7,7 @@ import signal
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from threading import Timer
 
 import pytest
 
@@ -44,6 +45,17 @@ def arm(ros: str) -> Iterator[Start]:
     yield start
     for process in started:
         end(process)
+
+
+def says(process: subprocess.Popen[str], wanted: str) -> bool:
+    """Whether a process that was started prints this line; one that does not in time is ended."""
+    assert process.stdout is not None
+    ending = Timer(60.0, process.kill)
+    ending.start()
+    lines = iter(process.stdout.readline, "")
+    found = any(line == f"{wanted}\n" for line in lines)
+    ending.cancel()
+    return found
 
 
 def end(process: subprocess.Popen[str]) -> str:
