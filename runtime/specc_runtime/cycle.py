@@ -202,7 +202,9 @@ class Executor:
         to_come = {track.name for track in due} if self._ages else set()
 
         def late(sender: str) -> int:
-            return 0 if sender in to_come else self._tracks[sender].skipped_until(tick)
+            track = self._tracks[sender]
+            begins = sender in to_come and (real is None or self._due.is_apart(track, real.now_s))
+            return 0 if begins else track.skipped_until(tick)
 
         for track in due:
             to_come.discard(track.name)
