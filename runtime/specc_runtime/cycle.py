@@ -81,9 +81,9 @@ class Executor:
         self._onlooker = onlooker
         self._observers = tuple(observers)
         self._rates = rates = sensor_rates(system)
-        self._sensors = sensors_read(system, plant, rates)
+        self._sensors = sensors_read(system, plant, rates, self._now_s)
         self._safe = system.plant.safe if system.plant else ()
-        hand_over(self._safe, plant, self._sensors, clock or WallClock(), self._now_s)
+        hand_over(self._safe, plant, self._sensors, clock or WallClock())
         self._commands: Commands = {}
         due = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
         self._pool = None if inline else worker_pool(system)

@@ -5,6 +5,8 @@ Implementations live in `specc_runtime.plants`.
 
 from __future__ import annotations
 
+import math
+import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -25,15 +27,25 @@ NO_SAMPLE: Final = NoSample.NO_SAMPLE
 
 
 class Sample(NamedTuple):
-    """A value with the time at which it was measured, where that is not the time of sampling.
+    """A value that was measured `age_s` seconds before the call of `sample` that returns it.
 
-    `at_s` is on the clock of the run, in s since its begin: negative for what was measured before,
-    which counts as measured then. In the device host it is that of `time.monotonic()`. The value
-    may be a `Deferred`.
+    So a plant needs no clock but its own, simulated or not. What is older than the run counts as
+    measured when it began, a negative age as 0. The value may be a `Deferred`.
     """
 
     value: Any
-    at_s: float
+    age_s: float
+
+    def measured_s(self, now_s: float) -> float:
+        """When it was measured, on any clock; raises PlantError for an age that is no time."""
+        try:
+            age_s = float(self.age_s)
+        except (TypeError, ValueError, OverflowError):
+            age_s = math.nan
+        if not math.isfinite(age_s):
+            told = reprlib.repr(self.age_s)
+            raise PlantError(f"the sample has the age {told}, which is no time in s")
+        return now_s - max(age_s, 0.0)
 
 
 class Deferred:
@@ -171,15 +183,11 @@ class Plant(Protocol):
 class Guarded(Protocol):
     """What a plant has in addition that gives devices their safe outputs if the agent cannot.
 
-    It is told ahead of time what they are: its last will. Its samples have been measured before,
-    on a clock of their own.
+    It is told ahead of time what they are: its last will.
     """
 
-    def inherit(self, will: Callable[[], None], time_s: Callable[[], float]) -> None:
-        """`will` hands over what has changed: it is to be called now and after every tick.
-
-        `time_s` gives the time of the run, which began at tick 0.
-        """
+    def inherit(self, will: Callable[[], None]) -> None:
+        """`will` hands over what has changed: it is to be called now and after every tick."""
 
     def bequeath(self, device: str, will: Mapping[str, Sequence[tuple[str, Any]]]) -> None:
         """What each element of a device is to get, by its name: the first value that it takes.

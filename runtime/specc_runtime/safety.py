@@ -113,15 +113,11 @@ def hand_over(
     plant: Plant | None,
     sensors: Mapping[str, Sensor],
     clock: WallClock,
-    time_s: Callable[[], float],
 ) -> None:
-    """Let the plant know the safe outputs from now on, if it can give them itself.
-
-    `time_s` gives the time of the run.
-    """
+    """Let the plant know the safe outputs from now on, if it can give them itself."""
     if not shortcomings(plant, Guarded):
         guarded = cast(Guarded, plant)
-        guarded.inherit(LastWill(devices, guarded, sensors, clock).update, time_s)
+        guarded.inherit(LastWill(devices, guarded, sensors, clock).update)
 
 
 def leave_safe(

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
 from specc_runtime.buffers import Put
 from specc_runtime.distortion import Distortion
-from specc_runtime.faults import DeviceFailed, Fault, device_at_fault, text_of
+from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
 from specc_runtime.plant import NO_SAMPLE, Deferred, Sample
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
@@ -30,11 +29,17 @@ class Sensor:
     """
 
     __slots__ = (
-        *("_binding", "_sample", "_taken_s", "count", "distortion", "measured_s", "name", "silent"),
-        "value",
+        *("_binding", "_now_s", "_sample", "_taken_s", "count", "distortion", "measured_s", "name"),
+        *("silent", "value"),
     )
 
-    def __init__(self, binding: SensorBinding, sample: Callable[[str], Any]) -> None:
+    def __init__(
+        self,
+        binding: SensorBinding,
+        sample: Callable[[str], Any],
+        now_s: Callable[[], float] | None = None,
+    ) -> None:
+        """`now_s` gives the time of the run, which in real time is that of the clock."""
         self.name = binding.name
         self.count = 0
         self.value: Any = NO_SAMPLE
@@ -42,6 +47,7 @@ class Sensor:
         self.distortion: Distortion | None = None
         self._binding = binding
         self._sample = sample
+        self._now_s = now_s
         self._taken_s = 0.0
         self.measured_s = 0.0
 
@@ -78,7 +84,8 @@ class Sensor:
         value = self._given(self._sample, self.name)
         measured_s = time_s
         if type(value) is Sample:
-            value, measured_s = value.value, self._time(value, time_s)
+            measured_s = self._measured_s(value, time_s)
+            value = value.value
         if value is NO_SAMPLE or (self.silent and self.count):
             if why := self._refusal(time_s):
                 raise DeviceFailed(self.name, PlantError(why))
@@ -91,16 +98,13 @@ class Sensor:
         self._taken_s = time_s
         self.measured_s = measured_s
 
-    def _time(self, sample: Sample, now_s: float) -> float:
-        """When a sample was measured: from the begin of the run on, and not later than now."""
+    def _measured_s(self, sample: Sample, time_s: float) -> float:
+        """When a sample was measured: from the begin of the run on, and not after this tick."""
+        now_s = time_s if self._now_s is None else self._now_s()
         try:
-            at_s = float(sample.at_s)
-        except (TypeError, ValueError, OverflowError):
-            at_s = math.nan
-        if not math.isfinite(at_s):
-            why = f"the sample was measured at {text_of(sample.at_s)}, which is no time in s"
-            raise DeviceFailed(self.name, PlantError(why))
-        return min(max(at_s, 0.0), now_s)
+            return min(max(sample.measured_s(now_s), 0.0), time_s)
+        except PlantError as error:
+            raise DeviceFailed(self.name, error) from None
 
     def _computed(self, sample: Deferred, distortion: Distortion | None) -> Any:
         return self._accepted(self._given(sample.value), distortion)

@@ -10,7 +10,7 @@ import math
 import os
 import sys
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -109,11 +109,13 @@ def sensor_rates(system: System) -> dict[str, SensorRate]:
     return rates
 
 
-def sensors_read(system: System, plant: Plant | None, read: Collection[str]) -> dict[str, Sensor]:
-    """The sensors that somebody reads."""
+def sensors_read(
+    system: System, plant: Plant | None, read: Collection[str], now_s: Callable[[], float]
+) -> dict[str, Sensor]:
+    """The sensors that somebody reads; `now_s` gives the time of the run."""
     if system.plant is None or plant is None:
         return {}
-    return {b.name: Sensor(b, plant.sample) for b in system.plant.sensors if b.name in read}
+    return {b.name: Sensor(b, plant.sample, now_s) for b in system.plant.sensors if b.name in read}
 
 
 WORKER_PERIOD_S = 0.05

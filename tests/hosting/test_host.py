@@ -39,9 +39,9 @@ def raised(hosted: HostedPlant, call: Any = None) -> BaseException | None:
 def test_a_run_from_the_first_sample_to_the_end(tmp_path: Path) -> None:
     hosted = plant(tmp_path, values={Q: "array"})
     hosted.bequeath("a.E.d", {U: [("safe", "safe")]})
-    hosted.inherit(lambda: None, lambda: 5.0)
+    hosted.inherit(lambda: None)
     sample = hosted.sample(Q)
-    assert type(sample) is Sample and sample.at_s <= 5.0
+    assert type(sample) is Sample and 0.0 <= sample.age_s < 20.0
     assert (sample.value == np.arange(0x0100, 0x0D00, 0x0202).reshape(2, 3)).all()
     assert not sample.value.flags.writeable
     for value in (1.0, 2.0):

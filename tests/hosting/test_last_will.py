@@ -179,7 +179,7 @@ class Plant:
         self.bequeathed: list[tuple[str, Mapping[str, Sequence[tuple[str, Any]]]]] = []
         self.calls: list[str] = []
 
-    def inherit(self, will: Any, time_s: Any) -> None:
+    def inherit(self, will: Any) -> None:
         self.will = will
         will()
 
@@ -230,7 +230,7 @@ class Clock(WallClock):
 
 
 def heir(plant: Any, drive: Any, sensor: Any, clock: Clock) -> None:
-    hand_over((drive,), plant, {"a.E.d.q": sensor}, clock, lambda: 0.0)
+    hand_over((drive,), plant, {"a.E.d.q": sensor}, clock)
 
 
 def test_the_will_follows_what_devices_report() -> None:

@@ -11,6 +11,8 @@ import pytest
 from specc_runtime import NO_SAMPLE, Executor, Sample
 from specc_runtime.faults import Fault
 from specc_runtime.plant import Deferred
+from specc_runtime.plants.binding import SensorBinding
+from specc_runtime.sampling import Sensor
 from specc_runtime.system import System
 
 from specc.pipeline import compile_spec
@@ -126,18 +128,28 @@ def test_what_was_sent_gets_older_until_the_next_value_comes(tmp_path: Path) -> 
 
 def test_a_sample_says_when_it_was_measured(tmp_path: Path) -> None:
     with system(tmp_path) as made:
-        found, _ = ages(made, Cam(lambda n, now_s: Sample(1.0, now_s - 0.03)))
+        found, _ = ages(made, Cam(lambda n, now_s: Sample(1.0, 0.03)))
     assert found[5] == 0.05  # of the first sample: nothing is measured before the run
     assert found[10] == pytest.approx(0.08)
     with system(tmp_path) as made:
-        found, _ = ages(made, Cam(lambda n, now_s: Sample(Deferred(lambda: 1.0), now_s + 9)))
+        found, _ = ages(made, Cam(lambda n, now_s: Sample(Deferred(lambda: 1.0), -9.0)))
     assert found[5:7] == [0.05, 0.06]  # nor later than it was sampled
 
 
-@pytest.mark.parametrize("at", [float("nan"), float("inf"), 10**400, "soon", None])
-def test_a_sample_of_no_time_is_the_devices_fault(at: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("age_s", "measured_s"), [(0.25, 1.25), (0.75, 0.75), (0.0, 1.25), (9.0, 0.0)]
+)
+def test_an_age_counts_from_now_and_not_from_the_tick(age_s: float, measured_s: float) -> None:
+    """In real time a sample is taken some time after its tick, here of 1.25 s."""
+    sensor = Sensor(SensorBinding("d"), lambda name: Sample(1.0, age_s), lambda: 1.5)
+    sensor.update(1.25)
+    assert sensor.measured_s == measured_s
+
+
+@pytest.mark.parametrize("age", [float("nan"), float("inf"), 10**400, "soon", None])
+def test_a_sample_of_no_age_is_the_devices_fault(age: Any, tmp_path: Path) -> None:
     with system(tmp_path) as made:
-        _, (fault,) = ages(made, Cam(lambda n, now_s: Sample(1.0, at)))
+        _, (fault,) = ages(made, Cam(lambda n, now_s: Sample(1.0, age)))
     assert fault.as_data()["culprit"] == "device arm.R.cam.d"
     assert "which is no time in s" in fault.message
 

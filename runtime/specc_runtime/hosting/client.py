@@ -58,7 +58,7 @@ class Setup:
 class _Reading:
     """What the agent knows of an element that it reads."""
 
-    __slots__ = ("index", "is_sporadic", "kept_s", "measured_s", "number", "sample")
+    __slots__ = ("index", "is_sporadic", "kept_s", "measured_s", "number", "value")
 
     def __init__(self, index: int, *, is_sporadic: bool, kept_s: float) -> None:
         self.index = index
@@ -66,7 +66,7 @@ class _Reading:
         self.kept_s = kept_s
         self.number = 0
         self.measured_s = 0.0
-        self.sample: Sample | None = None
+        self.value: Any = NO_SAMPLE
 
 
 class HostedPlant:
@@ -102,8 +102,6 @@ class HostedPlant:
         self._failures: dict[str, str] = {}
         self._ended: PlantError | None = None
         self._asked: tuple[str, float] | None = None
-        begin_s = time.monotonic()
-        self._time_s: Callable[[], float] = lambda: time.monotonic() - begin_s
         self._is_leaving = self._is_told = False
         self._outputs = 0
         self._taken: dict[int, str] = {}
@@ -153,7 +151,7 @@ class HostedPlant:
         memory = self._host.memory
         if memory.number(reading.index) == reading.number or not self._read(name, reading):
             return self._again(reading)
-        return reading.sample
+        return Sample(reading.value, time.monotonic() - reading.measured_s)
 
     def _read(self, name: str, reading: _Reading) -> bool:
         raw = self._host.memory.read(reading.index)
@@ -167,21 +165,17 @@ class HostedPlant:
             raise
         except Exception as error:
             raise PlantError(f"a value that cannot be read: {said(error)}") from error
-        reading.number, reading.measured_s = raw.number, raw.measured_s
-        reading.sample = Sample(value, self._on_clock_of_run(raw.measured_s))
+        reading.number, reading.measured_s, reading.value = raw.number, raw.measured_s, value
         return True
 
     def _again(self, reading: _Reading) -> Any:
         """What an element has that has nothing new."""
-        if reading.is_sporadic or reading.sample is None:
+        if reading.is_sporadic or reading.value is NO_SAMPLE:
             return NO_SAMPLE
         old_s = time.monotonic() - reading.measured_s
         if old_s > reading.kept_s:
             raise PlantError(f"there has been no new value for {old_s:.3g} s")
-        return reading.sample
-
-    def _on_clock_of_run(self, measured_s: float) -> float:
-        return self._time_s() - (time.monotonic() - measured_s)
+        return Sample(reading.value, old_s)
 
     def actuate(self, name: str, value: Any) -> None:
         """Hand an output to the host; once the run ends, wait until the device has taken it.
@@ -230,9 +224,9 @@ class HostedPlant:
 
     # The last will.
 
-    def inherit(self, will: Callable[[], None], time_s: Callable[[], float]) -> None:
-        """See `Guarded`. Samples have their times on the clock of `time_s`."""
-        self._will, self._time_s = will, time_s
+    def inherit(self, will: Callable[[], None]) -> None:
+        """See `Guarded`."""
+        self._will = will
         will()
 
     def bequeath(self, device: str, will: Mapping[str, Sequence[tuple[str, Any]]]) -> None:

@@ -93,8 +93,8 @@ class PythonPlant:
         time.sleep(min(max(0.0, wake_s - time.monotonic()), timeout_s))
         with self._lock, _told_plainly():
             self._advance()
-            samples = [(name, self._sampled(name)) for name in self._due()]
-        found = [made for name, sample in samples for made in self._measured(name, sample)]
+            samples = [(name, *self._sampled(name)) for name in self._due()]
+        found = [made for sample in samples for made in self._measured(*sample)]
         try:
             while True:
                 found.append(self._computed.get_nowait())
@@ -116,23 +116,24 @@ class PythonPlant:
             self._due_s[name] += period_s * (1 + int((now_s - self._due_s[name]) / period_s))
         return due
 
-    def _sampled(self, name: str) -> Any:
-        """What the plant gives; an exception in the place of what it raises."""
+    def _sampled(self, name: str) -> tuple[Any, float]:
+        """What the plant gives and when it was measured; an exception in the place of a value."""
         if name in self._computing:
-            return NO_SAMPLE
-        now_s = time.monotonic()
+            return NO_SAMPLE, 0.0
+        begin_s = time.monotonic()
         try:
             value = self._plant.sample(name)
+            if type(value) is Sample:
+                return value.value, value.measured_s(time.monotonic())
         except BaseException as error:  # noqa: BLE001  # whatever the plant raises
-            return _plain(error)
-        return value if value is NO_SAMPLE or type(value) is Sample else Sample(value, now_s)
+            value = _plain(error)
+        return value, begin_s
 
-    def _measured(self, name: str, sample: Any) -> list[Measured]:
-        if sample is NO_SAMPLE:
+    def _measured(self, name: str, value: Any, at_s: float) -> list[Measured]:
+        if value is NO_SAMPLE:
             return []
-        if isinstance(sample, BaseException):
-            return [(name, sample, time.monotonic())]
-        value, at_s = sample
+        if isinstance(value, BaseException):
+            return [(name, value, at_s)]
         if type(value) is not Deferred:
             return [(name, _dumped(value), at_s)]
         self._computing.add(name)
