@@ -32,9 +32,8 @@ from specc.lang import (
 from specc.lang.errors import Declared
 from specc.model import expr as e
 from specc.model.system import types_used
-from specc.model.types import Enum, PartialOf, Pose, Real, Spatial, Type, Vector, inner_types
+from specc.model.types import Enum, PartialOf, Pose, Real, Spatial, Type, Vector
 from specc.pipeline import build
-from specc.reachable import reachable
 
 Values = Mapping[str, Any]
 """Values by the names of the specification: `x.c.v_d`, or `v_p` of memory.
@@ -71,7 +70,7 @@ class Stepped:
         self._subsystem = loaded.scheduled(subsystem).subsystem
         self._stepper = Stepper(self._subsystem)
         constants = (*system.constants, *self._model.constants)
-        every = reachable(types_used(system), inner_types)
+        every = types_used(system)
         self._scope = Scope(
             constants={c.name: Declared(c.value.type, c.place, c.value) for c in constants},
             enums=members_of(type_ for type_ in every if isinstance(type_, Enum)),

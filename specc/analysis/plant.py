@@ -10,7 +10,7 @@ from specc.frozen import frozen
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.binding import PLANT, Binding
 from specc.model.system import Element, Plant, System
-from specc.model.types import Real, Spatial, Type, Vector
+from specc.model.types import Type
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.read import Reach
 
@@ -145,14 +145,8 @@ def differs(raw: Raw, unit: Unit, wanted: Unit) -> bool:
 
 def units_of(type_: Type) -> tuple[Unit, ...] | None:
     """Units of the numbers that a value consists of; None if it does not consist of numbers."""
-    match type_:
-        case Real(unit=unit):
-            return (unit,)
-        case Vector(size=size, element=Real(unit=unit)):
-            return (unit,) * size
-        case Spatial(linear=linear, angular=angular):
-            return (linear,) * 3 + (angular,) * 3
-    return None
+    numbers = type_.components if type_.is_array else (type_,)
+    return tuple(unit for part in numbers for unit in part.units) or None
 
 
 def coordinate(name: str, model: Model) -> tuple[str, str]:

@@ -303,11 +303,7 @@ def _wanted(message: str) -> str:
 
 def frames_of(part: Part, type_: Type) -> Iterator[tuple[str, str]]:
     """Fields of a message that hold a frame, and the frame of the specification."""
-    match type_:
-        case Pose(parent=parent, child=child):
-            yield from ((part.frame, parent), (part.child, child))
-        case Spatial(frame=frame) | Vector(frame=frame):
-            yield part.frame, frame
+    return zip((part.frame, part.child), type_.frames, strict=False)
 
 
 def named_frames(part: Part, type_: Type, ros2: Ros2) -> tuple[tuple[str, str], ...]:

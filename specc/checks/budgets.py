@@ -9,7 +9,7 @@ from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import ms
 from specc.model.system import Subsystem
-from specc.model.types import Opaque, Type, inner_types
+from specc.model.types import Opaque, Type
 from specc.source import Place
 
 # A step is over before the next one is due.
@@ -92,7 +92,7 @@ def _uncodable(type_: Type) -> Iterator[Opaque]:
     """The opaque types without a codec among the parts of a type."""
     if isinstance(type_, Opaque) and not type_.codec:
         yield type_
-    for inner in inner_types(type_):
+    for inner in type_.parts:
         yield from _uncodable(inner)
 
 

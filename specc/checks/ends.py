@@ -10,7 +10,7 @@ from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.model.system import Device, Element, Port, Shared, Subsystem
-from specc.model.types import Enum, Opaque, Record, Type, inner_types
+from specc.model.types import Enum, Opaque, Record, Type
 from specc.source import Place
 
 # Connected buffers have exactly the same structure at both ends.
@@ -187,7 +187,7 @@ def _told_apart(one: Type, other: Type) -> tuple[str, str]:
 def _parts(type_: Type) -> list[tuple[str, Type]]:
     if isinstance(type_, Record):
         return [(f"{name}: ", inner) for name, inner in type_.fields]
-    return [("", inner) for inner in inner_types(type_)]
+    return [("", inner) for inner in type_.parts]
 
 
 def _inside(type_: Type) -> str:

@@ -12,8 +12,7 @@ from specc.lang import or_else
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT, Binding
 from specc.model.system import System
-from specc.model.types import Image, Record, Type, inner_types
-from specc.reachable import reachable
+from specc.model.types import Image, Record, Type, within
 from specc.source import Place
 
 # The model of the plant is there and is MJCF.
@@ -121,7 +120,7 @@ def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
 
 
 def _classless(type_: Type) -> set[str]:
-    found = reachable([type_], inner_types)
+    found = within([type_])
     return {part.name for part in found if isinstance(part, Record) and not part.python}
 
 

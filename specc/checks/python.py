@@ -9,8 +9,7 @@ from specc.analysis import Facts
 from specc.analysis.python import lacks
 from specc.diagnostics import Diagnostic
 from specc.model.system import System, types_used
-from specc.model.types import Opaque, Record, inner_types
-from specc.reachable import reachable
+from specc.model.types import Opaque, Record
 from specc.source import Place
 
 
@@ -33,7 +32,7 @@ def _named(system: System) -> Iterator[tuple[str, Place]]:
     for operator in system.operators:
         yield operator.python, operator.place.below("python")
     places = {named.name: named.place for named in system.types}
-    for type_ in reachable(types_used(system), inner_types):
+    for type_ in types_used(system):
         if isinstance(type_, Record | Opaque) and type_.name in places:
             place = places[type_.name]
             yield type_.python, place.below("python")

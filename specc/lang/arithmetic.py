@@ -22,7 +22,6 @@ from specc.model.types import (
     Vector,
     point,
 )
-from specc.model.units import Unit
 
 _LARGEST_POWER = 9
 _SUMS = {"+": "cannot be added", "-": "cannot be subtracted"}
@@ -58,9 +57,7 @@ def unary(ctx: Context, node: ast.UnaryOp, hint: Type | None) -> Expr:
 
 
 def _is_quantity(type: Type) -> bool:
-    return isinstance(type, (Int, Real, Spatial)) or (
-        isinstance(type, Vector) and isinstance(type.element, Real)
-    )
+    return isinstance(type, Int) or bool(type.units)
 
 
 def _sum(ctx: Context, node: ast.BinOp, op: Literal["+", "-"], hint: Type | None) -> Expr:
@@ -146,22 +143,13 @@ def _scaled(type: Type, by: Type, op: Literal["*", "/"]) -> Type | None:
 
 
 def _within_reason(ctx: Context, node: ast.BinOp, type: Type) -> Type:
-    if any(not unit.is_reasonable for unit in _units_of(type)):
+    if any(not unit.is_reasonable for unit in type.units):
         message, help = (
             "the powers in the unit of this are too large",
             "compute it in an operator",
         )
         raise ctx.error(node, message, help, "E0311")
     return type
-
-
-def _units_of(type: Type) -> tuple[Unit, ...]:
-    match type:
-        case Real(unit=unit) | Vector(element=Real(unit=unit)):
-            return (unit,)
-        case Spatial(linear=linear, angular=angular):
-            return linear, angular
-    return ()
 
 
 def _power(ctx: Context, node: ast.BinOp) -> Expr:

@@ -17,7 +17,7 @@ from typing import Any
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.values import compose, elementwise, moved
 from specc.model import expr as m
-from specc.model.types import ListOf, Real, Spatial, Vector
+from specc.model.types import ListOf, Real, Vector
 
 Value = Any
 
@@ -121,8 +121,7 @@ def _logic(e: m.Logic, env: Environment) -> bool:
 def _items(e: m.Items, env: Environment) -> Value:
     env.count(len(e.items))
     values = tuple(_arguments(e.items, env))
-    real = isinstance(e.type, Vector) and isinstance(e.type.element, Real)
-    return tuple(map(float, values)) if real or isinstance(e.type, Spatial) else values
+    return tuple(map(float, values)) if e.type.is_array else values
 
 
 def _quantifier(e: m.Quantifier, env: Environment) -> Value:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Sequence
 from functools import partial
 
 from specc.diagnostics.nearest import nearest, surely_meant
@@ -25,7 +24,6 @@ from specc.model.types import (
     Text,
     Type,
     Vector,
-    extent,
     whole,
 )
 from specc.model.units import UNITS, UnitError, unit_of
@@ -114,12 +112,10 @@ def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
     """`[a, b, c]`: a vector, spatial vector or list, as the hint says."""
     kind = hint if hint is None else whole(hint)
     match kind:
-        case Vector():
-            types: Sequence[Type] = [kind.element] * kind.size
-        case Spatial():
-            types = [Real(kind.linear)] * 3 + [Real(kind.angular)] * 3
+        case Vector() | Spatial():
+            types = kind.components
         case ListOf():
-            types = [kind.element] * len(node.elts)
+            types = (kind.element,) * len(node.elts)
             kind = ListOf(kind.element, nonempty=bool(node.elts))
         case _:
             return _inferred(ctx, node)
@@ -166,7 +162,7 @@ def _inferred(ctx: Context, node: ast.List) -> Items:
             for item in node.elts
         )
     )
-    if extent(element)[1] >= MAX_DEPTH:
+    if element.extent[1] >= MAX_DEPTH:
         message = f"lists are more than {MAX_DEPTH} levels deep"
         raise ctx.error(node, message, "make it a record of lists", "E0016")
     type: Type = ListOf(element, nonempty=True)

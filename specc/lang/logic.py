@@ -17,14 +17,11 @@ from specc.model.expr import Expr
 from specc.model.types import (
     Bool,
     Enum,
-    Int,
     OptionalOf,
     Pose,
     Real,
     Spatial,
-    Text,
     Type,
-    Vector,
 )
 
 # Typing rule of `value is None` and `value is not None`.
@@ -99,7 +96,7 @@ def _link(ctx: Context, left: Side, op: ast.cmpop, right: Side) -> Expr:
 
 def _check_equality(ctx: Context, left: Side, right: Side) -> None:
     a, b = left[1].type, right[1].type
-    if a == b and _is_discrete(a):
+    if a == b and a.is_discrete:
         return
     if not _is_inexact(a) or not (a == b or fits(b, a)):
         raise unlike(ctx, left, right, "cannot be equal")
@@ -142,15 +139,7 @@ def _type_of(ctx: Context, node: ast.expr) -> Type | None:
 
 
 def _is_inexact(type: Type) -> bool:
-    if isinstance(type, Vector):
-        return isinstance(type.element, Real)
-    return isinstance(type, (Real, Pose, Spatial))
-
-
-def _is_discrete(type: Type) -> bool:
-    if isinstance(type, Vector):
-        return not isinstance(type.element, Real)
-    return isinstance(type, (Bool, Int, Enum, Text))
+    return isinstance(type, Real) or type.is_array
 
 
 def _among(ctx: Context, node: ast.Compare) -> Expr:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 from specc.lang.errors import Scope
@@ -12,12 +12,10 @@ from specc.model.types import (
     Frame,
     Int,
     ListOf,
-    Opaque,
     OptionalOf,
     PartialOf,
     Pose,
     Real,
-    Record,
     Spatial,
     Type,
     Vector,
@@ -43,7 +41,7 @@ def unify(pattern: Type, actual: Type, bindings: Bindings) -> bool:
     trial = dict(bindings)
     if not _same_shape(pattern, actual):
         return False
-    pairs = zip(frames_of(pattern), frames_of(actual), strict=True)
+    pairs = zip(pattern.frames, actual.frames, strict=True)
     for wanted, frame in pairs:
         if wanted.startswith("?"):
             wanted = trial.setdefault(wanted, frame)
@@ -55,68 +53,26 @@ def unify(pattern: Type, actual: Type, bindings: Bindings) -> bool:
 
 def substitute(type: Type, bindings: Mapping[Frame, Frame]) -> Type:
     """The type with frames replaced wherever `bindings` has them."""
-
-    def frame(name: Frame) -> Frame:
-        return bindings.get(name, name)
-
-    match type:
-        case Pose():
-            return Pose(frame(type.parent), frame(type.child))
-        case Spatial() | Vector():
-            return replace(type, frame=frame(type.frame))
-        case ListOf():
-            return replace(type, element=substitute(type.element, bindings))
-        case OptionalOf():
-            return OptionalOf(substitute(type.value, bindings))
-        case PartialOf(value=Spatial() as value):
-            return PartialOf(replace(value, frame=frame(value.frame)))
-        case Opaque():
-            return replace(type, frames=tuple(map(frame, type.frames)))
-        case Record():
-            fields = tuple((name, substitute(inner, bindings)) for name, inner in type.fields)
-            return replace(type, frames=tuple(map(frame, type.frames)), fields=fields)
-    return type
-
-
-def frames_of(type: Type) -> Iterator[Frame]:
-    """The frames that a type names, from left to right."""
-    match type:
-        case Pose():
-            yield type.parent
-            yield type.child
-        case Spatial() | Vector() if type.frame:
-            yield type.frame
-        case ListOf(element=inner) | OptionalOf(value=inner) | PartialOf(value=inner):
-            yield from frames_of(inner)
-        case Opaque() | Record():
-            yield from type.frames
+    return type.framed(lambda frame: bindings.get(frame, frame))
 
 
 def has_variables(type: Type) -> bool:
     """Whether a type still names a frame variable."""
-    return any(frame.startswith("?") for frame in frames_of(type))
+    return any(frame.startswith("?") for frame in type.frames)
 
 
 def _same_shape(pattern: Type, actual: Type) -> bool:
-    """Whether two types differ in their frames at most."""
-    match pattern, actual:
-        case Pose(), Pose():
-            return True
-        case Vector(), Vector():
-            return bool(actual.frame) and pattern == replace(actual, frame=pattern.frame)
-        case Spatial(), Spatial():
-            return (pattern.linear, pattern.angular) == (actual.linear, actual.angular)
-        case ListOf(), ListOf():
-            enough = actual.nonempty or not pattern.nonempty
-            return enough and _same_shape(pattern.element, actual.element)
-        case OptionalOf(), OptionalOf():
-            return _same_shape(pattern.value, actual.value)
-        case PartialOf(), PartialOf():
-            return _same_shape(pattern.value, actual.value)
-        case (Opaque() | Record(), Opaque() | Record()):
-            same = type(pattern) is type(actual) and pattern.name == actual.name
-            return same and len(pattern.frames) == len(actual.frames)
-    return pattern == actual
+    """Whether two types differ in their frames at most, or in that a list is never empty."""
+    if isinstance(pattern, ListOf) and isinstance(actual, ListOf):
+        enough = actual.nonempty or not pattern.nonempty
+        return enough and _same_shape(pattern.element, actual.element)
+    if isinstance(pattern, OptionalOf) and isinstance(actual, OptionalOf):
+        return _same_shape(pattern.value, actual.value)
+    return pattern.framed(_any_frame) == actual.framed(_any_frame)
+
+
+def _any_frame(frame: Frame) -> Frame:
+    return frame and "?"
 
 
 # When a type serves where another is expected, and what helps when it does not.

@@ -28,8 +28,6 @@ from specc.model.expr import (
     Number,
 )
 from specc.model.types import (
-    SPATIAL_COMPONENTS,
-    VECTOR3_COMPONENTS,
     Bool,
     Enum,
     File,
@@ -39,9 +37,7 @@ from specc.model.types import (
     Pose,
     Real,
     Record,
-    Spatial,
     Type,
-    Vector,
 )
 from specc.model.units import RADIAN, SECOND, UNITS
 
@@ -189,7 +185,7 @@ def attribute(ctx: Context, node: ast.Attribute, hint: Type | None) -> Expr:
     value = ctx.infer(node.value)
     if isinstance(value.type, Record):
         return _field(ctx, node, value, value.type)
-    names = _component_names(value.type)
+    names = value.type.names
     if node.attr in names:
         return _component(node, value, names.index(node.attr))
     raise _no_part(ctx, node, value.type, names).because(ctx.origins(value))
@@ -202,8 +198,8 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
     value = ctx.infer(node.value)
     if isinstance(value.type, ListOf):
         return _of_list(ctx, node, value, value.type)
-    size = value.type.size if isinstance(value.type, Vector) else 6
-    if not isinstance(value.type, (Vector, Spatial)):
+    size = len(value.type.components)
+    if not size:
         message = f"`{ctx.quote(node.value)}` is `{value.type}`, which has no components"
         error = ctx.error(node, message, "`all(...)` and `any(...)` go over a list", "E0234")
         raise error.because(ctx.origins(value))
@@ -290,19 +286,8 @@ def _field(ctx: Context, node: ast.Attribute, value: Expr, record: Record) -> Ex
     raise error.not_there(message, "declare it under `fields:`", node.attr, known)
 
 
-def _component_names(type: Type) -> tuple[str, ...]:
-    if isinstance(type, Spatial) or (isinstance(type, Vector) and type.size == 6):
-        return SPATIAL_COMPONENTS
-    return VECTOR3_COMPONENTS if isinstance(type, Vector) and type.size == 3 else ()
-
-
 def _component(node: ast.expr, value: Expr, index: int) -> Component:
-    type: Type
-    if isinstance(value.type, Spatial):
-        type = Real(value.type.linear if index < 3 else value.type.angular)
-    else:
-        assert isinstance(value.type, Vector)  # callers looked
-        type = value.type.element
+    type = value.type.components[index]
     return Component(value, index, type=type, span=span(node))
 
 

@@ -9,7 +9,7 @@ from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.row import Form
 from specc.model import expr as m
-from specc.model.types import SPATIAL_COMPONENTS, Enum, Int, Real, Spatial
+from specc.model.types import Enum, Int, Real, Spatial
 from specc.model.units import DIMENSIONLESS
 
 _CHOICE, _OR, _AND, _NOT, _COMPARISON, _SUM, _PRODUCT, _NEGATION, _POWER, _ATOM = range(10)
@@ -103,7 +103,7 @@ def _choice(expr: m.Choice) -> tuple[str, int]:
 def _component(expr: m.Component) -> str:
     value = _within(expr.value, _ATOM)
     if isinstance(expr.value.type, Spatial):
-        return f"{value}.{SPATIAL_COMPONENTS[expr.index]}"
+        return f"{value}.{expr.value.type.names[expr.index]}"
     return f"{value}[{expr.index}]"
 
 

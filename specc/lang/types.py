@@ -13,7 +13,6 @@ from specc.frozen import frozen
 from specc.lang.builtins import RESERVED
 from specc.lang.errors import ExprError, one_of
 from specc.lang.literals import unit_error
-from specc.lang.mismatch import frames_of
 from specc.lang.parse import LONGEST, parse_syntax, span
 from specc.model import types as t
 from specc.model.types import Type
@@ -392,8 +391,8 @@ def _type(text: str, start: int, end: int, names: TypeNames) -> Type:
 
 
 def _check_variables(parameters: dict[str, Type], result: Type, start: int, end: int) -> None:
-    given = {frame for type in parameters.values() for frame in frames_of(type)}
-    for frame in frames_of(result):
+    given = {frame for type in parameters.values() for frame in type.frames}
+    for frame in result.frames:
         if frame.startswith("?") and frame not in given:
             message = f"frame `{frame[1:]}` is neither declared nor in a parameter"
             help = "declare it under `frames:`, or use it in the type of a parameter"

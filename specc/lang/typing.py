@@ -20,7 +20,6 @@ from specc.lang.errors import (
 from specc.lang.mismatch import (
     Bindings,
     fits,
-    frames_of,
     has_variables,
     substitute,
     unify,
@@ -144,7 +143,7 @@ class _Application:
         return self.ctx.whole(node, self.ctx.infer_any(node, hint), wanted)
 
     def _bound_frames(self, pattern: Type) -> str:
-        bound = [f for f in dict.fromkeys(frames_of(pattern)) if f in self.bindings]
+        bound = [f for f in dict.fromkeys(pattern.frames) if f in self.bindings]
         given = " and ".join(f"`{f[1:]}` is `{self.bindings[f]}`" for f in bound)
         return f"by the other arguments {given}" if given else ""
 

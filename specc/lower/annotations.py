@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
 
 from specc.lower.names import OWN_NAMES, Imports, NamedPlan, Namespace, identifier, literal
 from specc.model.system import System, types_used
@@ -25,10 +24,8 @@ from specc.model.types import (
     Text,
     Type,
     Vector,
-    inner_types,
     whole,
 )
-from specc.reachable import reachable
 
 # The named types of a system, found in everything that has a type.
 
@@ -36,7 +33,7 @@ from specc.reachable import reachable
 def named_types(system: System) -> tuple[tuple[str, Type], ...]:
     """Name and type of every enum and record in use, in the order of their declaration."""
     found: dict[Type, tuple[str, Type]] = {}
-    for type_ in reachable(types_used(system), inner_types):
+    for type_ in types_used(system):
         if isinstance(type_, Enum | Opaque | Record) and type_.name:
             found.setdefault(plain(type_), (type_.name, type_))
     order = {named.name: index for index, named in enumerate(system.types)}
@@ -65,22 +62,7 @@ class PythonTypes:
 
 def plain(type_: Type) -> Type:
     """A type without frames: Python does not tell `Object[K]` from `Object[B]`."""
-    match type_:
-        case Record(name=name, fields=fields, python=python):
-            return Record(name, (), tuple((part, plain(inner)) for part, inner in fields), python)
-        case Opaque(name=name, python=python):
-            return Opaque(name, (), python)
-        case Vector() | Spatial():
-            return replace(type_, frame="")
-        case PartialOf(value=value):
-            return PartialOf(replace(value, frame=""))
-        case Pose():
-            return Pose("", "")
-        case ListOf(element=inner, nonempty=nonempty):
-            return ListOf(plain(inner), nonempty)
-        case OptionalOf(value=inner):
-            return OptionalOf(plain(inner))
-    return type_
+    return type_.framed(lambda frame: "")
 
 
 class Annotations:

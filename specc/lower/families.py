@@ -18,7 +18,6 @@ from specc.lower.module import Module
 from specc.lower.names import literal
 from specc.lower.nodes import Nodes
 from specc.lower.table import TermTable
-from specc.lower.terms import is_array
 from specc.model.expr import ConstantRef, Expr, constants_in, mapped
 from specc.model.system import Constant, Device, Subsystem, System
 from specc.source import Place
@@ -136,4 +135,4 @@ def _written(module: Module, constant: Constant, known: Mapping[str, Expr]) -> s
 
     term = TermTable(()).of(plain(constant.value))
     text = Nodes(module, TermTable(()), hoists=False).value(term).text
-    return f"{module.imports.own('read_only')}({text})" if is_array(term.type) else text
+    return f"{module.imports.own('read_only')}({text})" if term.type.is_array else text

@@ -12,7 +12,7 @@ from specc.lang.row import Form
 from specc.lower.module import Module, shared_name
 from specc.lower.names import ConstantPlan, Namespace, comment, literal
 from specc.lower.table import LARGEST, TermTable, TooLarge
-from specc.lower.terms import Term, is_array
+from specc.lower.terms import Term
 from specc.model import expr as e
 from specc.model.system import Constant
 from specc.model.types import (
@@ -21,8 +21,6 @@ from specc.model.types import (
     ListOf,
     OptionalOf,
     Pose,
-    Real,
-    Spatial,
     Type,
     Vector,
     whole,
@@ -120,10 +118,7 @@ def component(value: Spelled, index: int, of: Type) -> Spelled:
 
 def is_tuple(type_: Type) -> bool:
     """Whether values are tuples: lists, and vectors of anything but reals."""
-    match type_:
-        case Vector(element=Real()):
-            return False
-    return isinstance(type_, (Vector, ListOf))
+    return isinstance(type_, (Vector, ListOf)) and not type_.is_array
 
 
 def items(operands: list[Spelled]) -> Spelled:
@@ -165,7 +160,7 @@ class Nodes:
             raise TooLarge
         if term in self.known:
             return self.known[term]
-        if self.hoists and is_array(term.type):
+        if self.hoists and term.type.is_array:
             if term.is_constant and not isinstance(term.node, e.ConstantRef):
                 return Spelled(self.array(term))
             if term.is_settled and term.args and self.is_settled:
@@ -310,7 +305,7 @@ class Nodes:
     ) -> None:
         text = Nodes(self.module, self.table, hoists=False).value(term).text
         is_frozen = isinstance(term.node, (e.Items, e.ConstantRef)) or shared_name(term.node)
-        if is_array(term.type) and not is_frozen:
+        if term.type.is_array and not is_frozen:
             text = f"{self.module.imports.own('read_only')}({text})"
         self.module.constants[key] = ConstantPlan(
             name=name,
@@ -360,11 +355,7 @@ _RULES: dict[type[e.Node], _Rule] = {
 
 
 def _unit(type_: Type) -> str:
-    match whole(type_):
-        case Real(unit=unit) | Vector(element=Real(unit=unit)):
-            return "" if str(unit) == "1" else str(unit)
-        case Spatial(linear=linear, angular=angular):
-            return f"{linear} and {angular}"
-        case Pose():
-            return str(type_)
-    return ""
+    if isinstance(type_, Pose):
+        return str(type_)
+    units = " and ".join(map(str, whole(type_).units))
+    return "" if units == "1" else units

@@ -28,7 +28,7 @@ from specc.model.expr import Number
 from specc.model.fsm import Behaviour, Condition, Transition
 from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.trace import Trace
-from specc.model.types import Real, Type, inner_types
+from specc.model.types import Real, Type
 from specc.model.units import SECOND
 
 
@@ -118,7 +118,7 @@ class Equations:
     def _of_type(self, type_: Type) -> Numbers:
         if type_ not in self._types:
             numbers = self._declared.get(getattr(type_, "name", None) or "", NONE)
-            self._types[type_] = numbers.union(*map(self._of_type, inner_types(type_)))
+            self._types[type_] = numbers.union(*map(self._of_type, type_.parts))
         return self._types[type_]
 
 

@@ -14,7 +14,6 @@ from specc.model.types import (
     Int,
     ListOf,
     PartialOf,
-    Pose,
     Real,
     Spatial,
     Type,
@@ -173,9 +172,9 @@ def _is_costly(node: e.Expr, perhaps: Terms) -> bool:
         case e.Builtin(name=name) if FUNCTIONS[name].is_costly:
             return True
         case e.Builtin(name=name, args=(first, *_)) if FUNCTIONS[name].compares:
-            return is_array(first.type)
+            return first.type.is_array
         case e.Builtin() | e.Unary() | e.Binary() | e.Items():
-            return is_array(node.type)
+            return node.type.is_array
         case e.Quantifier(kind="argmax" | "argmin"):
             return True
         case e.Quantifier(over=over):
@@ -232,8 +231,8 @@ def _is_raw(node: e.Expr, args: Sequence[Term], largest: float) -> bool:
         return False
     match node:
         case e.Builtin(name=name):
-            return FUNCTIONS[name].overflows and (is_array(node.type) or largest >= FAR)
-        case e.Binary() | e.Unary(op="-") if is_array(node.type):
+            return FUNCTIONS[name].overflows and (node.type.is_array or largest >= FAR)
+        case e.Binary() | e.Unary(op="-") if node.type.is_array:
             return True
         case e.Binary(op=op):
             return largest >= FAR and not _shrinks(op, args)
@@ -297,13 +296,5 @@ def _magnitude(term: Term) -> float:
     return abs(float(term.node.value)) if isinstance(term.node, e.Number) else 0.0
 
 
-def is_array(type_: Type) -> bool:
-    """Whether values of the type are numpy arrays of reals."""
-    match type_:
-        case Vector(element=Real()) | Spatial() | Pose() | PartialOf():
-            return True
-    return False
-
-
 def _is_real(type_: Type) -> bool:
-    return isinstance(type_, Real) or (is_array(type_) and not isinstance(type_, PartialOf))
+    return isinstance(type_, Real) or (type_.is_array and not isinstance(type_, PartialOf))

@@ -15,7 +15,7 @@ from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State,
 from specc.model.requirement import Named, Requirement
 from specc.model.task import Task
 from specc.model.trace import Trace
-from specc.model.types import Type
+from specc.model.types import Type, within
 from specc.source import Place
 
 SubsystemKind = Literal["control", "virtual_effector", "virtual_receptor"]
@@ -365,8 +365,12 @@ class System:
         return next(o for o in self.operators if o.name == name)
 
 
-def types_used(system: System) -> Iterator[Type]:
-    """The types of operators, constants, buffers, memory and lets, again and again."""
+def types_used(system: System) -> dict[Type, None]:
+    """The types of operators, constants, buffers, memory and lets, and what they are made of."""
+    return within(_declared(system))
+
+
+def _declared(system: System) -> Iterator[Type]:
     for operator in system.operators:
         yield from (type_ for _, type_ in operator.parameters)
         yield operator.result

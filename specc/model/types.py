@@ -1,85 +1,113 @@
 """Types of values: shape, unit and coordinate frame. Two types are the same when they are equal.
 
 A frame is a name; in an operator's signature a name that starts with "?" is a frame variable,
-which stands for any frame (see `specc.lang.unify`).
+which stands for any frame (see `specc.lang.mismatch`).
+
+What follows from how a type is made, its class says here; all else that is known of it, its row in
+`specc.lang.kinds`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import field
-from itertools import count
-from zlib import crc32
+from collections.abc import Callable, Iterable
+from dataclasses import field, replace
+from typing import Self
 
 from specc.frozen import frozen
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
+from specc.reachable import reachable
 
 Frame = str
 
 
-def marks() -> Iterator[int]:
-    """Those of parameters, in their order: large numbers whose sums and products all differ."""
-    return (2**32 + crc32(str(number).encode()) for number in count())
+class _Made:
+    """What is asked of all types about how they are made, with the answers of most."""
 
+    __slots__ = ()
 
-class OpenSize(int):
-    """A size that a parameter is to give: a small example of it, spelt as the parameter is.
+    @property
+    def is_discrete(self) -> bool:
+        """Whether two values are surely the same or not, so that `==` compares them."""
+        return False
 
-    It equals no number, and another such size if both are computed alike: `mark` is the value that
-    it has if each parameter is a large number that nobody writes.
-    """
+    @property
+    def is_array(self) -> bool:
+        """Whether values are arrays of reals, of which a partial one may lack some."""
+        return False
 
-    name: str
-    mark: int
+    @property
+    def units(self) -> tuple[Unit, ...]:
+        """The units of a real or of the reals of which a vector consists, each once."""
+        return ()
 
-    def __new__(cls, mark: int, name: str) -> OpenSize:
-        made = super().__new__(cls, 11 + mark % 7)
-        made.mark, made.name = mark, name
-        return made
+    @property
+    def parts(self) -> tuple[Type, ...]:
+        """The types that a type is made of."""
+        return ()
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, OpenSize) and self.mark == other.mark
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the components, where they have names."""
+        return ()
 
-    def __ne__(self, other: object) -> bool:
-        return not self == other
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The frames that a type names, from left to right."""
+        return tuple(frame for part in self.parts for frame in part.frames)
 
-    __hash__ = int.__hash__
+    @property
+    def extent(self) -> tuple[int, int]:
+        """Parts of a type with the types in it written out, and how many levels they make."""
+        return 1, 1
 
-    def __repr__(self) -> str:
-        return f"{self.name}: {self.mark}"
+    @property
+    def components(self) -> tuple[Type, ...]:
+        """The types of the components of a vector."""
+        return ()
 
-    def __str__(self) -> str:
-        return self.name
+    def framed(self, frame: Callable[[Frame], Frame]) -> Self:
+        """The same type in other frames; a record or an opaque type loses one that becomes ""."""
+        return self
 
 
 @frozen
-class Bool:
+class Bool(_Made):
+    is_discrete = True
+
     def __str__(self) -> str:
         return "bool"
 
 
 @frozen
-class Int:
+class Int(_Made):
+    is_discrete = True
+
     def __str__(self) -> str:
         return "int"
 
 
 @frozen
-class Real:
+class Real(_Made):
     unit: Unit = DIMENSIONLESS
+
+    @property
+    def units(self) -> tuple[Unit, ...]:
+        return (self.unit,)
 
     def __str__(self) -> str:
         return "real" if self.unit == DIMENSIONLESS else f"real[{self.unit}]"
 
 
 @frozen
-class Text:
+class Text(_Made):
+    is_discrete = True
+
     def __str__(self) -> str:
         return "text"
 
 
 @frozen
-class File:
+class File(_Made):
     """A file of the specification, named under `files:`."""
 
     def __str__(self) -> str:
@@ -87,16 +115,17 @@ class File:
 
 
 @frozen
-class Enum:
+class Enum(_Made):
     name: str
     members: tuple[str, ...]
+    is_discrete = True
 
     def __str__(self) -> str:
         return self.name or f"enum[{', '.join(self.members)}]"
 
 
 @frozen
-class Vector:
+class Vector(_Made):
     """`size` elements that are all reals of one unit, integers, booleans or of one enum.
 
     With a `frame` it is a point: three metres along its axes, from its origin.
@@ -106,6 +135,37 @@ class Vector:
     element: Real | Enum | Int | Bool
     frame: Frame = ""
 
+    @property
+    def is_discrete(self) -> bool:
+        return self.element.is_discrete
+
+    @property
+    def is_array(self) -> bool:
+        return isinstance(self.element, Real)
+
+    @property
+    def units(self) -> tuple[Unit, ...]:
+        return self.element.units
+
+    @property
+    def parts(self) -> tuple[Type, ...]:
+        return (self.element,)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return {3: VECTOR3_COMPONENTS, 6: SPATIAL_COMPONENTS}.get(self.size, ())
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        return (self.frame,) if self.frame else ()
+
+    @property
+    def components(self) -> tuple[Type, ...]:
+        return (self.element,) * self.size
+
+    def framed(self, frame: Callable[[Frame], Frame]) -> Vector:
+        return replace(self, frame=frame(self.frame)) if self.frame else self
+
     def __str__(self) -> str:
         if self.frame:
             return f"point[{self.frame.lstrip('?')}]"
@@ -114,12 +174,32 @@ class Vector:
 
 
 @frozen
-class Spatial:
+class Spatial(_Made):
     """Six components: three along the axes of `frame`, then three about them."""
 
     frame: Frame
     linear: Unit
     angular: Unit
+    is_array = True
+
+    @property
+    def units(self) -> tuple[Unit, ...]:
+        return self.linear, self.angular
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return SPATIAL_COMPONENTS
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        return (self.frame,)
+
+    @property
+    def components(self) -> tuple[Type, ...]:
+        return (Real(self.linear),) * 3 + (Real(self.angular),) * 3
+
+    def framed(self, frame: Callable[[Frame], Frame]) -> Spatial:
+        return replace(self, frame=frame(self.frame))
 
     def __str__(self) -> str:
         short = _SPATIAL_NAMES.get((self.linear, self.angular))
@@ -138,18 +218,26 @@ _SPATIAL_NAMES = {units: name for name, units in SPATIAL_KINDS.items()}
 
 
 @frozen
-class Pose:
+class Pose(_Made):
     """Pose of `child` in `parent`, X_parent_child; the paper's left-superscript parent."""
 
     parent: Frame
     child: Frame
+    is_array = True
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        return self.parent, self.child
+
+    def framed(self, frame: Callable[[Frame], Frame]) -> Pose:
+        return Pose(frame(self.parent), frame(self.child))
 
     def __str__(self) -> str:
         return f"pose[{self.parent.lstrip('?')}, {self.child.lstrip('?')}]"
 
 
 @frozen
-class Image:
+class Image(_Made):
     """`channels` is 3 for RGB (bytes) and 1 for a depth map (metres)."""
 
     height: int
@@ -161,75 +249,114 @@ class Image:
 
 
 @frozen
-class ListOf:
+class ListOf(_Made):
     """Items of one type; a list that is `nonempty` has at least one."""
 
     element: Type
     nonempty: bool = False
+
+    @property
+    def parts(self) -> tuple[Type, ...]:
+        return (self.element,)
+
+    @property
+    def extent(self) -> tuple[int, int]:
+        return _with(self.element.extent)
+
+    def framed(self, frame: Callable[[Frame], Frame]) -> ListOf:
+        return ListOf(self.element.framed(frame), self.nonempty)
 
     def __str__(self) -> str:
         return f"{'nonempty' if self.nonempty else 'list'}[{self.element}]"
 
 
 @frozen
-class OptionalOf:
+class OptionalOf(_Made):
     """A value of a type, or None."""
 
     value: Type
+
+    @property
+    def parts(self) -> tuple[Type, ...]:
+        return (self.value,)
+
+    @property
+    def extent(self) -> tuple[int, int]:
+        return _with(self.value.extent)
+
+    def framed(self, frame: Callable[[Frame], Frame]) -> OptionalOf:
+        return OptionalOf(self.value.framed(frame))
 
     def __str__(self) -> str:
         return f"optional[{self.value}]"
 
 
 @frozen
-class PartialOf:
+class PartialOf(_Made):
     """A vector of reals or a spatial vector; some of its components may be missing, spelt `_`."""
 
     value: Vector | Spatial
+    is_array = True
+
+    @property
+    def parts(self) -> tuple[Type, ...]:
+        return (self.value,)
+
+    def framed(self, frame: Callable[[Frame], Frame]) -> PartialOf:
+        return PartialOf(self.value.framed(frame))
 
     def __str__(self) -> str:
         return f"partial[{self.value}]"
 
 
 @frozen
-class Record:
+class Record(_Made):
     """Named fields. `python` is the class of its values, `module:Class`, or "" to generate one."""
 
     name: str
-    frames: tuple[Frame, ...]
+    frames: tuple[Frame, ...] = field()  # else that of all types were its default
     fields: tuple[tuple[str, Type], ...]
     python: str = ""
     extent: tuple[int, int] = field(init=False, repr=False, compare=False)
-    """As `extent` of a type; kept, since records of records may share what is in them."""
+    """Kept, since records of records may share what is in them."""
     _hash: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        inner = [extent(type_) for _, type_ in self.fields] or [(0, 0)]
-        whole = 1 + sum(parts for parts, _ in inner), 1 + max(levels for _, levels in inner)
-        object.__setattr__(self, "extent", whole)
+        object.__setattr__(self, "extent", _with(*(type_.extent for _, type_ in self.fields)))
         object.__setattr__(self, "_hash", hash((self.name, self.frames, self.fields)))
 
     def __hash__(self) -> int:
         return self._hash
 
+    @property
+    def parts(self) -> tuple[Type, ...]:
+        return tuple(type_ for _, type_ in self.fields)
+
     def field(self, name: str) -> Type | None:
         return dict(self.fields).get(name)
+
+    def framed(self, frame: Callable[[Frame], Frame]) -> Record:
+        fields = tuple((name, type_.framed(frame)) for name, type_ in self.fields)
+        return Record(self.name, _others(frame, self.frames), fields, self.python)
 
     def __str__(self) -> str:
         return _applied(self.name, self.frames)
 
 
 @frozen
-class Opaque:
+class Opaque(_Made):
     """A value that only operators look into; `python` is its class, `module:Class`.
 
     `codec` has the functions that make bytes of a value and a value of bytes, or is empty.
     """
 
     name: str
-    frames: tuple[Frame, ...]
+    frames: tuple[Frame, ...] = field()
     python: str
     codec: tuple[str, ...] = ()
+
+    def framed(self, frame: Callable[[Frame], Frame]) -> Opaque:
+        return replace(self, frames=_others(frame, self.frames))
 
     def __str__(self) -> str:
         return _applied(self.name, self.frames)
@@ -255,22 +382,15 @@ Type = (
 )  # fmt: skip
 
 
-def inner_types(type_: Type) -> tuple[Type, ...]:
-    """The types that a type is made of."""
-    match type_:
-        case ListOf(element=inner) | Vector(element=inner) | OptionalOf(value=inner):
-            return (inner,)
-        case Record(fields=fields):
-            return tuple(inner for _, inner in fields)
-    return ()
+def within(types: Iterable[Type]) -> dict[Type, None]:
+    """Some types and all that they are made of, as an ordered set: those themselves first."""
+    return reachable(types, lambda type_: type_.parts)
 
 
-def extent(type_: Type) -> tuple[int, int]:
-    """Parts of a type with the types in it written out, and how many levels they make."""
-    match type_:
-        case ListOf(element=inner) | OptionalOf(value=inner):
-            parts, levels = extent(inner)
-            return parts + 1, levels + 1
-        case Record():
-            return type_.extent
-    return 1, 1
+def _with(*inner: tuple[int, int]) -> tuple[int, int]:
+    """The extent of a type around others."""
+    return 1 + sum(parts for parts, _ in inner), 1 + max((n for _, n in inner), default=0)
+
+
+def _others(frame: Callable[[Frame], Frame], frames: tuple[Frame, ...]) -> tuple[Frame, ...]:
+    return tuple(filter(None, map(frame, frames)))

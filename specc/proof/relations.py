@@ -26,7 +26,6 @@ from specc.model.expr import (
     Unary,
     children,
 )
-from specc.model.types import Bool, Enum, Int, Text, Vector
 from specc.proof.clock import ELAPSED
 from specc.proof.formula import (
     Apart,
@@ -216,5 +215,4 @@ def _is_computed(call: Builtin) -> bool:
 
 def _is_discrete(expr: Expr) -> bool:
     """Whether equal values of an expression are the same value to an operator."""
-    kind = expr.type.element if isinstance(expr.type, Vector) else expr.type
-    return isinstance(kind, (Bool, Enum, Int, Text))
+    return expr.type.is_discrete

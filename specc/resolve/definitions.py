@@ -13,9 +13,10 @@ from specc.lang import ExprError, TypeNames
 from specc.lang.mentioned import names_of_signature, names_of_type
 from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, mapped
+from specc.model.sizes import OpenSize, marks
 from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
-from specc.model.types import Frame, Int, OpenSize, Type, marks
+from specc.model.types import Frame, Int, Type
 from specc.resolve.context import Findings, Where
 from specc.resolve.groups import Groups
 from specc.schema.files import TypeDef

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from specc.lang import FOLLOW_UP, ExprError, TypeNames, parse_type
 from specc.limits import MAX_DEPTH, MAX_TYPE_PARTS
-from specc.model.types import Enum, Frame, Opaque, Record, Type, extent
+from specc.model.types import Enum, Frame, Opaque, Record, Type
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.schema.files import TypeDef
@@ -57,7 +57,7 @@ class TypeMaker:
         finally:
             self._making = False
             self.findings.depth -= 1
-        parts, levels = extent(made)
+        parts, levels = made.extent
         whole = f"with the types in it written out, `{self.name}`"
         if levels > MAX_DEPTH:
             raise self._refused(f"{whole} is more than {MAX_DEPTH} levels deep", "E0016")

@@ -21,6 +21,7 @@ from specc.model.types import (
     Text,
     Type,
     Vector,
+    point,
 )
 from specc.model.units import METRE, RADIAN, UNITS, parse_unit
 from tests.seeds import drawn
@@ -278,6 +279,11 @@ def test_types_without_variables_unify_only_with_what_fits(a: Type, b: Type) -> 
     assert not has_variables(a)
     assert unify(a, a, {})
     assert fits(b, a) or not unify(a, b, {})
+
+
+def test_a_list_of_points_is_no_list_of_vectors_and_records_differ_by_their_fields() -> None:
+    assert not unify(ListOf(Vector(3, Real(METRE))), ListOf(point("B")), {})
+    assert not unify(Record("R", (), (("a", Int()),)), Record("R", (), (("b", Int()),)), {})
 
 
 def test_a_variable_stands_for_one_frame() -> None:

@@ -13,7 +13,7 @@ from specc.lang.samples import Value, alike, first_value
 from specc.model import expr as m
 from specc.model.expr import Expr
 from specc.model.system import Subsystem, System
-from specc.model.types import Bool, Pose, Real, Spatial, Type, Vector
+from specc.model.types import Bool, Pose, Real
 from specc.proof.verdict import InputName
 
 # Exact comparisons of poses and vectors, which are refused but mean something.
@@ -22,15 +22,9 @@ from specc.proof.verdict import InputName
 def runnable(expr: m.Expr) -> m.Expr:
     """The expression with `a == b` of arrays as `near` with no tolerance, which can be run."""
     same = m.mapped(expr, runnable)
-    if isinstance(same, m.Compare) and _is_array(same.left.type):
+    if isinstance(same, m.Compare) and same.left.type.is_array:
         return _near(same)
     return same
-
-
-def _is_array(type_: Type) -> bool:
-    return isinstance(type_, (Pose, Spatial)) or (
-        isinstance(type_, Vector) and isinstance(type_.element, Real)
-    )
 
 
 def _near(compared: m.Compare) -> m.Expr:

@@ -32,7 +32,7 @@ from specc.model.types import (
     Record,
     Type,
     Vector,
-    inner_types,
+    within,
 )
 from specc.proof.decide import Solver, can_hold
 from specc.proof.formula import Formula, atoms_of
@@ -42,7 +42,6 @@ from specc.proof.table import Cases, Table
 from specc.proof.translate import Translator
 from specc.proof.verdict import Facts, TooLargeError, UnsureError
 from specc.proof.witness import describe
-from specc.reachable import reachable
 from specc.tools.diff.record import Book, Verdict
 
 # Changes of named types, each reported once and not wherever the type is used.
@@ -101,7 +100,7 @@ def _by_user(system: System) -> dict[tuple[str, str], Parts]:
     """The parts of each named type, by what uses it and its name."""
     found: dict[tuple[str, str], Parts] = {}
     for user, types in _users(system):
-        for type in sorted(reachable(types, inner_types), key=str):
+        for type in sorted(within(types), key=str):
             if isinstance(type, _NAMED) and type.name:
                 found.setdefault((user, type.name), _parts(type))
     return found

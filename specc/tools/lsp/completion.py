@@ -11,13 +11,9 @@ from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
 from specc.lang.typing import expression
 from specc.model.types import (
-    SPATIAL_COMPONENTS,
-    VECTOR3_COMPONENTS,
     Enum,
     Record,
-    Spatial,
     Type,
-    Vector,
 )
 from specc.model.units import UNITS
 from specc.resolve.definitions import may_be_size
@@ -183,14 +179,10 @@ def _item(index: Index, symbol: Symbol, word: str) -> Item:
 
 
 def _parts(type_: Type | None, word: str) -> Iterator[Item]:
-    match type_:
-        case Record():
-            for name, inner in type_.fields:
-                yield Item(name, "field", str(inner), word=word)
-        case Spatial() | Vector(6):
-            yield from (Item(name, "component", word=word) for name in SPATIAL_COMPONENTS)
-        case Vector(3):
-            yield from (Item(name, "component", word=word) for name in VECTOR3_COMPONENTS)
+    if isinstance(type_, Record):
+        yield from (Item(name, "field", str(inner), word=word) for name, inner in type_.fields)
+    elif type_ is not None:
+        yield from (Item(name, "component", word=word) for name in type_.names)
 
 
 def _postfix(before: str) -> str:

@@ -34,7 +34,6 @@ from specc.model.types import (
     Text,
     Type,
     Vector,
-    whole,
 )
 
 Value = Any
@@ -342,10 +341,7 @@ def _tuples(items: Any) -> Value:
 
 def _is_array(type_: Type) -> bool:
     """Whether its values in memory are rounded where the recording is not exact."""
-    inner = whole(type_.value if isinstance(type_, OptionalOf) else type_)
-    return isinstance(inner, Spatial | Pose) or (
-        isinstance(inner, Vector) and isinstance(inner.element, Real)
-    )
+    return (type_.value if isinstance(type_, OptionalOf) else type_).is_array
 
 
 def _nudged(value: Value, variant: int, place: int = 0) -> Value:
