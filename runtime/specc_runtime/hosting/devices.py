@@ -64,6 +64,8 @@ def made(named: str) -> Devices:
     module, _, name = named.partition(":")
     try:
         devices: Devices = getattr(importlib.import_module(module), name)()
+    except DeviceError:
+        raise
     except BaseException as error:
         raise DeviceError(f"cannot load {named}: {words(error)}") from error
     return devices

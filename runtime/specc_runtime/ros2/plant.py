@@ -19,7 +19,7 @@ from specc_runtime.ros2.publishing import Publishing
 from specc_runtime.system import PlantSpec, System
 
 NODE = "specc_runtime.ros2.host.opening:devices"
-_START_S = 10.0
+START_S = 10.0
 """How long the Python of ROS may take to start, and rclpy to be imported."""
 
 Convert = Callable[[Any], Any]
@@ -83,7 +83,7 @@ def ros2_plant(system: System) -> HostedPlant:
     ros2 = replace(spec.ros2, topics=topics)
     besides = (CLOCK,) if ros2.use_sim_time else ()
     setup = Setup(
-        NODE, ros2.config, python=ros2.python, wait_s=ros2.wait_s + _START_S, besides=besides
+        NODE, ros2.config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides
     )
     return Ros2Plant(system, setup, decode=decode, encode=encode)
 

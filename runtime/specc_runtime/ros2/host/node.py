@@ -54,11 +54,7 @@ class Devices:
 
         Raises DeviceError for topics without one, with all that is known of why.
         """
-        # The host has its own ways to end.
-        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        node = self._node = _node(config, self._context)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(node)
+        node = self._begin(config)
         between = [topic for topic in config["topics"] if topic["between"]]
         if between:
             self._transforms = Transforms(node, between, self._put)
@@ -115,6 +111,14 @@ class Devices:
             self._node.destroy_node()
             self._node = None
         self._context.try_shutdown()
+
+    def _begin(self, config: dict[str, Any]) -> Node:
+        # The host has its own ways to end.
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        node = self._node = _node(config, self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(node)
+        return node
 
     def _act(self, node: Node, topic: dict[str, Any], every: list[dict[str, Any]]) -> None:
         name = topic["topic"]

@@ -1,0 +1,148 @@
+"""The graph of ROS as it is seen for a while: its topics, what their messages hold, its actions."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any
+
+from rclpy.action import get_action_names_and_types
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy
+from rclpy.serialization import deserialize_message
+
+from specc_runtime.hosting.devices import DeviceError
+from specc_runtime.ros2.host.node import Devices
+from specc_runtime.ros2.host.plain import interface
+from specc_runtime.ros2.host.qos import profile
+
+GRAPH = "graph"
+"""The name of the one element."""
+_LOOK_S = 0.2
+_LONGEST = 200
+"""Of a text of somebody else, in characters, and of a list of them."""
+_KEPT = DurabilityPolicy.TRANSIENT_LOCAL
+
+
+class _Heard:
+    """What came of one topic: the last message as bytes, how many there were, and when."""
+
+    def __init__(self) -> None:
+        self.last = b""
+        self.count = 0
+        self.first_s = self.last_s = self.longest_s = 0.0
+
+    def take(self, data: bytes) -> None:
+        now_s = time.monotonic()
+        if self.count:
+            self.longest_s = max(self.longest_s, now_s - self.last_s)
+        else:
+            self.first_s = now_s
+        self.last, self.last_s = data, now_s
+        self.count += 1
+
+
+class Graph(Devices):
+    """A device with one element, the graph; its configuration has how long it looks, `wait_s`,
+
+    how many topics it tells of at most, `most`, and the `types` of those it listens to.
+    """
+
+    def open(self, config: dict[str, Any]) -> None:
+        """Look; returns after `wait_s`."""
+        node = self._begin(config)
+        assert self._executor is not None, "it has begun"
+        heard: dict[str, _Heard] = {}
+        end_s, look_s = time.monotonic() + config["wait_s"], 0.0
+        while (now_s := time.monotonic()) < end_s:
+            if now_s >= look_s:
+                look_s = now_s + _LOOK_S
+                for name, types in _topics(node)[: config["most"]]:
+                    if name not in heard and len(types) == 1 and types[0] in config["types"]:
+                        _listen(node, name, types[0], heard)
+            self._executor.spin_once(timeout_sec=min(end_s, look_s) - now_s)
+        topics = _topics(node)
+        told = [_told(node, *each, heard) for each in topics[: config["most"]]]
+        more = len(topics) - len(told)
+        self._put(GRAPH, {"topics": told, "more": more, "actions": _actions(node, config["most"])})
+
+
+def _topics(node: Node) -> list[tuple[str, list[str]]]:
+    """Names and types of topics, without those that are hidden, parts of actions among them."""
+    found = sorted(node.get_topic_names_and_types())
+    return [(name, types) for name, types in found if types and "/_" not in name]
+
+
+def _listen(node: Node, name: str, type_name: str, heard: dict[str, _Heard]) -> None:
+    ends = node.get_publishers_info_by_topic(name)
+    if not ends:
+        return
+    try:
+        cls = interface(type_name)
+    except DeviceError:
+        return
+    heard[name] = _Heard()
+    kept = all(end.qos_profile.durability == _KEPT for end in ends)
+    qos = profile({"durability": "transient_local"} if kept else {}, commanded=False)
+    # As bytes, since images would take all the time there is.
+    node.create_subscription(cls, name, heard[name].take, qos, raw=True)
+
+
+def _told(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> dict[str, Any]:
+    own = node.get_name()
+    publishers = [e for e in node.get_publishers_info_by_topic(name) if e.node_name != own]
+    readers = [e for e in node.get_subscriptions_info_by_topic(name) if e.node_name != own]
+    told = {
+        "name": name[: _LONGEST + 1],
+        "types": [each[:_LONGEST] for each in types],
+        "publishers": _nodes(publishers),
+        "readers": _nodes(readers),
+        "published_kept": bool(publishers)
+        and all(e.qos_profile.durability == _KEPT for e in publishers),
+        "read_kept": any(e.qos_profile.durability == _KEPT for e in readers),
+    }
+    came = heard.get(name)
+    if came is not None and came.count:
+        told["message"] = _summary(came.last, types[0])
+        told["longest_s"] = came.longest_s
+        told["mean_s"] = (came.last_s - came.first_s) / max(1, came.count - 1)
+        told["count"] = came.count
+    return told
+
+
+def _nodes(ends: list[Any]) -> list[str]:
+    names = {f"{e.node_namespace.rstrip('/')}/{e.node_name}"[:_LONGEST] for e in ends}
+    return sorted(names)[:_LONGEST]
+
+
+def _summary(data: bytes, type_name: str) -> dict[str, Any]:
+    """Of a message what says how large its values are, and in which frames."""
+    try:
+        message: Any = deserialize_message(data, interface(type_name))
+    except Exception:  # noqa: BLE001  # the bytes are a stranger's
+        return {}
+    told: dict[str, Any] = {}
+    header = getattr(message, "header", None)
+    if header is not None:
+        told["header.frame_id"] = header.frame_id[:_LONGEST]
+    for name in ("child_frame_id", "encoding"):
+        if hasattr(message, name):
+            told[name] = getattr(message, name)[:_LONGEST]
+    for name in ("height", "width"):
+        if hasattr(message, name):
+            told[name] = getattr(message, name)
+    if hasattr(getattr(message, "data", None), "__len__"):
+        told["size"] = len(message.data)
+    if isinstance(joints := getattr(message, "name", None), list):
+        told["joints"] = [joint[:_LONGEST] for joint in joints[:_LONGEST]]
+        for field in ("position", "velocity", "effort"):
+            numbers = getattr(message, field, ())
+            told[field] = len(numbers) == len(joints) and all(map(math.isfinite, numbers))
+    return told
+
+
+def _actions(node: Node, most: int) -> list[tuple[str, list[str]]]:
+    """Names and types of actions that somebody serves."""
+    found = sorted(get_action_names_and_types(node))
+    served = [each for each in found if node.count_publishers(f"{each[0]}/_action/status")]
+    return [(name[: _LONGEST + 1], types) for name, types in served[:most]]
