@@ -237,7 +237,7 @@ def _carries(part: Part, message: str, type_: Type) -> bool:
     """Whether values of a type look like that part, whatever their unit."""
     match part.shape:
         case "scalar":
-            return isinstance(type_, _scalars(message))
+            return isinstance(type_, scalars(message))
         case "vector":
             return isinstance(type_, Vector) and isinstance(type_.element, Real)
         case "tuple":
@@ -261,7 +261,8 @@ def _is_real(type_: Vector, size: int) -> bool:
     return isinstance(type_.element, Real) and type_.size == size
 
 
-def _scalars(message: str) -> tuple[type, ...]:
+def scalars(message: str) -> tuple[type, ...]:
+    """Kinds of values that are in a message with one value; the first is the usual one."""
     name = message.partition("/")[2]
     if name in ("String",):
         return Text, Enum
@@ -293,7 +294,7 @@ _SAID_OF: dict[type, str] = {
 
 def _wanted(message: str) -> str:
     """Types that go with messages, in words."""
-    first = _scalars(message)[0]
+    first = scalars(message)[0]
     said = [_SAID.get(part.shape, _SAID_OF[first]) for part in MESSAGES[message]]
     return " or ".join(dict.fromkeys(said))
 

@@ -105,10 +105,16 @@ def _writing(commands: Any) -> None:
     start.add_argument("--skeleton", metavar="NAME", help="joint (default), sense-act, two-agents")
     words = "start from this MuJoCo model instead: an agent that holds its pose"
     start.add_argument("--model", metavar="FILE.xml", help=words)
-    words = "with a model: add an agent to the specification that DIRECTORY then is"
+    words = "start from what ROS 2 has here: an agent that looks on (NAME: robot if left out)"
+    start.add_argument("--ros2", metavar="NAME|FILE.yaml", nargs="?", const="robot", help=words)
+    words = "name of the agent; with a model, DIRECTORY may be a specification that gets it"
     init.add_argument("--agent", metavar="NAME", help=words)
     words = "of a model: one effector for these, `arm=joint1..joint7`; may be repeated"
     init.add_argument("--group", metavar="NAME=JOINTS", action=Values, default={}, help=words)
+    words = "of ROS 2: the Python that finds rclpy (default: python3)"
+    init.add_argument("--python", metavar="FILE", help=words)
+    words = "of ROS 2: how long to look, in seconds (default: 2)"
+    init.add_argument("--wait", metavar="S", type=ranged(float, 0.1, 600), help=words)
 
 
 def _looking(commands: Any) -> None:

@@ -16,16 +16,19 @@ from specc.resources import specs_dir
 def init(options: Namespace) -> int:
     """Copy a skeleton into a directory, created if it does not exist; never overwrites a file.
 
-    With a model, the specification is written from that.
+    With a model, the specification is written from that; with ROS 2, from its graph.
     """
+    if refusal := _misplaced(options):
+        streams.say(f"specc: {refusal}")
+        return 2
     if options.model is not None:
         from specc.cli import modelled
 
         return modelled.init(options)
-    if options.group or options.agent:
-        option = "--group" if options.group else "--agent"
-        streams.say(f"specc: {option} is about a model; add --model FILE.xml")
-        return 2
+    if options.ros2 is not None:
+        from specc.cli import graphed
+
+        return graphed.init(options)
     directory, name = options.directory, options.skeleton or "joint"
     target = Path(directory)
     if name not in names() or not directory or (os.path.exists(target) and not target.is_dir()):
@@ -47,6 +50,17 @@ def init(options: Namespace) -> int:
     named = shlex.quote(str(spec))
     streams.show(f"\nspecc status {named}\nspecc run {named} --cycles 1\n")
     return 0
+
+
+def _misplaced(options: Namespace) -> str:
+    """Why options do not go together; empty if they do."""
+    if options.ros2 is None and (options.python or options.wait):
+        return f"{'--python' if options.python else '--wait'} is about ROS 2; add --ros2"
+    if options.group and options.model is None:
+        return "--group is about a model; add --model FILE.xml"
+    if options.agent and options.model is None and options.ros2 is None:
+        return "--agent is about a model or ROS 2; add --model FILE.xml, or --ros2"
+    return ""
 
 
 def _refusal(directory: str, name: str) -> str:

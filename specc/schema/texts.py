@@ -47,7 +47,8 @@ def _of_path(value: str) -> Fault | None:
 _TOKENS = re.compile(r"[~/]?[A-Za-z_]\w*(/[A-Za-z_]\w*)*|~/[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
 
-def _of_topic(value: str) -> Fault | None:
+def topic_fault(value: str) -> Fault | None:
+    """Why a text is no name of a topic or an action, and a way out."""
     # What rcl takes, but for substitutions: validate_topic_name.c of ROS 2.
     if _TOKENS.fullmatch(value) and "__" not in value and not value.endswith("_"):
         return None
@@ -58,10 +59,11 @@ def _of_topic(value: str) -> Fault | None:
 
 
 def _of_node(value: str) -> Fault | None:
-    return None if "~" not in value and not _of_topic(value) else _of_topic("")
+    return None if "~" not in value and not topic_fault(value) else topic_fault("")
 
 
-def _of_message(value: str) -> Fault | None:
+def message_fault(value: str) -> Fault | None:
+    """Why a text is no type of messages or of an action, and a way out."""
     if re.fullmatch(r"[a-z][a-z0-9_]*/((msg|action)/)?[A-Z][A-Za-z0-9]*", value):
         return None
     return "is not a type of messages", "write `package/Type`, e.g. `sensor_msgs/JointState`"
@@ -155,12 +157,12 @@ WaitText = Annotated[
         examples=("5 s", "500 ms"),
     ),
 ]
-TopicName = Annotated[str, Text(fault=_of_topic, examples=("/joint_states", "~/state"))]
+TopicName = Annotated[str, Text(fault=topic_fault, examples=("/joint_states", "~/state"))]
 NodeName = Annotated[str, Text(fault=_of_node)]
 MessageName = Annotated[
     str,
     Text(
-        fault=_of_message,
+        fault=message_fault,
         examples=("sensor_msgs/JointState", "std_msgs/Float64MultiArray"),
     ),
 ]

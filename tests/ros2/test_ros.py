@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from typing import Any
 import pytest
 
 from specc.cli import main
-from tests.docs.examples import examples
+from tests.docs.examples import data, examples
 from tests.ros2.conftest import HERE, Start, end, says
 
 pytestmark = [pytest.mark.long, pytest.mark.no_replay("a test here replays its own recording")]
@@ -49,6 +50,29 @@ def test_the_example_of_the_documentation_runs(
     assert main(["run", str(path), "--cycles", "1", "--record", str(record)]) == 0
     assert main(["replay", str(record), "--spec", str(path)]) == 0
     assert "rr.arm: " in capsys.readouterr().out
+
+
+def test_the_graph_is_a_specification_that_commands_nothing(
+    arm: Start, ros: str, tmp_path: Path
+) -> None:
+    robot, path = arm(), tmp_path / "irp.yaml"
+    assert main(["init", "--ros2", str(path), "--python", ros, "--wait", "4"]) == 0
+    text = path.read_text(encoding="utf-8")
+    bind = data(text)["plant"]["bind"]
+    kinds = {name: how.get("topic", how.get("action")) for name, how in bind.items()}
+    assert kinds == {
+        "irp.E.arm.q": "/joint_states",
+        "irp.E.arm.q_d": "/position_controller/commands",
+        "irp.R.ft_sensor_wrench.F": "/ft_sensor/wrench",
+        "irp.R.tf_of_tests.T": "/tf_of_tests",
+        "irp.E.grasp.status": "/grasp",
+    }
+    assert bind["irp.E.arm.q"]["joints"] == ["q1", "q2", "q3"]
+    assert data(text)["plant"]["ros2"]["frames"]["ft_frame"] == "ft_frame"
+    # What was measured holds on a machine that is not busy with other tests.
+    path.write_text(re.sub("max_gap: .*", "max_gap: 5 s", text), encoding="utf-8")
+    assert main(["run", str(path), "--cycles", "1"]) == 0
+    assert "commanded" not in end(robot)
 
 
 def test_an_action_is_pursued_cancelled_and_replayed(
@@ -216,4 +240,6 @@ def test_a_python_without_ros_says_what_to_do(
 ) -> None:
     path = spec((f"python: {ros}", "python: python3"))
     assert main(["run", str(path)]) == 2
+    assert "has no rclpy" in capfd.readouterr().err
+    assert main(["init", str(path.parent), "--ros2"]) == 2
     assert "has no rclpy" in capfd.readouterr().err
