@@ -50,7 +50,7 @@ def build(base: str) -> System:
             Scheduled(IrpC(files), ticks=5),
             Scheduled(IrpM(files), ticks=1),
             Scheduled(IrpG(files), ticks=1),
-            Scheduled(IrpK(files), ticks=100),
+            Scheduled(IrpK(files), ticks=100, budget_s=0.15),
         ),
         connections=(
             Connection("irp.m", "c_T_c", "irp.c", "m_T_c"),
@@ -157,10 +157,10 @@ def build(base: str) -> System:
                 Behind("irp.m", "c_F_c", ("S0", "S1", "S2"), held=("E_F_m", "E_m_m")),
             ),
             limits=(
-                MaxAge("irp.c", "m_F_c", 0.01, asked=("S6",)),
-                MaxAge("irp.c", "k_O_c", 0.2, used=("S2",), fresh=True),
+                MaxAge("irp.c", "m_F_c", "x.m.F_c", 0.1, asked=("S6",)),
+                MaxAge("irp.c", "k_O_c", "x.k.O_c", 1.0, used=("S2",), fresh=True),
             ),
-            commands=(MaxCommandAge("irp.m", "E_c_d", 0.002, "irp.E.m.c_d"),),
+            commands=(MaxCommandAge("irp.m", "E_c_d", 0.05, "irp.E.m.c_d"),),
         ),
         task=Task(
             subsystem="irp.c",

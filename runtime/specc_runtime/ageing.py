@@ -176,7 +176,7 @@ class Ageing:
             if text := self._too_old(stamp, self.tick, limit.most_s):
                 sender = self._senders.get(element)
                 blamed = f"subsystem {sender}" if sender else f"device {stamp.device}"
-                return self._fault(f"input {element} {text}", blamed)
+                return self._fault(f"input {limit.name} {text}", blamed)
         for output in self._subsystem.sends[state] if self._commands else ():
             command = self._commands.get(output)
             if command is None:

@@ -22,7 +22,7 @@ class Behind:
 
 @dataclass(frozen=True, slots=True)
 class MaxAge:
-    """How old `element` may be, in s, where `subsystem` reads it.
+    """How old `element` may be, in s, where `subsystem` reads it by that `name`.
 
     That is in steps that begin in a state of `asked`, whose conditions depend on it, or lead to one
     of `used`, whose functions do; if `fresh`, in those alone in which it is new.
@@ -30,6 +30,7 @@ class MaxAge:
 
     subsystem: str
     element: str
+    name: str
     most_s: float
     asked: tuple[str, ...] = ()
     used: tuple[str, ...] = ()

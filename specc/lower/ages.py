@@ -68,6 +68,7 @@ def _limit(subsystem: Subsystem, node: Node, element: Element, ages: Ages) -> It
     assert element.max_age_s is not None  # callers looked
     yield literal(node.reader)
     yield literal(buffer_names(subsystem.inputs)[name])
+    yield literal(f"x.{node.peer}.{node.element}")
     yield literal(float(element.max_age_s))
     fresh = ages.sources.only_on_arrival(node)
     yield from given({"asked": asked, "used": used, "fresh": fresh})

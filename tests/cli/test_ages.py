@@ -17,7 +17,7 @@ def test_ages_of_the_flagship(capsys: pytest.CaptureFixture[str]) -> None:
     # A receptor of 5 Hz is read one of its periods later, an effector of 500 Hz likewise.
     assert found["irp.c", "x.k.O_c"]["age_s"] == 0.2
     assert found["irp.c", "x.m.F_c"]["age_s"] == 0.002
-    assert found["irp.c", "x.m.F_c"]["max_age_s"] == 0.01
+    assert found["irp.c", "x.m.F_c"]["max_age_s"] == 0.1
     assert found["irp.E.m", "c_d"]["age_s"] == 0.002
     # Set points come out of memory.
     assert found["irp.m", "x.c.T_d"]["age_s"] is None

@@ -74,4 +74,4 @@ def test_values_rest_on_what_was_measured_and_has_not_passed_them(tmp_path: Path
 def test_limits_know_where_values_are_read(tmp_path: Path) -> None:
     *found, last = rules(tmp_path, ", max_age: 10 s")
     assert found == BEHIND
-    assert last.startswith('MaxAge("b.c", "a_n", 10.0, asked=("A",), used=("A",))')
+    assert last.startswith('MaxAge("b.c", "a_n", "x.a.n", 10.0, asked=("A",), used=("A",))')

@@ -165,7 +165,7 @@ def test_what_is_held_for_too_long_is_a_fault(tmp_path: Path) -> None:
         "TooOld", "arm.c", "subsystem arm.cam",
     )  # fmt: skip
     assert told["message"] == (
-        "input cam_d is 0.13 s old, measured by arm.R.cam.d; `max_age` is 0.12 s"
+        "input x.cam.d is 0.13 s old, measured by arm.R.cam.d; `max_age` is 0.12 s"
     )
     assert told["time_s"] == pytest.approx(0.13)
 
@@ -207,4 +207,4 @@ def test_a_late_value_is_too_old_where_its_age_is_limited(tmp_path: Path) -> Non
         driven = Driven(made, DrivenClock(), elsewhere={"arm.cam": lambda: 0.07}, plant=Cam())
         driven.until(60)
     (fault,) = driven.executor.faults
-    assert fault.message.startswith("input cam_d is 0.1 s old, measured by arm.R.cam.d")
+    assert fault.message.startswith("input x.cam.d is 0.1 s old, measured by arm.R.cam.d")
