@@ -77,7 +77,7 @@ JOINT_STATE = "sensor_msgs/JointState"
 
 def _table() -> Iterator[tuple[str, Part]]:
     """Parts by the type of messages; one type may have several."""
-    for name in ("Bool", "String", "Char", "Byte", *_INTS, *_FLOATS):
+    for name in ("Bool", "String", "Char", *_INTS, *_FLOATS):
         yield f"std_msgs/{name}", Part("scalar", "data")
     for name in _FLOATS:
         yield f"std_msgs/{name}MultiArray", Part("vector", "data")
