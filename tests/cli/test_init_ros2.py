@@ -153,6 +153,7 @@ def test_topics_become_devices() -> None:
             published("/map_pose", "geometry_msgs/msg/PoseStamped", published_kept=True, **HZ_10),
             published("/odom", "nav_msgs/msg/Odometry", message=odometry),
             read("/lamp", "std_msgs/msg/Bool"),
+            read("/look_at", "geometry_msgs/msg/PointStamped"),
             actions=[("/hand/grasp", ["control_msgs/action/GripperCommand"])],
         )
     )
@@ -160,7 +161,7 @@ def test_topics_become_devices() -> None:
     assert found.keys() == {
         *("robot.R.cam.K", "robot.R.cam.I", "robot.E.cmd_vel.V_d", "robot.R.levels.v"),
         *("robot.R.map_pose.T", "robot.R.odom.T", "robot.R.odom.V", "robot.E.lamp.value_d"),
-        "robot.E.hand_grasp.status",
+        *("robot.E.look_at.p_d", "robot.E.hand_grasp.status"),
     }
     assert found["robot.R.cam.I"]["max_gap"] == "500 ms"
     assert found["robot.E.cmd_vel.V_d"]["qos"] == found["robot.R.map_pose.T"]["qos"] == kept

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
+from itertools import takewhile
 from typing import Any
 
 from specc.analysis.ros2 import JOINT_STATE, MESSAGES, Part, scalars, short
@@ -170,6 +171,8 @@ def _type(part: Part, topic: Topic, device: str, frames: Frames) -> str:
             return f"vector[{_size(topic, 'size')}]"
         case "tuple":
             return f"vector[{_size(topic, 'size')}, int]"
+        case "vector3" if part.unit == METRE and part.frame:
+            return f"point[{frames.of(topic, part.frame, device)}]"
         case "vector3" | "camera":
             return f"vector[{3 if part.shape == 'vector3' else 4}{unit}]"
         case "image" | "depth":
@@ -239,10 +242,16 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
 
     Each with the name of the command's element and its unit: of several, positions go first.
     """
+
+    def shared(one: str, other: str) -> int:
+        """Levels of a namespace."""
+        levels = zip(one.split("/")[:-1], other.split("/")[:-1], strict=False)
+        return len(list(takewhile(lambda pair: pair[0] == pair[1], levels)))
+
     every = [each for each in topics if len(each.types) == 1]
     states = {t.name: t for t in every if t.type == JOINT_STATE and not t.commanded and t.message}
     pairs = [
-        (-len(_common(state.name, topic.name)), -_kind(topic), topic.name, state.name)
+        (-shared(state.name, topic.name), -_kind(topic), topic.name, state.name)
         for state in states.values()
         for topic in every
         if topic.commanded and topic.type in _TO_JOINTS
@@ -258,13 +267,3 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
 def _kind(topic: Topic) -> int:
     found = (n for n, (word, *_) in enumerate(_COMMANDS) if word in topic.name)
     return next(found, len(_COMMANDS) - 1)
-
-
-def _common(one: str, other: str) -> list[str]:
-    """The namespace that two topics share."""
-    shared = []
-    for a, b in zip(one.split("/")[:-1], other.split("/")[:-1], strict=False):
-        if a != b:
-            break
-        shared.append(a)
-    return shared

@@ -18,6 +18,7 @@ from specc.tools.starting.graph import (
     Topic,
     Unfit,
     arms,
+    checked,
     elements,
     is_about_ros,
     is_legal,
@@ -85,8 +86,7 @@ class Devices:
         space = space if f"{command.name}/".startswith(f"{space}/") else ""
         try:
             found = elements(state, "", self.frames)
-            if not is_legal(command.name, command.type):
-                return False
+            checked(command)
             device = self._new(f"{space}/arm", "Passes on commands to joints", acts=True)
         except Unfit:
             return False
@@ -119,7 +119,8 @@ class Devices:
         if topic.commanded:
             device.commands.update(found)
             kept = _kept(topic.read_kept)
-            guess = f"A guess: in {GUESSED_FRAME}." if _is_in_frame(found, self.frames) else ""
+            is_placed = any(GUESSED_FRAME in text for text in found.values())
+            guess = f"A guess: in {GUESSED_FRAME}." if is_placed else ""
             device.bind.update({n: _bound(topic, kept, (_ends(topic), guess)) for n in found})
         else:
             device.reports.update(found)
@@ -155,14 +156,6 @@ class Devices:
 
 
 _CAMERAS = ("sensor_msgs/Image", "sensor_msgs/CameraInfo")
-
-
-def _is_in_frame(types: Mapping[str, str], frames: Frames) -> bool:
-    return any(frame in frames.named for text in types.values() for frame in _words(text))
-
-
-def _words(text: str) -> list[str]:
-    return re.findall(r"\w+", text)
 
 
 def _bound(topic: Topic, more: Mapping[str, Data], notes: Sequence[str]) -> Data:
@@ -242,7 +235,7 @@ def _filled(data: Mapping[str, Data]) -> dict[str, Data]:
 def _frames(devices: Devices) -> dict[str, Data]:
     """Frames that elements have, with what they are."""
     types = [text for d in devices.every for text in (*d.reports.values(), *d.commands.values())]
-    used = {word for text in types for word in _words(str(text))}
+    used = {word for text in types for word in re.findall(r"\w+", str(text))}
     named = {
         name: f"`{frame}` in ROS" if frame else "messages name none"
         for name, frame in devices.frames.named.items()

@@ -29,23 +29,25 @@ class _Heard:
 
     def __init__(self) -> None:
         self.last = b""
-        self.count = 0
-        self.first_s = self.last_s = self.longest_s = 0.0
+        self.times_s: list[float] = []
 
     def take(self, data: bytes) -> None:
-        now_s = time.monotonic()
-        if self.count:
-            self.longest_s = max(self.longest_s, now_s - self.last_s)
-        else:
-            self.first_s = now_s
-        self.last, self.last_s = data, now_s
-        self.count += 1
+        self.last = data
+        self.times_s.append(time.monotonic())
+
+    @property
+    def times(self) -> dict[str, Any]:
+        """How many there were, and the mean and the longest time between them."""
+        gaps_s = [b - a for a, b in zip(self.times_s, self.times_s[1:], strict=False)]
+        mean_s = sum(gaps_s) / max(1, len(gaps_s))
+        return {"count": len(self.times_s), "mean_s": mean_s, "longest_s": max(gaps_s, default=0.0)}
 
 
 class Graph(Devices):
-    """A device with one element, the graph; its configuration has how long it looks, `wait_s`,
+    """A device with one element, the graph.
 
-    how many topics it tells of at most, `most`, and the `types` of those it listens to.
+    Its configuration has how long it looks, `wait_s`; how many topics it tells of at most, `most`;
+    and the `types` of those that it listens to.
     """
 
     def open(self, config: dict[str, Any]) -> None:
@@ -102,11 +104,8 @@ def _told(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> 
         "read_kept": any(e.qos_profile.durability == _KEPT for e in readers),
     }
     came = heard.get(name)
-    if came is not None and came.count:
-        told["message"] = _summary(came.last, types[0])
-        told["longest_s"] = came.longest_s
-        told["mean_s"] = (came.last_s - came.first_s) / max(1, came.count - 1)
-        told["count"] = came.count
+    if came is not None and came.last:
+        told |= {"message": _summary(came.last, types[0]), **came.times}
     return told
 
 
