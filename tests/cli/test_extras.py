@@ -164,6 +164,7 @@ def test_a_picture_says_which_extra_it_lacks(tmp_path: Path) -> None:
     assert lacks("pygraphviz", "graph", done.stderr) and done.stderr.count("\n") == 1
 
 
+@pytest.mark.long
 def test_a_plot_says_which_extra_it_lacks(tmp_path: Path) -> None:
     command = "plot", str(ROOT / "tests/recording/conveyor_gate.mcap")
     done = specc(*command, without=("matplotlib",), folder=tmp_path)

@@ -136,7 +136,7 @@ ROBOTS = {
 
 
 @pytest.mark.usefixtures("wholly")
-@pytest.mark.parametrize("name", short(ROBOTS, 1, 3, 4))
+@pytest.mark.parametrize("name", short(ROBOTS, 3, 4))
 def test_a_robot_holds_its_pose_at_once(
     name: str, tmp_path: Path, farthest: dict[str, float]
 ) -> None:
@@ -442,6 +442,7 @@ TWO_ON_ONE = {
 
 
 @pytest.mark.parametrize("name", short(TWO_ON_ONE, 0))
+@pytest.mark.long
 def test_two_actuators_of_a_kind_may_move_one_joint(name: str, tmp_path: Path) -> None:
     spec = started(arm(TWO_ON_ONE[name]), tmp_path)
     assert is_clean(spec)
@@ -472,6 +473,7 @@ def test_numbers_that_give_no_control_are_refused(
 
 
 @pytest.mark.usefixtures("wholly")
+@pytest.mark.long
 def test_a_joint_that_is_not_held_is_told(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -149,6 +149,7 @@ def test_pictures_leave_no_trace_in_later_frames(renderer):
     assert np.array_equal(pictures[1], plain.picture("overview", 320, 240))
 
 
+@pytest.mark.long
 def test_frames_of_rays_do_not_remember_where_things_were():
     plant = scene("raycast", 0)
     before = plant.sample("depth").value()
@@ -243,6 +244,7 @@ def test_a_model_without_an_overview_gets_one_that_sees_it(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("count", short([2, 3], 0))
 @pytest.mark.parametrize("renderer", RAYS_FIRST)
+@pytest.mark.long
 def test_an_image_is_that_of_its_instant_whenever_it_is_drawn(renderer, count):
     """Neither what the plant did since nor what else was drawn can be seen in it.
 

@@ -145,6 +145,7 @@ def _changed(folder: Path, *changes: tuple[str, str]) -> Path:
     return spec
 
 
+@pytest.mark.long
 def test_reasons_that_double_are_told_once(tmp_path: Path) -> None:
     """Names that name one another often, quantifiers in one another: as much of it as is read."""
     letters = "abcdefghij"

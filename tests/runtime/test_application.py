@@ -250,6 +250,7 @@ def test_a_film_that_is_not_finished_shows_what_was_written(tmp_path: Path) -> N
     assert film.close() == ""
 
 
+@pytest.mark.long
 def test_animation_shows_the_same_in_fewer_pictures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -269,7 +270,7 @@ def test_animation_shows_the_same_in_fewer_pictures(
         assert abs(now.astype(float) - then).mean() < 5.0
 
 
-@pytest.mark.parametrize("name", ["run.mp4", "run.webp"])
+@pytest.mark.parametrize("name", short(["run.mp4", "run.webp"], 0))
 def test_a_film_has_a_picture_at_least(name: str, tmp_path: Path) -> None:
     import cv2
 
@@ -280,6 +281,7 @@ def test_a_film_has_a_picture_at_least(name: str, tmp_path: Path) -> None:
     assert good and picture.std() > 10.0 and not film.grab()
 
 
+@pytest.mark.long
 def test_an_animation_of_large_pictures_has_fewer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

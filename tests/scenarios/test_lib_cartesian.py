@@ -239,6 +239,7 @@ def turn(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     return np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
 
 
+@pytest.mark.long
 def test_an_arm_follows_a_pose_with_bounded_joints(tmp_path: Path) -> None:
     _, q = run(following(tmp_path))
     v = np.diff(q, axis=0) * HZ

@@ -25,8 +25,8 @@ from tests.soundness.running import compiled
 from tests.soundness.specifications import specification
 from tests.soundness.test_accepted import small
 
-SEEDS = (19, 5, *range(60))
-"""First those at which the rare ones show."""
+SEEDS = (1, 2, 13, 7, 19, *range(60))
+"""First some that show each of the mistakes below."""
 TICKS = 40
 
 
@@ -183,7 +183,7 @@ def test_proofs_that_take_operators_for_constant(
 
 
 @pytest.mark.parametrize(
-    ("code", "times", "known"), [("E0701", 1, (70,)), ("E0702", 1, (136,)), ("E0705", 2, (72, 76))]
+    ("code", "times", "known"), [("E0701", 1, (80,)), ("E0702", 1, (85,)), ("E0705", 2, (78, 79))]
 )
 def test_a_check_that_finds_nothing(
     code: str,
@@ -201,7 +201,7 @@ def test_a_check_that_finds_nothing(
     kept = (check for check in checks.CHECKS if check not in right)
     monkeypatch.setattr(checks, "CHECKS", (*kept, careless_check))
     careless, trusting = (0, 60) if code == "E0705" else (50, 0)
-    # An E0702 that is an error in a run is rare: first come seeds that are known for one.
+    # A finding that is an error in a run is rare: first come seeds that are known for one.
     trees = (specification(Random(s), careless, trusting) for s in (*known, *range(70, 200)))
     found = (tree for tree in trees if compare(tree, tmp_path, "1", TICKS).unsound)
     assert len(list(islice(found, times))) == times

@@ -32,6 +32,7 @@ def sessions() -> int:
     return sum(type(each) is Session for each in gc.get_objects())
 
 
+@pytest.mark.long
 def test_a_run_is_forgotten_when_it_is_over(tmp_path: Path) -> None:
     directory, before = package(tmp_path), sessions()
     for seed in range(3):

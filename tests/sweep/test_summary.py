@@ -137,6 +137,7 @@ def test_what_is_not_decided_is_no_success() -> None:
 
 
 @pytest.mark.parametrize("names", short([["d [kg/s]"], ["d [kg/s]", "m"]], 1))
+@pytest.mark.long
 def test_the_same_cells_are_the_same_pictures(names: list[str], tmp_path: Path) -> None:
     rows = [{**row, "m": word} for row in ROWS for word in ("a", "b")]
     made = []

@@ -282,6 +282,7 @@ def test_a_full_disk_is_told_with_the_file(tmp_path: Path) -> None:
         assert not folder.done
 
 
+@pytest.mark.long
 def test_what_is_done_needs_no_code_any_more(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -369,7 +370,8 @@ def _children(process: int) -> list[int]:
     return [int(pid) for pid in pids if "spawn_main" in _arguments(Path("/proc", pid))]
 
 
-@pytest.mark.parametrize("seeds", ["0:4", pytest.param("0:8", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("seeds", ["0:4", "0:8"])
 def test_a_file_that_is_changed_meanwhile_changes_no_run(seeds: str, tmp_path: Path) -> None:
     shutil.copytree(ROOT / "specs/plants", tmp_path / "plants")
     spec = Path(shutil.copy(GATE, tmp_path))

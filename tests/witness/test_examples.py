@@ -146,7 +146,7 @@ def has_examples(system: System) -> None:
             assert again == found
 
 
-@pytest.mark.parametrize("examples", [12, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize("examples", [6, pytest.param(60, marks=pytest.mark.long)])
 def test_examples_of_random_machines(examples: int) -> None:
     settings(
         max_examples=examples,

@@ -9,6 +9,7 @@ import pytest
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import apply
+from tests.seeds import short
 from tests.tools.lsp.test_completion import labels
 from tests.tools.lsp.workspace import edited, place
 
@@ -85,7 +86,7 @@ def project(tmp_path: Path) -> tuple[Project, str]:
 
 @pytest.mark.parametrize(
     ("at", "new", "expected"),
-    [
+    short([
         ("|count: {type", "steps", ["r.c.steps > 9"]),
         ("state(r.c) == |resting", "idle", ["state(r.c) == idle implies", "{telling: tell, idle:"]),
         ("base.c.|last", "newest", ["base.c.newest > 0", "memory: {newest:"]),
@@ -101,7 +102,7 @@ def project(tmp_path: Path) -> tuple[Project, str]:
         ("|hurry: {is", "hurried", ["  hurried: {is:", '"hurried and left']),
         ("implies |left", "way", ["  way: 9[m]", "hurry and way < 2[m]", "implies way >= near_by"]),
         ("always(rovers_1.E.|wheel", "drive", ["rovers_1.E.drive.s", "real_effectors: {drive:"]),
-    ],
+    ], 1, 3, 5, 10),
 )  # fmt: skip
 def test_renaming_changes_what_is_required(
     unchanged: tuple[Project, str], at: str, new: str, expected: list[str]

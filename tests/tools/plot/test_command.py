@@ -54,6 +54,7 @@ def test_the_timeline_of_all_machines(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("form", short(_STARTS, 0))
+@pytest.mark.long
 def test_what_specc_made_gives_way_and_is_the_same_again(form: str, tmp_path: Path) -> None:
     asked = ("gate.c", "belt.drive.x.E.v_m,belt.drive.x.c.v_d", "gate.eye.y.c.parcel")
     file = tmp_path / f"out.{form}"
