@@ -347,7 +347,7 @@ SETTINGS = settings(
 )
 
 
-@pytest.mark.parametrize("count", [5, pytest.param(300, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [5, pytest.param(150, marks=pytest.mark.long)])
 @pytest.mark.parametrize("proved", [True, False])
 def test_proved_tables_and_those_that_are_checked_at_run_time(proved: bool, count: int) -> None:
     @settings(SETTINGS, max_examples=count)

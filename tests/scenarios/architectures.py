@@ -206,7 +206,7 @@ ARCHITECTURES = (
         ),
         budget=200_000,
         is_short=True,
-        runs=4,  # half a minute each
+        runs=2,  # half a minute each; bench/architectures.py makes all ten
         figures=(
             Figure(
                 "at least (?P<least>[0-9.]+) cm above", "within(59[s], state(irp.c) == S9", 0, 100
@@ -235,7 +235,7 @@ ARCHITECTURES = (
         fault_in="lib/irp_at_table.yaml",
         budget=150_000,
         is_short=True,
-        runs=4,  # half a minute each
+        runs=2,  # half a minute each; bench/architectures.py makes all ten
         figures=(Figure("than (?P<least>[0-9.]+) m, and no box", "always(norm(plant.hand_1", 0.3),),
     ),
 )

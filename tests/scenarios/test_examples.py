@@ -12,7 +12,7 @@ from tests.scenarios.runs import INSTALLED, SPECS
 from tests.sweep.runs import swept, table
 
 EXAMPLES = sorted((SPECS / "examples").glob("*.yaml"))
-SEEDS = 20
+SEEDS = 10
 LIMIT_S = 60
 EACH = pytest.mark.parametrize("spec", EXAMPLES, ids=lambda spec: spec.stem)
 

@@ -79,14 +79,14 @@ def test_a_few_small_edits_of_the_flagship() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(FIRST, FIRST + 8))
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + 4))
 def test_small_edits_of_the_flagship(seed: int) -> None:
     check(FLAGSHIP.parent, FLAGSHIP, FLAGSHIP, FLAGSHIP.read_text(), seed, 12)
 
 
 @pytest.mark.parametrize(
     ("seed", "steps"),
-    [(0, 1), *(pytest.param(n, 25, marks=pytest.mark.long) for n in range(FIRST, FIRST + 16))],
+    [(0, 1), *(pytest.param(n, 25, marks=pytest.mark.long) for n in range(FIRST, FIRST + 8))],
 )
 def test_small_edits_of_a_system_and_of_a_description_that_it_uses(
     seed: int, steps: int, tmp_path: Path
