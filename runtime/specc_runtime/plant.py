@@ -55,16 +55,21 @@ class Deferred:
     come from a stream of the sample's own, since other samples may be computed before or never.
     """
 
-    __slots__ = ("_begin", "_compute", "_error", "_lock", "_value")
+    __slots__ = ("_begin", "_compute", "_error", "_lock", "_value", "reference")
 
     def __init__(
-        self, compute: Callable[[], Any], begin: Callable[[], None] = lambda: None
+        self,
+        compute: Callable[[], Any],
+        begin: Callable[[], None] = lambda: None,
+        reference: Any = None,
     ) -> None:
         """`begin` and then `compute` are called once, or never if nobody asks.
 
         Before a step computes its samples it begins all of them, so that what `begin` starts in
-        other threads goes on at the same time.
+        other threads goes on at the same time. With a `reference`, of the device host, another
+        process finds the value by itself.
         """
+        self.reference = reference
         self._begin: Callable[[], None] | None = begin
         self._compute: Callable[[], Any] | None = compute
         self._error: BaseException | None = None

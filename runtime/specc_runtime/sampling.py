@@ -91,7 +91,9 @@ class Sensor:
                 raise DeviceFailed(self.name, PlantError(why))
             return
         if type(value) is Deferred:
-            self.value = Deferred(partial(self._computed, value, self.distortion), value.begin)
+            reference = value.reference if self.distortion is None else None
+            compute = partial(self.computed, value, self.distortion)
+            self.value = Deferred(compute, value.begin, reference)
         else:
             self.value = self._accepted(value, self.distortion)
         self.count += 1
@@ -106,7 +108,8 @@ class Sensor:
         except PlantError as error:
             raise DeviceFailed(self.name, error) from None
 
-    def _computed(self, sample: Deferred, distortion: Distortion | None) -> Any:
+    def computed(self, sample: Deferred, distortion: Distortion | None = None) -> Any:
+        """The value of a sample, accepted; raises `DeviceFailed`."""
         return self._accepted(self._given(sample.value), distortion)
 
     def _given(self, call: Callable[..., Any], *arguments: str) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from specc_runtime.faults import PlantFailed, SceneFailed
 from specc_runtime.loading import is_simulated, made
 from specc_runtime.options import Options, RendererName, UsageError
 from specc_runtime.plant import Plant
-from specc_runtime.system import System, Task
+from specc_runtime.system import PlantSpec, System, Task
 from specc_runtime.task import Judge, Scene, drawn
 
 
@@ -83,6 +84,17 @@ def made_plant(system: System, options: Options) -> Any:
 
         return hosted(system, options.seed)
     return _made(system, Path(options.base), options.renderer)
+
+
+def decoders(spec: PlantSpec) -> Mapping[str, Callable[[Any], Any]]:
+    """What makes values of what a plant in the device host tells of its elements."""
+    if spec.ros2 is not None:
+        from specc_runtime.ros2.plant import conversions
+
+        return conversions(spec)[0]
+    from specc_runtime.hosting.python_plant import loaded
+
+    return {binding.name: loaded for binding in spec.sensors}
 
 
 def _made(system: System, base: Path, renderer: RendererName) -> Any:

@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from specc_runtime.faults import DeviceFailed, said
+from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.devices import Array
 from specc_runtime.hosting.keeper import CLOSE_S, WILL_S
+from specc_runtime.hosting.memory import KEPT
 from specc_runtime.hosting.starting import Host
-from specc_runtime.hosting.wire import PLAIN, array_of, plain
-from specc_runtime.plant import NO_SAMPLE, Sample
+from specc_runtime.hosting.views import Convert, value_of
+from specc_runtime.plant import NO_SAMPLE, Deferred, Sample
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.system import System
 
@@ -29,9 +30,8 @@ RENEWED_S = 0.5
 ASKED_S = 1.0
 """How long a run may go on that was not asked to end when its host was."""
 _LARGE = 1 << 14
+"""Bytes of values that stay in shared memory until they are read, and of arrays as bytes."""
 WAIT_S = 10.0
-
-Convert = Callable[[Any], Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +144,10 @@ class HostedPlant:
         """Nothing: the devices are as they are."""
 
     def sample(self, name: str) -> Any:
-        """The newest `Sample` of an element; `NO_SAMPLE` if a sporadic one has no new one."""
+        """The newest `Sample` of an element; `NO_SAMPLE` if a sporadic one has no new one.
+
+        A large value is `Deferred`: its bytes stay where the host has put them until it is asked.
+        """
         reading = self._readings[name]
         if why := self._failure(name):
             raise PlantError(why)
@@ -157,15 +160,18 @@ class HostedPlant:
         raw = self._host.memory.read(reading.index)
         if raw is None:
             return False
-        try:
-            value = plain(raw.data) if raw.kind == PLAIN else _as_array(array_of(raw.data))
-            decode = self._decode.get(name)
-            value = value if decode is None else decode(value)
-        except PlantError:
-            raise
-        except Exception as error:
-            raise PlantError(f"a value that cannot be read: {said(error)}") from error
-        reading.number, reading.measured_s, reading.value = raw.number, raw.measured_s, value
+        decode = self._decode.get(name)
+
+        def read() -> Any:
+            return value_of(raw.extent.kind, bytes(raw.data), decode)
+
+        is_left = (
+            raw.extent.length > _LARGE
+            and name not in self._observed
+            and self._host.memory.pinned(reading.index) <= KEPT
+        )
+        reading.value = Deferred(read, reference=raw) if is_left else read()
+        reading.number, reading.measured_s = raw.number, raw.measured_s
         return True
 
     def _again(self, reading: _Reading) -> Any:
@@ -308,11 +314,6 @@ def plain_of(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [plain_of(item) for item in value]
     return value
-
-
-def _as_array(array: Array) -> Any:
-    """The array, read-only; raises TypeError, ValueError for one that does not fit its bytes."""
-    return np.frombuffer(array.data, np.dtype(array.dtype)).reshape(array.shape)
 
 
 def reading_periods(system: System) -> dict[str, float]:

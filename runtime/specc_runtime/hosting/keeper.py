@@ -18,6 +18,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any
 
+from specc_runtime.blocks import Block
 from specc_runtime.hosting.agency import LOOK_S, Agent
 from specc_runtime.hosting.courier import Courier
 from specc_runtime.hosting.devices import Devices, made, words
@@ -110,7 +111,7 @@ class Keeper:
             sys.path[:0] = wanted["path"]
             self._devices = devices = made(wanted["devices"])
             devices.open(wanted["config"])
-            memory = Memory(self._memory_file, len(wanted["elements"]))
+            memory = Memory(Block(self._memory_file), len(wanted["elements"]))
         except BaseException as error:  # noqa: BLE001  # whatever the devices raise
             self._channel.send("refused", words(error))
             return

@@ -55,7 +55,7 @@ def hosted(system: System, seed: int) -> HostedPlant:
     return HostedPlant(
         system,
         Setup(f"{__name__}:PythonPlant", config),
-        decode=dict.fromkeys(names, _loaded),
+        decode=dict.fromkeys(names, loaded),
         encode={output.actuator: pickle.dumps for output in system.plant.outputs}
         | {
             f"{s.name}.{element}": pickle.dumps for s in system.plant.safe for element in s.elements
@@ -181,7 +181,8 @@ def _dumped(value: Any) -> Any:
     return pickle.dumps(value)
 
 
-def _loaded(value: Any) -> Any:
+def loaded(value: Any) -> Any:
+    """The value that was sent."""
     return pickle.loads(value) if type(value) is bytes else value
 
 

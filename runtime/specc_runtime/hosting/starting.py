@@ -14,8 +14,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from specc_runtime.blocks import Block, anonymous_file
 from specc_runtime.faults import said
-from specc_runtime.hosting.memory import Memory, anonymous_file
+from specc_runtime.hosting.memory import Memory
 from specc_runtime.hosting.wire import Channel
 from specc_runtime.options import UsageError
 from specc_runtime.plants.errors import PlantError
@@ -34,10 +35,10 @@ class Host:
     def __init__(self, python: str, elements: int) -> None:
         """Raises UsageError if there is no such program as `python`, by default the own one."""
         ours, theirs = socket.socketpair()
-        memory, self._errors = anonymous_file(), anonymous_file()
+        self.memory = Memory(Block.of_bytes(Memory.size(elements)), elements)
+        self._errors = anonymous_file()
         people = os.dup(2) if _is_open(2) else os.open(os.devnull, os.O_WRONLY)
-        self.memory = Memory(memory, elements)
-        passed = (theirs.fileno(), memory, people)
+        passed = (theirs.fileno(), self.memory.block.descriptor, people)
         try:
             self._process = subprocess.Popen(
                 [python or sys.executable, str(HOST), *map(str, passed)],

@@ -16,6 +16,8 @@ _HEAD = struct.Struct("<I")
 _CHUNK = 1 << 18
 _BACKLOG = 1 << 28
 _PROTOCOL = 4
+_ALIGNED = 64
+"""Numbers of arrays begin at a multiple of a cache line."""
 PLAIN, ARRAY = 0, 1
 """Kinds of values in shared memory."""
 
@@ -31,7 +33,7 @@ class _Plain(pickle.Unpickler):
         raise NotPlain(f"{module}.{name} is no plain data")
 
 
-def plain(data: bytes) -> Any:
+def plain(data: bytes | memoryview) -> Any:
     """The plain data that `packed` made bytes of; raises `NotPlain`."""
     try:
         return _Plain(io.BytesIO(data)).load()
@@ -58,10 +60,11 @@ def parts_of(value: Any) -> tuple[int, tuple[bytes | memoryview, ...]]:
         data = memoryview(value.data).cast("B")
     except (TypeError, ValueError) as error:
         raise DeviceError(f"the data of an array are no bytes: {error}") from error
+    head += bytes(-(_HEAD.size + len(head)) % _ALIGNED)  # pickles end with a mark of their own
     return ARRAY, (_HEAD.pack(len(head)), head, data)
 
 
-def array_of(data: bytes) -> Array:
+def array_of(data: bytes | memoryview) -> Array:
     """The array that `parts_of` made bytes of; raises `NotPlain`."""
     (length,) = _HEAD.unpack_from(data)
     begin = _HEAD.size + length

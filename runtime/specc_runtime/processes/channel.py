@@ -1,66 +1,31 @@
 """Messages between two processes: a socket, and memory of both for what is large.
 
-The memory has no name in the file system: the kernel frees it with the last of the two processes,
-however they end. Each end writes to a block of its own, and asks for an answer before it writes
-again, so that nobody reads what is being changed. What is read is copied, since blocks are used
-again.
+Each end writes to a block of its own, and asks for an answer before it writes again, so that nobody
+reads what is being changed. What is read is copied, since blocks are used again.
 """
 
 from __future__ import annotations
 
-import mmap
-import os
 import pickle
 import select
 import socket
 import struct
 from typing import Any
 
+from specc_runtime.blocks import Block
+
 LARGE_BYTES = 4096
 """Arrays from this size on go through the memory."""
 INLINE_BYTES = 32_768
 """Of a message that goes through the socket."""
-_PAGE = mmap.PAGESIZE
 _INLINE, _BLOCK = b"i", b"b"
+_FLAGS = getattr(socket, "MSG_CMSG_CLOEXEC", 0)
 _LENGTH = struct.Struct("<Q")
 _ALIGNED = 64
 
 
 class Gone(Exception):
     """The process at the other end has ended."""
-
-
-class Block:
-    """Memory of two processes that grows; every page of it is mapped when it is made."""
-
-    def __init__(self, descriptor: int) -> None:
-        self.descriptor = descriptor
-        self._map()
-
-    @classmethod
-    def of_bytes(cls, size: int) -> Block:
-        """New memory, which another process has by its descriptor."""
-        descriptor = os.memfd_create("specc")
-        os.ftruncate(descriptor, _pages(size))
-        return cls(descriptor)
-
-    def _map(self) -> None:
-        self.size = os.fstat(self.descriptor).st_size
-        flags = mmap.MAP_SHARED | getattr(mmap, "MAP_POPULATE", 0)
-        self.memory = mmap.mmap(self.descriptor, self.size, flags=flags)
-
-    def hold(self, size: int) -> None:
-        """Be at least that large, whoever of the two made it grow."""
-        if size > self.size:
-            if size > os.fstat(self.descriptor).st_size:
-                os.ftruncate(self.descriptor, _pages(2 * size))
-            self.memory.close()
-            self._map()
-
-    def close(self) -> None:
-        """Give it up; the other process may still have it."""
-        self.memory.close()
-        os.close(self.descriptor)
 
 
 class Channel:
@@ -71,9 +36,11 @@ class Channel:
         self._written, self._read = written, read
         self._poll = select.poll()
         self._poll.register(end, select.POLLIN)
+        self.descriptors: list[int] = []
+        """What came beside messages: whoever takes one out closes it."""
 
-    def send(self, message: Any) -> None:
-        """Raises Gone, and what pickling raises."""
+    def send(self, message: Any, *descriptors: int) -> None:
+        """Send a message, and files beside it. Raises Gone, and what pickling raises."""
         large: list[memoryview] = []
 
         def is_small(buffer: pickle.PickleBuffer) -> bool:
@@ -89,7 +56,7 @@ class Channel:
         else:
             packet = _INLINE + stream
         try:
-            self._socket.send(packet)
+            socket.send_fds(self._socket, [packet], descriptors)
         except ConnectionError:
             raise Gone from None
 
@@ -98,8 +65,8 @@ class Channel:
         lengths = [memoryview(part).nbytes for part in parts]
         table = b"".join(map(_LENGTH.pack, (len(parts), *lengths)))
         ends = _ends(len(table), lengths)
-        self._written.hold(ends[-1])
-        memory = self._written.memory
+        self._written.hold(ends[-1], 2 * ends[-1])
+        memory = self._written.bytes
         memory[: len(table)] = table
         for part, length, end in zip(parts, lengths, ends, strict=True):
             memory[end - length : end] = part
@@ -108,7 +75,8 @@ class Channel:
     def receive(self) -> Any:
         """The next message, waited for. Raises Gone, and what unpickling raises."""
         try:
-            packet = self._socket.recv(2 * INLINE_BYTES)
+            packet, descriptors, *_ = socket.recv_fds(self._socket, 2 * INLINE_BYTES, 1, _FLAGS)
+            self.descriptors += descriptors
         except ConnectionError:
             packet = b""
         if not packet:
@@ -121,13 +89,13 @@ class Channel:
 
     def _get(self, size: int) -> list[bytes]:
         self._read.hold(size)
-        memory = self._read.memory
+        memory = self._read.bytes
         width = _LENGTH.size
         (count,) = _LENGTH.unpack(memory[:width])
         table = memory[width : (1 + count) * width]
         lengths = [length for (length,) in _LENGTH.iter_unpack(table)]
         ends = _ends((1 + count) * width, lengths)
-        return [memory[end - n : end] for n, end in zip(lengths, ends, strict=True)]
+        return [bytes(memory[end - n : end]) for n, end in zip(lengths, ends, strict=True)]
 
     @property
     def is_answered(self) -> bool:
@@ -148,7 +116,3 @@ def _ends(begin: int, lengths: list[int]) -> list[int]:
         begin = -(-begin // _ALIGNED) * _ALIGNED + length
         ends.append(begin)
     return ends
-
-
-def _pages(size: int) -> int:
-    return max(1, -(-size // _PAGE)) * _PAGE

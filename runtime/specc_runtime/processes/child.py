@@ -13,23 +13,28 @@ import signal
 import socket
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
+from specc_runtime.blocks import Block
 from specc_runtime.buffers import freeze
 from specc_runtime.faults import Fault
 from specc_runtime.forms import Layout
+from specc_runtime.hosting.memory import Extent
+from specc_runtime.hosting.views import Views
 from specc_runtime.interruption import Abandoned
 from specc_runtime.loading import load_layouts, load_system
 from specc_runtime.options import UsageError
-from specc_runtime.processes.channel import Block, Channel, Gone
+from specc_runtime.processes.channel import Channel, Gone
 from specc_runtime.processes.crossing import Changes, Receiver, Sender
 from specc_runtime.processes.fault_data import Told, told
+from specc_runtime.setting import decoders
 from specc_runtime.stepping import Stepper
 from specc_runtime.subsystem import Subsystem
+from specc_runtime.system import System
 from specc_runtime.track import Outcome, outcome_of
 from specc_runtime.watchdog import left, steps_under_way
 
@@ -61,10 +66,13 @@ class Place:
 class Order:
     """A step: what has changed of the inputs, and the own periods that were skipped before it.
 
-    `remembered` has the memory elements that are to be told from now on, if that has changed.
+    `views` says where samples are that are in the memory of the device host, whose descriptor
+    comes with the first of them. `remembered` has the memory elements that are to be told from now
+    on, if that has changed.
     """
 
     x: Changes
+    views: Mapping[str, Extent]
     skipped: int = 0
     remembered: tuple[str, ...] | None = None
     place: Place | None = None
@@ -72,7 +80,10 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Left:
-    """All that a step leaves behind: changes of outputs and memory, `busy_s` of wall time."""
+    """All that a step leaves behind: changes of outputs and memory, `busy_s` of wall time.
+
+    `kept` says where samples are that are still in use.
+    """
 
     outcome: int | Told
     state: str
@@ -81,6 +92,7 @@ class Left:
     y: Changes
     memory: Changes
     busy_s: float
+    kept: tuple[Extent, ...] = ()
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -94,15 +106,16 @@ def main(arguments: Sequence[str]) -> None:
     with suppress(Gone):
         assignment = channel.receive()
         try:
-            subsystem, layout = _loaded(assignment)
+            system, layout = _loaded(assignment)
         except UsageError as error:
             return channel.send(str(error))
         except Fault as fault:
             return channel.send(told(fault))
+        subsystem = system.scheduled(assignment.name).subsystem
         asked = socket.socket(fileno=questions)
         threading.Thread(target=_answer, args=(asked, subsystem), daemon=True).start()
         channel.send(None)
-        _Worker(subsystem, layout, channel).serve()
+        _Worker(system, subsystem, layout, channel).serve()
 
 
 def end_with(parent: int) -> None:
@@ -113,12 +126,11 @@ def end_with(parent: int) -> None:
         os._exit(1)
 
 
-def _loaded(assignment: Assignment) -> tuple[Subsystem, Layout]:
+def _loaded(assignment: Assignment) -> tuple[System, Layout]:
     """Raises UsageError, StepFailed."""
     examined = assignment.check_operators
     system = load_system(assignment.directory, assignment.base, check_operators=examined)
-    name = assignment.name
-    return system.scheduled(name).subsystem, load_layouts(system)[name]
+    return system, load_layouts(system)[assignment.name]
 
 
 def _answer(asked: socket.socket, subsystem: Subsystem) -> None:
@@ -136,10 +148,14 @@ def _answer(asked: socket.socket, subsystem: Subsystem) -> None:
 class _Worker:
     """Makes the steps of a subsystem as they are ordered."""
 
-    def __init__(self, subsystem: Subsystem, layout: Layout, channel: Channel) -> None:
+    def __init__(
+        self, system: System, subsystem: Subsystem, layout: Layout, channel: Channel
+    ) -> None:
+        self._system = system
         self._subsystem = subsystem
         self._layout = layout
         self._channel = channel
+        self._views: Views | None = None
         self._stepper = Stepper(subsystem)
         self._x, self._given = Receiver(layout.x), Receiver(layout.memory)
         self._y, self._memory = Sender(layout.y), Sender(layout.memory)
@@ -174,16 +190,28 @@ class _Worker:
             y,
             memory,
             busy_s,
+            () if self._views is None else self._views.kept(),
         )
 
     def _step(self, order: Order) -> int:
         subsystem = self._subsystem
         self._x.take(subsystem.x, order.x)
+        self._look(order.views)
         if order.place is not None:
             self._go_on(order.place)
         if order.skipped:
             subsystem.skip(order.skipped)
         return subsystem.step()
+
+    def _look(self, extents: Mapping[str, Extent]) -> None:
+        """Take the samples there as inputs; raises DeviceFailed for those that are none."""
+        for element, extent in extents.items():
+            if self._views is None:
+                descriptor = self._channel.descriptors.pop()
+                spec = self._system.plant
+                assert spec is not None, "there is a device host"
+                self._views = Views(spec, self._subsystem.name, decoders(spec), descriptor)
+            setattr(self._subsystem.x, element, self._views.value(element, extent))
 
     def _tell(self, outcome: Outcome, y: Changes, memory: Changes) -> Outcome:
         """What others may see of a step; what codecs raise is raised."""

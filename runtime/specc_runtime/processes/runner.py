@@ -11,16 +11,20 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
+from dataclasses import replace
+from typing import Any
 
 from specc_runtime.buffers import slots
 from specc_runtime.clock import WallClock
-from specc_runtime.faults import Fault, StepAbandoned, said
+from specc_runtime.faults import DeviceFailed, Fault, StepAbandoned, said
+from specc_runtime.hosting.memory import Extent
 from specc_runtime.plant import Deferred
 from specc_runtime.processes.channel import Gone
 from specc_runtime.processes.child import Left, Order, Place
 from specc_runtime.processes.crossing import Receiver, Sender
 from specc_runtime.processes.fault_data import fault_of
 from specc_runtime.processes.worker import Worker
+from specc_runtime.sampling import compute_deferred
 from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.track import Outcome, Runner, outcome_of
 
@@ -33,7 +37,8 @@ class ProcessRunner(Runner):
     """Steps in a process of its own.
 
     Deferred samples belong to the plant, which stays here: they are computed in a thread, and the
-    step begins over there when they are.
+    step begins over there when they are. Those that have a reference are read over there; here
+    only if the run itself looks at them.
     """
 
     def __init__(
@@ -49,6 +54,12 @@ class ProcessRunner(Runner):
         layout = worker.layout
         self._names = slots(subsystem.x)
         self._x = Sender(layout.x)
+        self._told: dict[str, Any] = {}
+        """References that were told last, by elements."""
+        self._used: dict[Extent, Any] = {}
+        """Those whose bytes the process may use."""
+        self._given: set[int] = set()
+        """Descriptors of memory that it has."""
         self._y, self._memory = Receiver(layout.y), Receiver(layout.memory)
         self._outcome: Outcome | None = -1
         self._begun: Future[Outcome] | None = None
@@ -59,25 +70,37 @@ class ProcessRunner(Runner):
         self.subsystem.x = x = copy.copy(self.inbox)
         self._clear()
         self._outcome = None
-        if any(type(getattr(x, name, None)) is Deferred for name in self._sensed):
-            self._begun = self._worker.feeder.submit(lambda: self._begin(skipped))
+        deferred = {n: v for n in self._sensed if type(v := getattr(x, n, None)) is Deferred}
+        views = {n: v.reference for n, v in deferred.items() if v.reference is not None}
+        if len(views) < len(deferred):
+            self._begun = self._worker.feeder.submit(lambda: self._begin(skipped, views))
         else:
-            self._end(self._begin(skipped))
+            self._end(self._begin(skipped, views))
 
-    def _begin(self, skipped: int) -> Outcome:
-        """Compute the inputs and order the step; -1, or the fault that kept it from beginning."""
-        return outcome_of(self.subsystem, self._sensed, lambda: self._order(skipped))
+    def _begin(self, skipped: int, views: dict[str, Any]) -> Outcome:
+        """Compute the inputs and order the step; -1, or the fault that kept it from beginning.
 
-    def _order(self, skipped: int) -> int:
-        subsystem = self.subsystem
+        `views` are the references of those that are read over there.
+        """
+        here = tuple([name for name in self._sensed if name not in views])
+        return outcome_of(self.subsystem, here, lambda: self._order(skipped, views))
+
+    def _order(self, skipped: int, views: dict[str, Any]) -> int:
+        subsystem, worker = self.subsystem, self._worker
+        names = [n for n in self._names if n not in views] if views else self._names
+        changes = self._x.changes(subsystem.x, names)
+        new = {name: view for name, view in views.items() if self._told.get(name) is not view}
+        descriptors = {view.descriptor for view in new.values()} - self._given
+        self._told, self._given = views, self._given | descriptors
+        self._used |= {view.extent: view for view in new.values()}
+        compute_deferred(subsystem.x, tuple([name for name in views if name in worker.observed]))
         subsystem.note_inputs()
-        changes = self._x.changes(subsystem.x, self._names)
-        order = Order(changes, skipped)
+        order = Order(changes, {name: view.extent for name, view in new.items()}, skipped)
         if self._is_first:
             self._is_first = False
-            order = Order(changes, skipped, self._worker.remembered, self._place())
+            order = replace(order, remembered=worker.remembered, place=self._place())
         with suppress(Gone):  # who asks for the outcome finds out why
-            self._worker.channel.send(order)
+            worker.channel.send(order, *descriptors)
         return -1
 
     def _place(self) -> Place | None:
@@ -121,25 +144,33 @@ class ProcessRunner(Runner):
         mirror.state, mirror.violations = sys.intern(left.state), left.violations
         if left.periods is not None:
             vars(mirror)["_periods"] = left.periods
+        self._used = {extent: self._used[extent] for extent in left.kept}
         self._took(left.busy_s)
         if isinstance(left.outcome, int):
             self._y.take(mirror.y, left.y)
             self._memory.take(mirror.memory, left.memory)
             return left.outcome
-        return fault_of(left.outcome, contents(mirror.x))
+        is_of_device = issubclass(left.outcome.kind, DeviceFailed)
+        return fault_of(left.outcome, {} if is_of_device else self._inputs())
 
     def _fault_of_end(self) -> Fault:
         subsystem = self.subsystem
         fault = ProcessEnded(subsystem.name, subsystem.state, self._worker.why_ended())
-        fault.inputs = contents(subsystem.x)
+        fault.inputs = self._inputs()
         return fault
+
+    def _inputs(self) -> dict[str, object]:
+        """What the step was given, with what only its process has read."""
+        with suppress(DeviceFailed):
+            compute_deferred(self.subsystem.x, self._sensed)
+        return contents(self.subsystem.x)
 
     def left(self, error: BaseException) -> Fault | None:
         """See `Runner`."""
         if self._outcome is not None or self._begun is not None:
             return None
         subsystem = self.subsystem
-        inputs = contents(subsystem.x)
+        inputs = self._inputs()
         answer = self._worker.where()
         fault: Fault = StepAbandoned(subsystem.name, subsystem.state, error)
         if answer is not None:

@@ -19,16 +19,17 @@ import sys
 from collections.abc import Collection, Iterable
 from contextlib import suppress
 from functools import cached_property
+from itertools import chain
 from threading import Lock
 
+from specc_runtime.blocks import Block
 from specc_runtime.forms import Element, Layout
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options, UsageError
-from specc_runtime.processes.channel import Block, Channel, Gone
+from specc_runtime.processes.channel import Channel, Gone
 from specc_runtime.processes.child import LEFT, UNDER_WAY, Assignment
 from specc_runtime.processes.crossing import uncodable
 from specc_runtime.processes.fault_data import Told, fault_of
-from specc_runtime.requirements import Requirements
 from specc_runtime.system import System
 from specc_runtime.workers import Workers
 
@@ -43,13 +44,23 @@ _BEGIN = (
 
 
 class Worker:
-    """One process, for one subsystem. `remembered` are the memory elements that the run reads."""
+    """One process, for one subsystem.
 
-    def __init__(self, assignment: Assignment, layout: Layout, remembered: tuple[str, ...]) -> None:
+    `remembered` are the memory elements that the run reads, `observed` the inputs.
+    """
+
+    def __init__(
+        self,
+        assignment: Assignment,
+        layout: Layout,
+        remembered: tuple[str, ...],
+        observed: Collection[str],
+    ) -> None:
         """Begin it; it loads what it needs meanwhile."""
         self.name = assignment.name
         self.layout = layout
         self.remembered = remembered
+        self.observed = observed
         blocks = Block.of_bytes(BLOCK_BYTES), Block.of_bytes(BLOCK_BYTES)
         (orders, theirs), (self._questions, others) = (
             socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(2)
@@ -148,10 +159,13 @@ class Processes:
         assigned = {}
         for name in options.apart:
             layout = layouts[name]
-            kept = _remembered(system, name, layout.memory, options.record is not None)
+            is_recorded = options.record is not None
+            kept = _remembered(system, name, layout.memory, is_recorded)
             _check(name, layout, kept)
             order = Assignment(*_places(options), name, options.check_operators)
-            assigned[name] = order, layout, kept
+            reported = _read(system, name, "reported")
+            seen = {e.attribute for e in layout.x} if is_recorded else reported
+            assigned[name] = order, layout, kept, seen
         for name, given in assigned.items():
             self._workers[name] = Worker(*given)
 
@@ -190,8 +204,7 @@ def _remembered(
     """Attributes of the memory that somebody looks at; a recording leaves out what cannot cross."""
     task = system.task
     asked = set(task.watch) if task is not None and task.subsystem == name else set()
-    for followers in (system.requirements, system.triggers):
-        asked |= _read(followers, name)
+    asked |= _read(system, name, "memory")
     return tuple(
         element.attribute
         for element in memory
@@ -199,9 +212,11 @@ def _remembered(
     )
 
 
-def _read(followers: Requirements | None, name: str) -> set[str]:
-    readings = followers.readings if followers is not None else ()
-    return {r.element for r in readings if r.kind == "memory" and r.subsystem == name}
+def _read(system: System, name: str, kind: str) -> set[str]:
+    """Elements of a subsystem that requirements and triggers read."""
+    followers = [f for f in (system.requirements, system.triggers) if f is not None]
+    readings = chain.from_iterable(each.readings for each in followers)
+    return {r.element for r in readings if (r.kind, r.subsystem) == (kind, name)}
 
 
 def _check(name: str, layout: Layout, kept: Collection[str]) -> None:

@@ -76,7 +76,7 @@ def ros2_plant(system: System) -> HostedPlant:
     """
     spec = system.plant
     assert spec is not None and spec.ros2 is not None, "the caller knows that it is behind ROS 2"
-    decode, encode = _conversions(spec)
+    decode, encode = conversions(spec)
     # What nobody reads need not come.
     read = {item.sensor for item in spec.inputs}
     topics = tuple(topic for topic in spec.ros2.topics if topic.commanded or topic.name in read)
@@ -88,7 +88,7 @@ def ros2_plant(system: System) -> HostedPlant:
     return Ros2Plant(system, setup, decode=decode, encode=encode)
 
 
-def _conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Convert]]:
+def conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Convert]]:
     """By the names of elements: values of messages, and messages of values."""
     assert spec.ros2 is not None
     through: dict[str, Any] = {sensor.name: sensor.through for sensor in spec.sensors}
