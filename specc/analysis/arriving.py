@@ -11,13 +11,13 @@ from itertools import chain, product
 from math import prod
 from typing import Literal
 
-from specc.analysis.connections import Connections
 from specc.analysis.machine import Machine
 from specc.frozen import frozen
 from specc.model.expr import Expr, Fresh, Input, LetRef, Unary, walk
 from specc.model.fsm import Axiom, State
 from specc.model.system import Subsystem
 from specc.model.types import Bool
+from specc.model.wires import Wires
 from specc.proof import InputName
 from specc.reachable import reachable
 
@@ -55,9 +55,9 @@ class Judged:
 class Arriving:
     """Judges the assumptions of subsystems by what is sent to them."""
 
-    def __init__(self, connections: Connections, machines: dict[str, Machine]) -> None:
+    def __init__(self, wires: Wires, machines: dict[str, Machine]) -> None:
         """`machines` by the qualified names of their subsystems."""
-        self._connections = connections
+        self._wires = wires
         self._machines = machines
 
     def judged(self, machine: Machine, axiom: Axiom) -> Judged:
@@ -86,12 +86,11 @@ class Arriving:
 
     def _cases(self, reader: Subsystem, asked: frozenset[InputName]) -> Iterator[list[Arrived]]:
         """For each sender whose times are known, what may arrive from it together."""
-        for port in reader.ports:
-            sender = self._machines.get(port.other_end)
-            end = self._connections.other_port(reader, port)
-            mine = {element.name for element in port.elements}
+        for wire in self._wires.of(reader):
+            port, sender = wire.port, self._machines.get(wire.name)
+            mine = {(port.peer, element.name) for element in port.elements}
             about = any(peer == port.peer for peer, _ in asked)
-            if port.direction != "x" or not about or sender is None or end is None:
+            if port.direction != "x" or not about or sender is None or not wire.end:
                 continue
             subsystem = sender.subsystem
             timed = reader.rated and subsystem.rated and subsystem.rate_hz <= reader.rate_hz
@@ -101,8 +100,7 @@ class Arriving:
             found = dict[frozenset[InputName], Arrived]()
             for state in subsystem.states:
                 if state.name in sender.reached:
-                    sent = {a.name for a in state.behaviour.assignments if a.peer == end.peer}
-                    names = frozenset((port.peer, name) for name in sent & mine) & asked
+                    names = wire.arriving(state.behaviour) & mine & asked
                     found.setdefault(names, Arrived(state, names))
             # Of the same rate, and never silent: something arrives in every period.
             slower = subsystem if subsystem.rate_hz < reader.rate_hz else None

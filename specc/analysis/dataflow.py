@@ -7,13 +7,13 @@ from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
 
-from specc.analysis.connections import Connections
 from specc.analysis.guards import Guards, Implied
 from specc.analysis.machine import Machine
 from specc.analysis.plant import BoundElement
 from specc.model.expr import Expr, Fresh, Input
 from specc.model.fsm import State
 from specc.model.system import Subsystem
+from specc.model.wires import Output, Wires
 from specc.proof import InputName
 from specc.source import Place
 
@@ -138,17 +138,20 @@ class Measured(NamedTuple):
         return self.sporadic and not self.period_s
 
 
+_NOBODY: Output = "", ("", "")
+
+
 class DataFlow:
     """The data flow between the subsystems of a system."""
 
     def __init__(
         self,
-        connections: Connections,
+        wires: Wires,
         machines: Mapping[str, Machine],
         bindings: Sequence[BoundElement],
     ) -> None:
         """`machines` are the subsystems without errors, by their qualified names."""
-        self._connections = connections
+        self._wires = wires
         self._machines = machines
         self._bindings = bindings
         self._reads = {name: Reads(machine) for name, machine in machines.items()}
@@ -172,11 +175,11 @@ class DataFlow:
 
     def sent_in(self, node: Node) -> dict[str, frozenset[tuple[Node, bool]]]:
         """State of the sender in which it sends a value -> what the value is computed from."""
-        sender, peer = self.sender(node)
+        sender, output = self.sender(node) or _NOBODY
         reads = self._reads.get(sender)
         if reads is None or self._machines[sender].faulty:
             return {}
-        written = self._machines[sender].subsystem.written.get((peer, node.element), {})
+        written = self._machines[sender].subsystem.written.get(output, {})
         return {
             state.name: frozenset(
                 (Node(sender, *read.input), read.on_arrival)
@@ -188,12 +191,12 @@ class DataFlow:
         }
 
     def _sent(self, node: Node) -> Sent | None:
-        sender, peer = self.sender(node)
+        sender, output = self.sender(node) or _NOBODY
         machine = self._machines.get(sender)
         if machine is None or machine.faulty:
             return None
         reads = self._reads[sender]
-        written = machine.subsystem.written.get((peer, node.element), {})
+        written = machine.subsystem.written.get(output, {})
         silent = (state for name, state in reads.running.items() if name not in written)
         values = (value for name in written.keys() & reads.running for value in written[name])
         found = {
@@ -203,29 +206,12 @@ class DataFlow:
         }
         return Sent(machine.subsystem, tuple(sorted(found)), next(silent, None))
 
-    def sender(self, node: Node) -> tuple[str, str]:
-        """The subsystem that sends to a node, and its name for the buffer; empty if none does."""
-        if not node.peer:
-            return self._drivers.get(node.reader, ("", ""))
-        reader = self._connections.subsystems.get(node.reader)
-        port = reader.port("x", node.peer) if reader else None
-        end = self._connections.other_port(reader, port) if reader and port else None
-        return (port.other_end, end.peer) if port and end else ("", "")
-
-    @cached_property
-    def _drivers(self) -> dict[str, tuple[str, str]]:
-        """The subsystem that commands each device, and its name for the buffer."""
-        return {
-            port.other_end: (name, port.peer)
-            for name, machine in self._machines.items()
-            for port in machine.subsystem.ports
-            if port.direction == "y" and port.other_end in self._connections.devices
-        }
+    def sender(self, node: Node) -> Output | None:
+        """The output that is sent to a node; None if none is."""
+        return self._wires.sender(node.reader, node[1:])
 
     def _measured(self, node: Node) -> Measured | None:
-        reader = self._connections.subsystems.get(node.reader)
-        port = reader.port("x", node.peer) if reader and node.peer else None
-        device = self._connections.devices.get(port.other_end) if port else None
+        device = self._wires.devices.get(self._wires.measured(node.reader, node.peer))
         element = next((e for e in device.y if e.name == node.element), None) if device else None
         if device is None or element is None:
             return None
@@ -243,5 +229,4 @@ class DataFlow:
 
     def _is_shared(self, device: str, element: str) -> bool:
         """Whether several subsystems read what a device reports."""
-        ports = (port for _, port in self._connections.ends_at(device) if port.direction == "x")
-        return sum(port.element(element) is not None for port in ports) > 1
+        return len(self._wires.users(device, "x", element)) > 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from specc.analysis.arrivals import always_present
 from specc.analysis.facts import Facts
 from specc.analysis.machine import Decided
 from specc.analysis.vague import is_vague, sure, unmet
@@ -76,7 +77,7 @@ class Examples:
             seen = (sure if witness.holding else unmet)(cause).of(subsystem)
         about = tuple(expr for expr, _ in witness.answers)
         every = tuple(showing(seen, state.name, cause, witness.holding, witness.answers))
-        always = self._facts.connections.always_present(subsystem)
+        always = always_present(subsystem, self._facts.wires)
         there = self._facts.of(subsystem).presence.in_conditions(state.name) | always
         key = name, every, about, there
         if key not in self._known:

@@ -8,8 +8,8 @@ from functools import cached_property, partial
 from typing import Any
 
 from specc.analysis.ages import Ages
+from specc.analysis.arrivals import arrivals_of
 from specc.analysis.arriving import Arriving
-from specc.analysis.connections import Connections
 from specc.analysis.dataflow import DataFlow, Node
 from specc.analysis.machine import Decided, Machine
 from specc.analysis.misfits import Misfits
@@ -24,6 +24,7 @@ from specc.mjcf import Model, ModelError
 from specc.model.expr import Call, ConstantRef, FileRef, has_unknown, walk
 from specc.model.fsm import Cause
 from specc.model.system import Constant, Element, Subsystem, System
+from specc.model.wires import Wires
 from specc.proof import Ticks
 
 
@@ -47,7 +48,7 @@ class Facts:
         self.faulty = faulty
         self._kept = kept or Kept()
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
-        self.connections = Connections(system)
+        self.wires = Wires(system.agents)
 
     # Its machines, and those of which enough is known.
 
@@ -59,7 +60,7 @@ class Facts:
     def _machine(self, subsystem: Subsystem) -> Machine:
         """The machine of a subsystem; the one that was there before if it is made of the same."""
         name = subsystem.qualified_name
-        arrivals = self.connections.arrivals(subsystem, self.broken, timed=not self.rates.clash)
+        arrivals = arrivals_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
         faulty = name in self.faulty
         # The objects themselves, since what is equal may stand elsewhere in its text.
         made_of = id(subsystem), tuple(map(id, self._constants.values())), arrivals, faulty
@@ -132,19 +133,19 @@ class Facts:
     @cached_property
     def rates(self) -> Rates:
         """Which rates fit together."""
-        known = {s.qualified_name for s in self.system.subsystems} | self.connections.devices.keys()
-        return Rates(self.system, self.subsystems, self.bindings, whole=self.broken <= known)
+        known = {s.qualified_name for s in self.system.subsystems} | self.wires.devices.keys()
+        return Rates(self.wires, self.subsystems, self.bindings, whole=self.broken <= known)
 
     @cached_property
     def ages(self) -> Ages:
         """How old values are where they are read."""
-        sources = DataFlow(self.connections, self._machines, self.bindings)
+        sources = DataFlow(self.wires, self._machines, self.bindings)
         return Ages(sources, {s.qualified_name: 1 / s.rate_hz for s in self.subsystems})
 
     @cached_property
     def arriving(self) -> Arriving:
         """What senders say of assumptions about arrival; nothing where rates do not fit."""
-        return Arriving(self.connections, {} if self.rates.clash else self._machines)
+        return Arriving(self.wires, {} if self.rates.clash else self._machines)
 
     def received(self) -> Iterator[tuple[Node, Element]]:
         """All elements that subsystems and devices receive, those with errors in them left out."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
 
-from specc.analysis.connections import Arrivals
+from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import CAUSES, Step, find_steps, reached_from
 from specc.analysis.lasting import Lasting
 from specc.analysis.misfits import Misfits

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, cached_property
 from typing import NamedTuple
 
-from specc.analysis.connections import Arrivals
+from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import Held, Step, must_hold
 from specc.analysis.guards import Guards, Implied, Tests, Use, ended, negation, said, there
 from specc.analysis.reads import Dependences, nodes, texts

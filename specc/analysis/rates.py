@@ -9,7 +9,8 @@ from math import gcd, lcm
 
 from specc.analysis.plant import BoundElement
 from specc.frozen import frozen
-from specc.model.system import Subsystem, System
+from specc.model.system import Subsystem
+from specc.model.wires import Wires
 
 LONGEST = 100_000
 """Base ticks after which the timeline has to repeat."""
@@ -48,13 +49,14 @@ class Rates:
 
     def __init__(
         self,
-        system: System,
+        wires: Wires,
         asked: Sequence[Subsystem],
         bindings: Sequence[BoundElement],
         *,
         whole: bool,
     ) -> None:
-        self._every = system.subsystems
+        self._every = tuple(wires.subsystems.values())
+        self._wires = wires
         self._asked = asked
         self._bindings = bindings
         self._whole = whole
@@ -88,7 +90,8 @@ class Rates:
         rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_s
         if rate is None or bound.commanded:
             return None
-        readers = [s for s in self.timed if _reads(s, device)]
+        reading = {wire.subsystem.qualified_name for wire in self._wires.at(device, "x")}
+        readers = [s for s in self.timed if s.qualified_name in reading]
         strangers = tuple(s for s in readers if not _divides(rate, s.rate_hz))
         fits = tick_s is None or (1 / rate / tick_s).denominator == 1
         return None if fits and not strangers else Misfit(bound, rate, strangers, tick_s)
@@ -106,10 +109,6 @@ def _ticks(subsystems: Sequence[Subsystem]) -> Fraction:
     """Base ticks after which the timeline of some subsystems repeats."""
     rates = [s.rate_hz for s in subsystems]
     return 1 / base_tick(rates) / base_tick(1 / rate for rate in rates)
-
-
-def _reads(subsystem: Subsystem, device: str) -> bool:
-    return any(p.direction == "x" and p.other_end == device for p in subsystem.ports)
 
 
 def _divides(one: Fraction, other: Fraction) -> bool:

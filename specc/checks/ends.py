@@ -11,6 +11,7 @@ from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.model.system import Device, Element, Port, Shared, Subsystem
 from specc.model.types import Enum, Opaque, Record, Type
+from specc.model.wires import Wire
 from specc.source import Place
 
 # Connected buffers have exactly the same structure at both ends.
@@ -22,16 +23,14 @@ _MOST_SHOWN = 4
 def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
     """O0403, E0404 and E0405, for connections with subsystems and with devices."""
     for subsystem in facts.subsystems:
-        for port in subsystem.ports:
-            device = facts.connections.devices.get(port.other_end)
-            if port.other_end in facts.broken | facts.connections.contested:
+        for wire in facts.wires.of(subsystem):
+            if wire.name in facts.broken | facts.wires.contested:
                 continue
-            if device is not None:
-                elements = facts.connections.device_elements(port)
-                there = _side(device, "y" if port.direction == "x" else "x")
-                yield from _compare(_end(port), _End(there, elements))
-            else:
-                yield from _between_subsystems(subsystem, port, facts)
+            if wire.device is not None:
+                there = _side(wire.device, "y" if wire.port.direction == "x" else "x")
+                yield from _compare(_end(wire.port), _End(there, wire.elements))
+            elif wire.other is not None:
+                yield from _between_subsystems(wire, wire.other, facts)
     for device in facts.system.devices:
         yield from _unconnected(device, facts)
 
@@ -41,10 +40,8 @@ def _side(device: Device, side: str) -> Place:
     return replace(device.place, route=(*device.place.route, side))
 
 
-def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Iterator[Diagnostic]:
-    other = facts.connections.subsystems.get(port.other_end)
-    if other is None:
-        return
+def _between_subsystems(wire: Wire, other: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
+    subsystem, port, end = wire.subsystem, wire.port, wire.end
     if other is subsystem:
         yield Diagnostic(
             "E0401",
@@ -54,7 +51,6 @@ def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Itera
             help="give the parameter another agent; what a subsystem keeps for itself is memory",
         )
         return
-    end = facts.connections.other_port(subsystem, port)
     if end is None:
         verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
         name = subsystem.name if other.agent == subsystem.agent else subsystem.agent
@@ -95,12 +91,13 @@ def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
     """E0413; two parameters of a description may stand for one agent."""
     for subsystem in facts.subsystems:
         first: dict[tuple[str, str], Port] = {}
-        for port in subsystem.ports:
-            earlier = first.setdefault((port.direction, port.other_end), port)
-            if earlier is not port and port.other_end in facts.connections.subsystems:
+        for wire in facts.wires.of(subsystem):
+            port = wire.port
+            earlier = first.setdefault((port.direction, wire.name), port)
+            if earlier is not port and wire.other:
                 yield Diagnostic(
                     "E0413",
-                    f"`{port.peer}` and `{earlier.peer}` are both `{port.other_end}`",
+                    f"`{port.peer}` and `{earlier.peer}` are both `{wire.name}`",
                     port.place,
                     related=(
                         Related(earlier.place, "the other one"),
@@ -270,17 +267,17 @@ def _two_lists(here: _Lack, there: _Lack) -> Diagnostic:
 
 def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
     """A device of which only one side is connected; one without any is `devices_used`'s matter."""
-    ends = facts.connections.ends_at(device.qualified_name)
-    contested = device.qualified_name in facts.connections.contested
-    if not ends or contested or any(s.qualified_name in facts.broken for s, _ in ends):
+    wires = facts.wires.at(device.qualified_name)
+    contested = device.qualified_name in facts.wires.contested
+    if not wires or contested or any(w.subsystem.qualified_name in facts.broken for w in wires):
         return
-    subsystem, port = ends[0]
+    subsystem, port = wires[0].subsystem, wires[0].port
     sides = (
         (device.x, "x", "y", f"nothing commands `{device.qualified_name}`"),
         (device.y, "y", "x", f"nothing reads what `{device.qualified_name}` reports"),
     )
     for elements, side, direction, message in sides:
-        if elements and not any(p.direction == direction for _, p in ends):
+        if elements and not any(wire.port.direction == direction for wire in wires):
             names = ", ".join(f"`{e.name}`" for e in elements)
             lacks = _buffer(subsystem, direction, port.peer)
             here = replace(lacks, part="key")

@@ -36,8 +36,7 @@ def lateness_of_subsystems(facts: Facts) -> Iterator[Diagnostic]:
             for node in walk(text.expr):
                 if not (isinstance(node, Lag) and node.name == "late"):
                     continue
-                device = subsystem.sender(node.input.peer)
-                if device in facts.connections.devices:
+                if facts.wires.measured(subsystem.qualified_name, node.input.peer):
                     message = f"`{show(node.input)}` comes from a device, which has no periods"
                     help = f"ask how old the measurement is: `age({show(node.input)})`"
                     yield Diagnostic("E0339", message, text.place(node), help=help)

@@ -12,7 +12,6 @@ from math import ceil, gcd, inf
 from operator import attrgetter, itemgetter
 
 from specc.analysis import Facts
-from specc.analysis.dataflow import Measured
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
 from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
@@ -195,12 +194,8 @@ class _Sampling:
     def __init__(self, binding: Binding, facts: Facts) -> None:
         every = [1 / s.rate_hz for s in facts.rates.timed]
         self.tick = base_tick(every)
-        readers = {
-            node.reader
-            for node, _ in facts.received()
-            if isinstance(measured := facts.ages.sources.of(node), Measured)
-            and (measured.device, node.element) == (binding.device, binding.element)
-        }
+        wires = facts.wires.users(binding.device, "x", binding.element)
+        readers = {wire.subsystem.qualified_name for wire in wires}
         periods = [1 / s.rate_hz for s in facts.rates.timed if s.qualified_name in readers]
         self._periods = [int(period / self.tick) for period in periods] or [1]
         self._grid = gcd(*self._periods)

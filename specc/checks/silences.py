@@ -28,9 +28,9 @@ def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
 
 def _too_short(device: Device, facts: Facts) -> Iterator[Diagnostic]:
     assert device.silence_s is not None
-    for subsystem, port in facts.connections.ends_at(device.qualified_name):
+    for subsystem in (wire.subsystem for wire in facts.wires.at(device.qualified_name, "y")):
         period_s = 1 / subsystem.rate_hz
-        if port.direction == "y" and device.silence_s <= period_s:
+        if device.silence_s <= period_s:
             yield Diagnostic(
                 "E0415",
                 f"a silence of {ms(device.silence_s)} is not longer than the period of "

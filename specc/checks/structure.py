@@ -35,7 +35,7 @@ def subsystems_distinct(facts: Facts) -> Iterator[Diagnostic]:
 def devices_owned(facts: Facts) -> Iterator[Diagnostic]:
     """E0406, at what makes a subsystem the second owner."""
     for device in facts.system.devices:
-        owners = facts.connections.owners(device)
+        owners = [(wire.subsystem, wire.port) for wire in facts.wires.owners(device)]
         for subsystem, port in owners[1:]:
             first, its_port = owners[0]
             yield Diagnostic(
@@ -60,10 +60,9 @@ def _claim(device: Device, subsystem: Subsystem, port: Port) -> Place:
 
 def devices_used(facts: Facts) -> Iterator[Diagnostic]:
     """O0404; not of an agent with a broken subsystem, or one that claims another's device."""
-    used = {port.other_end for s in facts.system.subsystems for port in s.ports}
-    unsure = {name.split(".")[0] for name in facts.broken | facts.connections.contested}
+    unsure = {name.split(".")[0] for name in facts.broken | facts.wires.contested}
     for device in facts.system.devices:
-        if device.qualified_name not in used and device.agent not in unsure:
+        if not facts.wires.at(device.qualified_name) and device.agent not in unsure:
             kind = "effector" if device.kind == "real_effector" else "receptor"
             yield Diagnostic(
                 "O0404",
@@ -138,10 +137,10 @@ def _derived(agent: Agent, facts: Facts) -> str:
     kinds |= {device.kind for device in agent.devices}
     ends = {kind.rpartition("_")[2] for kind in kinds}
     own = f"{agent.name}.c"
-    ports = [(s, port) for s in agent.subsystems if s.qualified_name == own for port in s.ports]
+    wires = [wire for s in agent.subsystems if s.name == "c" for wire in facts.wires.of(s)]
     talks = any(
-        subsystem.kind == "control" and _agent(port.other_end) != subsystem.agent
-        for subsystem, port in (*ports, *facts.connections.ends_at(own))
+        wire.subsystem.kind == "control" and _agent(wire.name) != wire.subsystem.agent
+        for wire in (*wires, *facts.wires.at(own))
     )
     return "C" + "E" * ("effector" in ends) + "R" * ("receptor" in ends) + "T" * talks
 

@@ -212,7 +212,7 @@ def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
         every = f", a {often} {ms(first.period_s)}" if first.period_s else ""
         yield Related(first.place, f"measured by `{first.device}`{every}: 0 ms")
     for hop in hops:
-        reader = facts.connections.subsystems.get(hop.node.reader)
+        reader = facts.wires.subsystems.get(hop.node.reader)
         if reader is None:
             continue
         rate = f"`{reader.qualified_name}`, {float(reader.rate_hz):g} Hz"

@@ -202,9 +202,11 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
     }
     for subsystem in facts.subsystems:
         read = found[subsystem.qualified_name]
-        for port in subsystem.ports:
-            sender = facts.connections.subsystems.get(port.other_end)
-            if port.direction == "y" or sender is None or _is_given(sender, subsystem):
+        for wire in facts.wires.of(subsystem):
+            port, sender = wire.port, wire.other
+            # What a description in another file sends is said there.
+            given = wire.end and wire.end.place.file != subsystem.place.file
+            if port.direction == "y" or sender is None or given:
                 continue
             for element in port.elements:
                 if (port.peer, element.name) not in read and element.place not in anywhere:
@@ -212,18 +214,9 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
                         "W0412",
                         f"`{subsystem.qualified_name}` never reads `x.{port.peer}.{element.name}`",
                         element.place,
-                        related=(Related(sender.place, f"`{port.other_end}` has it in its `y`"),),
+                        related=(Related(sender.place, f"`{wire.name}` has it in its `y`"),),
                         help="use it, or delete it at both ends",
                     )
-
-
-def _is_given(sender: Subsystem, reader: Subsystem) -> bool:
-    """Whether a description in another file says what is sent."""
-    ends = (port for port in sender.ports if port.direction == "y")
-    return any(
-        port.other_end == reader.qualified_name and port.place.file != reader.place.file
-        for port in ends
-    )
 
 
 # Every element of an output buffer is written by some behaviour.
@@ -234,11 +227,11 @@ def elements_written(facts: Facts) -> Iterator[Diagnostic]:
     for subsystem in facts.subsystems:
         behaviours = {state.behaviour.name: state.behaviour for state in subsystem.states}
         written = {(a.peer, a.name) for b in behaviours.values() for a in b.assignments}
-        for port in subsystem.ports:
+        for wire in facts.wires.of(subsystem):
+            port, reader = wire.port, wire.other
             for element in port.elements if port.direction == "y" else ():
                 if (port.peer, element.name) in written:
                     continue
-                reader = facts.connections.subsystems.get(port.other_end)
                 yield Diagnostic(
                     "W0413",
                     f"no behaviour of `{subsystem.qualified_name}` writes "

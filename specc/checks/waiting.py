@@ -16,7 +16,8 @@ from specc.diagnostics.phrases import listed
 from specc.lang.order import InOrder
 from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
-from specc.model.system import Port, Subsystem
+from specc.model.system import Subsystem
+from specc.model.wires import Wire
 from specc.proof import InputName
 from specc.reachable import grouped, reachable
 
@@ -135,10 +136,11 @@ class Waiting:
     def in_vain(self, reader: Machine, state: State) -> Iterator[tuple[Inputs, Rest]]:
         """Of every sender that all ways out need: what is needed of it, and where it may rest."""
         found = self._moves_of(reader).ways_out(state.name)
-        for port in reader.subsystem.ports if found and all(found) else ():
-            needs = frozenset(frozenset(n for n in each if n[0] == port.peer) for each in found)
-            if port.direction == "x" and all(needs):
-                wait = self._wait(reader, port, needs)
+        for wire in self._facts.wires.of(reader.subsystem) if found and all(found) else ():
+            peer = wire.port.peer
+            needs = frozenset(frozenset(n for n in each if n[0] == peer) for each in found)
+            if wire.port.direction == "x" and all(needs):
+                wait = self._wait(reader, wire, needs)
                 rest = wait.rest_in(state) if wait else None
                 if rest is not None:
                     yield frozenset().union(*needs), rest
@@ -149,16 +151,16 @@ class Waiting:
             self._moves[name] = Moves(machine)
         return self._moves[name]
 
-    def _wait(self, reader: Machine, port: Port, needs: frozenset[Inputs]) -> Wait | None:
+    def _wait(self, reader: Machine, wire: Wire, needs: frozenset[Inputs]) -> Wait | None:
         """What many states may wait for, which is looked into once."""
-        key = reader.subsystem.qualified_name, port.peer, needs
+        key = reader.subsystem.qualified_name, wire.port.peer, needs
         if key not in self._waits:
-            sender = self._facts.connections.subsystems.get(port.other_end)
-            end = self._facts.connections.other_port(reader.subsystem, port)
-            if sender is None or end is None:
+            if wire.other is None or wire.end is None:
                 return None
-            moves = self._moves_of(reader), self._moves_of(self._facts.of(sender))
-            self._waits[key] = Wait(*moves, end, port, needs)
+            moves = self._moves_of(reader), self._moves_of(self._facts.of(wire.other))
+            senders = self._facts.wires.at(wire.subsystem.qualified_name, "x")
+            back = next((w for w in senders if w.subsystem is wire.other), None)
+            self._waits[key] = Wait(*moves, wire, back, needs)
         return self._waits[key]
 
 
@@ -166,13 +168,13 @@ class Waiting:
 class Wait:
     """States of `reader` that need, on each of their ways out, something of `sender`.
 
-    `port` is where the reader receives it, `end` where the sender has it.
+    `wire` is that of the input; `back` is that on which the reader sends to the sender, if it does.
     """
 
     reader: Moves
     sender: Moves
-    end: Port
-    port: Port
+    wire: Wire
+    back: Wire | None
     needs: frozenset[Inputs]
     _unanswered: dict[tuple[Inputs, Inputs], Rest | None] = field(default_factory=dict)
 
@@ -182,7 +184,7 @@ class Wait:
             return None  # said of the element, or of the state that would send it
         if self._rest is not None and self.reader.returns(state.name):
             return self._rest
-        still = _sent(state, self._back, self.end)
+        still = self._asks(state)
         spent = self._sent_before(state) - still
         if (spent, still) not in self._unanswered:
             self._unanswered[spent, still] = self._rest_unanswered(spent, still)
@@ -194,7 +196,7 @@ class Wait:
         return frozenset(
             s.name
             for s in self.sender.subsystem.states
-            if any(need <= _sent(s, self.end, self.port) for need in self.needs)
+            if any(need <= self.wire.arriving(s.behaviour) for need in self.needs)
         )
 
     @cached_property
@@ -206,24 +208,17 @@ class Wait:
             return None
         return Rest(machine, _first(resting, machine.subsystem), None)
 
-    @cached_property
-    def _back(self) -> Port:
-        """Where the reader sends to the sender; the port of its own if it sends nothing."""
-        ports = self.reader.subsystem.ports
-        found = (p for p in ports if p.direction == "y" and p.peer == self.port.peer)
-        return next(found, self.port)
-
     def _rest_unanswered(self, spent: Inputs, still: Inputs) -> Rest | None:
         """Where the sender may rest after it has taken up what was sent before this state.
 
         `spent` is no longer sent, `still` is still sent.
         """
-        machine = self.sender.machine
+        machine, peers = self.sender.machine, {peer for peer, _ in spent}
         free: list[Step] = []
         taking: list[Step] = []
         for step in machine.steps if spent else ():
             found = self.sender.needed(step.row)
-            bound = all(any(n[0] == self.end.peer and n not in still for n in i) for i in found)
+            bound = all(any(n[0] in peers and n not in still for n in i) for i in found)
             if not bound:
                 free.append(step)
             elif any(inputs & spent for inputs in found):
@@ -241,7 +236,11 @@ class Wait:
         """What the states before the waiting one send to the one that is waited for."""
         before = {step.row.source for step in self.reader.entering.get(state.name, ())}
         states = map(self.reader.subsystem.state, before - {state.name})
-        return frozenset[InputName]().union(*(_sent(s, self._back, self.end) for s in states))
+        return frozenset[InputName]().union(*map(self._asks, states))
+
+    def _asks(self, state: State) -> Inputs:
+        """What a state of the reader sends to the sender, as that calls it."""
+        return self.back.arriving(state.behaviour) if self.back else frozenset()
 
     def _resting(self, steps: Iterable[Step]) -> frozenset[str]:
         """States from which the sender can reach neither a sending state nor a declared end."""
@@ -272,11 +271,6 @@ def _is_trap(resting: frozenset[str], reached: frozenset[str], steps: Sequence[S
     except CycleError:
         return True
     return False
-
-
-def _sent(state: State, end: Port, port: Port) -> Inputs:
-    """What a state of the sender sends, as its reader calls it."""
-    return frozenset((port.peer, a.name) for a in state.behaviour.assignments if a.peer == end.peer)
 
 
 # What a state waits for is sent, however the sender goes on.

@@ -76,22 +76,14 @@ def _limit(subsystem: Subsystem, node: Node, element: Element, ages: Ages) -> It
 
 def _commands(system: System, ages: Ages) -> Iterator[tuple[Node, str]]:
     """The commands whose age a device limits."""
-    owners = {
-        (port.other_end, element.name): (subsystem, port.peer)
-        for subsystem in system.subsystems
-        for port in subsystem.ports
-        for element in port.elements
-        if port.direction == "y"
-    }
+    subsystems = {s.qualified_name: s for s in system.subsystems}
     for device in system.devices:
         for element in device.x:
             node = Node(device.qualified_name, "", element.name)
-            owner = owners.get((device.qualified_name, element.name))
-            if element.max_age_s is None or owner is None or ages.oldest(node) is None:
+            sent = ages.sources.sender(node)
+            if element.max_age_s is None or sent is None or ages.oldest(node) is None:
                 continue
-            subsystem, peer = owner
-            output = buffer_names(subsystem.outputs)[peer, element.name]
-            told = literal(subsystem.qualified_name), literal(output)
+            told = literal(sent[0]), literal(buffer_names(subsystems[sent[0]].outputs)[sent[1]])
             limit = literal(float(element.max_age_s))
             yield node, call("MaxCommandAge", (*told, limit, literal(node.short)))
 
@@ -107,11 +99,11 @@ def _behind(system: System, ages: Ages, asked: Iterable[Node]) -> Iterator[str]:
 
     found: list[tuple[str, str, str]] = []
     for node in reachable(sorted(known), above):
-        name, peer = ages.sources.sender(node)
-        if not known[node]:
+        sent = ages.sources.sender(node)
+        if not known[node] or sent is None:
             continue
-        sender = subsystems[name]
-        output = buffer_names(sender.outputs)[peer, node.element]
+        sender = subsystems[sent[0]]
+        output = buffer_names(sender.outputs)[sent[1]]
         for states, edges in _alike(known[node]):
             told = [literal(sender.qualified_name), literal(output), literal(states)]
             told += _inputs(sender, edges)

@@ -35,37 +35,32 @@ from specc.lower.ros2 import ros2_arguments
 from specc.lower.subsystem import device_plan, scheduled_call, spec_file, subsystem_plan
 from specc.lower.task import disturbances, task_arguments
 from specc.model.binding import PLANT, Binding
-from specc.model.system import Device, Plant, Port, Subsystem, System
+from specc.model.system import Device, Plant, System
 from specc.model.types import Enum, Record, Type, Vector
+from specc.model.wires import Wires
 
 # Connections between subsystems: which output element becomes which input element.
 
 
 def connections(system: System) -> Iterator[str]:
     """Calls of `Connection`, by reader, in order of its buffers."""
-    subsystems = {s.qualified_name: s for s in system.subsystems}
+    wires = Wires(system.agents)
     for reader in system.subsystems:
         inputs = buffer_names(reader.inputs)
-        for port in reader.ports:
-            sender = subsystems.get(port.other_end)
-            back = _port_to(sender, reader.qualified_name) if sender else None
-            if port.direction != "x" or sender is None or back is None:
+        for wire in wires.of(reader):
+            port, end = wire.port, wire.end
+            if port.direction != "x" or wire.other is None or end is None:
                 continue
-            outputs = buffer_names(sender.outputs)
+            outputs = buffer_names(wire.other.outputs)
             for element in port.elements:
-                if back.element(element.name):
+                if end.element(element.name):
                     ends = (
-                        sender.qualified_name,
-                        outputs[back.peer, element.name],
+                        wire.name,
+                        outputs[end.peer, element.name],
                         reader.qualified_name,
                         inputs[port.peer, element.name],
                     )
                     yield f"Connection({', '.join(map(literal, ends))})"
-
-
-def _port_to(sender: Subsystem, reader: str) -> Port | None:
-    ports = (p for p in sender.ports if p.direction == "y" and p.other_end == reader)
-    return next(ports, None)
 
 
 # The plant of a system: bindings of its model, and which buffers they stand behind.
@@ -178,14 +173,15 @@ def _actuator(binding: Binding, functions: Functions) -> Iterator[str]:
 
 def _ends(system: System, direction: str) -> Iterator[str]:
     """`PlantInput` or `PlantOutput` for every element of a device in some buffer."""
-    devices = {device.qualified_name for device in system.devices}
+    wires = Wires(system.agents)
     for subsystem in system.subsystems:
         names = buffer_names(subsystem.inputs if direction == "x" else subsystem.outputs)
-        for port in subsystem.ports:
-            if port.direction != direction or port.other_end not in devices:
+        for wire in wires.of(subsystem):
+            port = wire.port
+            if port.direction != direction or wire.device is None:
                 continue
             for element in port.elements:
-                end = f"{port.other_end}.{element.name}"
+                end = f"{wire.name}.{element.name}"
                 own = literal(subsystem.qualified_name), literal(names[port.peer, element.name])
                 if direction == "x":
                     yield f"PlantInput({literal(end)}, {own[0]}, {own[1]})"

@@ -192,10 +192,6 @@ class Subsystem:
     def port(self, direction: str, peer: str) -> Port | None:
         return self._ports.get((direction, peer))
 
-    def sender(self, peer: str) -> str:
-        """The qualified name of what is at the other end of an input buffer."""
-        return self._ports["x", peer].other_end
-
     @cached_property
     def _ports(self) -> dict[tuple[str, str], Port]:
         return {(port.direction, port.peer): port for port in reversed(self.ports)}

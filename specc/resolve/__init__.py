@@ -13,6 +13,7 @@ from specc.model.binding import PLANT
 from specc.model.requirement import Requirement
 from specc.model.system import Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
+from specc.model.wires import Wires
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
@@ -145,7 +146,9 @@ def _world(
     lost = set(file.spec.agents) - {agent.name for agent in agents}
     uncertain = frozenset({*resolver.broken, *resolver.faulty, *lost})
     seen = groups_of(file.spec.plant.observe) if file.spec.plant else {}
-    return World(agents, plant, {"": resolver.library.groups, PLANT: seen}, uncertain)
+    return World(
+        agents, Wires(agents), plant, {"": resolver.library.groups, PLANT: seen}, uncertain
+    )
 
 
 def _task(file: Loaded, formulas: Formulas, resolver: AgentResolver) -> Task | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 from specc.frozen import frozen
 from specc.lang import FOLLOW_UP, ExprError
@@ -13,8 +14,9 @@ from specc.lang.many import Root
 from specc.lang.parse import nodes_of, span
 from specc.model.binding import PLANT
 from specc.model.requirement import Reading
-from specc.model.system import Agent, Device, Element, Plant, Port, Subsystem
+from specc.model.system import Agent, Device, Element, Plant, Subsystem
 from specc.model.types import Bool, Enum
+from specc.model.wires import Direction, Wires
 from specc.resolve.context import suggestion
 from specc.resolve.groups import Groups
 
@@ -28,6 +30,7 @@ class World:
     """
 
     agents: Sequence[Agent]
+    wires: Wires
     plant: Plant | None
     many: Mapping[Root, Groups]
     uncertain: frozenset[str]
@@ -52,8 +55,8 @@ class Names(ast.NodeTransformer):
         self._groups = world.many.get("", ())
         self._observed = {item.name: item for item in plant.observed} if plant else {}
         self._roots = {*self._agents, PLANT} if plant else self._agents
-        self._subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
-        self._devices = {d.qualified_name: d for a in agents for d in a.devices}
+        self._wires = world.wires
+        self._subsystems, self._devices = self._wires.subsystems, self._wires.devices
         self._readings = readings
         self._uncertain = world.uncertain
 
@@ -164,22 +167,14 @@ class Names(ast.NodeTransformer):
         place = item.type, item.place
         if side == "y":
             return Reading(name, "sent", *_of(owner, peer, element), *place)
-        if port.other_end in self._devices:
+        wire = self._wires.to(owner.qualified_name, peer)
+        if wire and wire.device:
             return Reading(name, "reported", *_of(owner, peer, element), *place)
-        return self._received(name, owner, port, item, node)
-
-    def _received(
-        self, name: str, reader: Subsystem, port: Port, item: Element, node: ast.expr
-    ) -> Reading:
-        """What a subsystem has in its buffer is what was sent there last, or its initial value."""
-        sender = self._subsystem(port.other_end, node)
-        ends = (p for p in sender.ports if p.other_end == reader.qualified_name)
-        back = next((p for p in ends if p.direction == "y" and p.element(item.name)), None)
-        if back is None:
+        # What a subsystem has in its buffer is what was sent there last, or its initial value.
+        if wire is None or wire.end is None or not wire.end.element(element):
             raise ExprError("", *span(node), code=FOLLOW_UP)  # the ends differ, which is reported
-        initial = (reader.qualified_name, port.peer, item.name) if item.init is not None else None
-        key = _of(sender, back.peer, item.name)
-        return Reading(name, "sent", *key, item.type, item.place, initial)
+        initial = (owner.qualified_name, peer, element) if item.init is not None else None
+        return Reading(name, "sent", wire.name, (wire.end.peer, element), *place, initial)
 
     def _of_plant(self, name: str, seen: str, node: ast.expr) -> Reading:
         item = self._observed.get(seen)
@@ -192,24 +187,17 @@ class Names(ast.NodeTransformer):
         if device is None:
             wanted = ".".join(steps[:3])
             raise self._unknown("device", wanted, self._devices, node, None, "E0220")
-        for side, kind in (("x", "sent"), ("y", "reported")):
-            item = next((e for e in getattr(device, side) if e.name == steps[3]), None)
+        ways: tuple[tuple[Literal["sent", "reported"], Direction, tuple[Element, ...]], ...]
+        ways = ("sent", "y", device.x), ("reported", "x", device.y)
+        for kind, direction, elements in ways:
+            item = next((e for e in elements if e.name == steps[3]), None)
             if item is not None:
-                owner, peer = self._user(device, "y" if side == "x" else "x", item.name, node)
-                found = _of(owner, peer, item.name)
-                return Reading(name, kind, *found, item.type, item.place)  # type: ignore[arg-type]  # of the tuple above
+                for wire in self._wires.users(device.qualified_name, direction, item.name):
+                    found = _of(wire.subsystem, wire.port.peer, item.name)
+                    return Reading(name, kind, *found, item.type, item.place)
+                raise ExprError("", *span(node), code=FOLLOW_UP)  # an unused device is reported
         known = [e.name for e in (*device.x, *device.y)]
         raise self._unknown("element", steps[3], known, node, device, "E0203")
-
-    def _user(
-        self, device: Device, side: str, element: str, node: ast.expr
-    ) -> tuple[Subsystem, str]:
-        for subsystem in self._subsystems.values():
-            for port in subsystem.ports:
-                ends = port.direction, port.other_end
-                if ends == (side, device.qualified_name) and port.element(element):
-                    return subsystem, port.peer
-        raise ExprError("", *span(node), code=FOLLOW_UP)  # a device that nobody uses is reported
 
     def _subsystem(self, name: str, node: ast.expr) -> Subsystem:
         found = self._subsystems.get(name)

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import pytest
 
-from specc.analysis.connections import Arrivals
+from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import Step, reached_from
 from specc.analysis.must import Presence
 from specc.model.expr import TRUE, Choice, Expr, Fresh, Input, LetRef, Logic, Present, Unary

@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from specc.analysis.connections import Connections
+from specc.analysis.arrivals import always_present
 from specc.lang import evaluate, show
 from specc.model.expr import TRUE, Expr
 from specc.model.fsm import OTHERWISE, Condition, Transition
 from specc.model.system import Subsystem
 from specc.model.trace import Trace
+from specc.model.wires import Wires
 from specc.pipeline import compile_spec
 from specc.proof import Prover, RowVerdict
 from specc.proof.witness import opposite
@@ -180,7 +181,7 @@ def test_repairs_of_seeded_faults_end_in_a_proof(name: str) -> None:
     assert system is not None
     constants = {constant.name: constant.value for constant in system.constants}
     for subsystem in system.subsystems:
-        always = Connections(system).always_present(subsystem)
+        always = always_present(subsystem, Wires(system.agents))
         every_fault_is_repaired(subsystem, constants, always)
 
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import chain
 from typing import Any, Literal
 
-from specc.analysis.connections import Connections
+from specc.analysis.arrivals import always_present
 from specc.frozen import frozen
 from specc.lang.mismatch import substitute
 from specc.model.expr import (
@@ -34,6 +34,7 @@ from specc.model.types import (
     Vector,
     within,
 )
+from specc.model.wires import Wires
 from specc.proof.decide import Solver, can_hold
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.numbering import Numbering
@@ -269,7 +270,7 @@ class _Moment:
             own = (*version.system.constants, *version.subsystem.constants)
             constants |= {_MARKS[side] + c.name: self._at(c.value, side) for c in own}
             lets |= {_MARKS[side] + x.name: self._at(x.value, side) for x in version.subsystem.lets}
-        present = [Connections(v.system).always_present(v.subsystem) for v in versions]
+        present = [always_present(v.subsystem, Wires(v.system.agents)) for v in versions]
         self._translator = Translator(lets, constants, present[0] & present[1], period_s)
         self.make = self._translator.make
         self._solver = Solver(self._translator.numbering)

@@ -17,7 +17,7 @@ from specc.analysis import Facts, Machine
 from specc.analysis.reads import Dependences, texts
 from specc.model import expr as m
 from specc.model import requirement as r
-from specc.model.system import Port, Subsystem
+from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.reachable import reachable
 from specc.tools.explore.partial import Known, filled, static
@@ -67,13 +67,7 @@ class Abstraction:
         """Memory and outputs that these requirements read are kept as well."""
         self.facts = facts
         self.kept = {machine.subsystem.qualified_name: Kept(machine) for machine in facts.machines}
-        self._origins = {
-            (name, port.peer, element.name): self._origin(kept.subsystem, port)
-            for name, kept in self.kept.items()
-            for port in kept.subsystem.ports
-            if port.direction == "x"
-            for element in port.elements
-        }
+        self.sender_of = facts.wires.sender
         self.noise = self._noise()
         self._keep()
         required = list(requirements)
@@ -97,16 +91,6 @@ class Abstraction:
         for kept in self.kept.values():
             exprs = (text.expr for text in texts(kept.subsystem))
             yield from _compared(exprs, static(kept.subsystem, system))
-
-    def _origin(self, reader: Subsystem, port: Port) -> tuple[str, str] | None:
-        """The names of the sender and of its port to the reader; None for devices."""
-        end = self.facts.connections.other_port(reader, port)
-        return (port.other_end, end.peer) if end and port.other_end in self.kept else None
-
-    def sender_of(self, reader: str, key: InputName) -> tuple[str, InputName] | None:
-        """The sender of an input and the output there; None for measurements."""
-        origin = self._origins.get((reader, *key))
-        return (origin[0], (origin[1], key[1])) if origin else None
 
     def _noise(self) -> set[tuple[str, InputName]]:
         found: set[tuple[str, InputName]] = set()
@@ -180,8 +164,7 @@ class Abstraction:
             return True
         bindings = {(b.binding.device, b.binding.element): b.binding for b in self.facts.bindings}
         subsystem = self.kept[reader].subsystem
-        port = subsystem.port("x", key[0])
-        bound = bindings.get((port.other_end, key[1])) if port else None
+        bound = bindings.get((self.facts.wires.measured(reader, key[0]), key[1]))
         if bound is None or bound.sporadic:
             return False
         return bound.rate_hz is None or bound.rate_hz >= subsystem.rate_hz

@@ -16,6 +16,7 @@ from typing import Any, Protocol
 from specc.lower.module import buffer_names
 from specc.model.system import System
 from specc.model.types import Type
+from specc.model.wires import Wires
 from specc.tools.explore.reported import NotConcreteError, Values, present
 from specc.tools.explore.trace import Step, Trace
 
@@ -168,12 +169,11 @@ class _Expected:
         self.kept: Mapping[int, Any] = {}
         self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in _numbered(way)) + 1
         self._steps = {(s.walker.name, n): s for s, n in _numbered(way)}
+        wires = Wires(system.agents)
         self._bound = {
-            (s.qualified_name, (p.peer, e.name)): f"{p.other_end}.{e.name}"
+            (s.qualified_name, key): f"{wires.measured(s.qualified_name, key[0])}.{key[1]}"
             for s in system.subsystems
-            for p in s.ports
-            if p.direction == "x"
-            for e in p.elements
+            for key in s.inputs
         }
         self._types = {
             (s.qualified_name, name): present(s.outputs[output].type)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.model.system import Element, Memory, Port, Subsystem, System
+from specc.model.wires import Wire, Wires
 from specc.tools.graph.diagram import (
     Arc,
     Diagram,
@@ -24,7 +25,6 @@ from specc.tools.graph.names import (
     base,
     copies,
     is_named,
-    parts_of,
     rate,
     span,
     symbol,
@@ -38,13 +38,12 @@ _TYPE, _FUNCTIONS, _TITLE = 38, 40, 22
 
 def inside(system: System, subsystem: Subsystem) -> Diagram:
     """Buffers by what is at their other end, which stands outside: the control subsystem above."""
-    parts = parts_of(system)
     copied = {agent.name: each for each in copies(system) for agent in each.agents}
     nodes, others = [_work(subsystem)], []
     arcs: list[Arc] = []
-    for ports in _together(subsystem, parts, copied):
-        end = parts.get(ports[0].other_end)
-        buffer, other = _buffer(ports), _other(ports, end)
+    for wires in _together(subsystem, system, copied):
+        end, ports = wires[0].part, [wire.port for wire in wires]
+        buffer, other = _buffer(ports), _other(wires)
         nodes.append(buffer)
         others.append(other)
         arcs += _ways(other, buffer, ports, above=_is_control(end))
@@ -59,17 +58,13 @@ def inside(system: System, subsystem: Subsystem) -> Diagram:
     return Diagram(subsystem.qualified_name, tuple(others), tuple(arcs), (group,), tuple(levels))
 
 
-def _together(
-    subsystem: Subsystem, parts: dict[str, Part], copied: dict[str, Copies]
-) -> list[list[Port]]:
-    """Ports by what is at their other end; copies of a part are one."""
-    found: dict[object, list[Port]] = {}
-    for port in subsystem.ports:
-        end = parts.get(port.other_end)
-        key: object = port.peer
-        if end is not None:
-            key = copied[end.agent].name, end.place.file, end.place.route
-        found.setdefault(key, []).append(port)
+def _together(subsystem: Subsystem, system: System, copied: dict[str, Copies]) -> list[list[Wire]]:
+    """Wires by what is at their other end; copies of a part are one."""
+    found: dict[object, list[Wire]] = {}
+    for wire in Wires(system.agents).of(subsystem):
+        end, key = wire.part, wire.port.peer
+        whole = end and (copied[end.agent].name, end.place.file, end.place.route)
+        found.setdefault(whole or key, []).append(wire)
     return list(found.values())
 
 
@@ -131,9 +126,9 @@ def _work(subsystem: Subsystem) -> Node:
     return Node(_WORK, "table", (title,), tuple(rows) or _nothing())
 
 
-def _other(ports: list[Port], end: Part | None) -> Node:
-    id = f"other {ports[0].peer}"
+def _other(wires: list[Wire]) -> Node:
+    id, end = f"other {wires[0].port.peer}", wires[0].part
     if end is None:
-        return Node(id, "missing", (line(ports[0].other_end), line("not there", "note")))
-    agents = list(dict.fromkeys(port.other_end.partition(".")[0] for port in ports))
+        return Node(id, "missing", (line(wires[0].name), line("not there", "note")))
+    agents = list(dict.fromkeys(wire.name.partition(".")[0] for wire in wires))
     return Node(id, "other", (symbol(end, base(agents)), *broken(end.title, _TITLE)))

@@ -25,12 +25,6 @@ _Named = TypeVar("_Named", Agent, Subsystem, Device)
 Part = Subsystem | Device
 
 
-def parts_of(system: System) -> dict[str, Part]:
-    """Subsystems and devices by their qualified names."""
-    parts: tuple[Part, ...] = (*system.subsystems, *system.devices)
-    return {part.qualified_name: part for part in parts}
-
-
 def symbol(part: Part, agent: str = "") -> Line:
     """The paper's symbol, with the agent and the name as its index."""
     index = (agent or part.agent, *(() if part.name == "c" else (part.name,)))

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 from specc.frozen import frozen
 from specc.model.system import Agent, Device, Subsystem, System
+from specc.model.wires import Wires
 from specc.reachable import grouped, reachable
 from specc.tools.graph.diagram import Arc, Diagram, Group, Line, Node, Text, broken, joined, line
-from specc.tools.graph.names import Copies, base, copies, parts_of, rate, span, symbol
+from specc.tools.graph.names import Copies, base, copies, rate, span, symbol
 
 _COLUMNS = 22
 _ABREAST = 2
@@ -46,8 +47,9 @@ def structure(system: System, agent: Agent | None = None) -> Diagram:
     ends = _Ends({}, {})
     alone = tuple(_alone(each, ends) for each in shown if _is_alone(each))
     groups = tuple(_group(each, ends) for each in shown if not _is_alone(each))
-    sent = _sent([a for each in shown for a in each.agents])
-    others = tuple(_others(system, sent, ends))
+    wires = Wires(system.agents)
+    sent = _sent([a for each in shown for a in each.agents], wires)
+    others = tuple(_others(wires, sent, ends))
     arcs = list(_arcs(sent, ends))
     arcs += _stacked(dict.fromkeys(ends.nodes.values()), arcs)
     levels = tuple(
@@ -104,24 +106,22 @@ def _node(part: _Copies, agents: int) -> Node:
     )
 
 
-def _sent(agents: list[Agent]) -> dict[tuple[str, str], list[str]]:
+def _sent(agents: list[Agent], wires: Wires) -> dict[tuple[str, str], list[str]]:
     """What goes from one qualified name to another: the elements that either end declares."""
     found: dict[tuple[str, str], dict[str, None]] = {}
-    for subsystem in (s for agent in agents for s in agent.subsystems):
-        for port in subsystem.ports:
-            here, there = subsystem.qualified_name, port.other_end
-            way = (here, there) if port.direction == "y" else (there, here)
-            found.setdefault(way, {}).update((e.name, None) for e in port.elements)
+    for wire in (w for agent in agents for s in agent.subsystems for w in wires.of(s)):
+        here, there = wire.subsystem.qualified_name, wire.name
+        way = (here, there) if wire.port.direction == "y" else (there, here)
+        found.setdefault(way, {}).update((e.name, None) for e in wire.port.elements)
     return {way: list(names) for way, names in found.items()}
 
 
-def _others(system: System, sent: Collection[tuple[str, str]], ends: _Ends) -> Iterator[Node]:
+def _others(wires: Wires, sent: Collection[tuple[str, str]], ends: _Ends) -> Iterator[Node]:
     """Ends of buffers that are in no agent that is shown."""
-    known = parts_of(system)
     for name in dict.fromkeys(name for way in sent for name in way):
         if name in ends.nodes:
             continue
-        ends.nodes[name], part = name, known.get(name)
+        ends.nodes[name], part = name, wires.part(name)
         ends.levels[name] = 0
         if part is None:
             yield Node(name, "missing", (line(name), line("not there", "note")), covers=(name,))

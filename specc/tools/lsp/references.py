@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 
 from specc.frozen import frozen
-from specc.model.system import Device, Element, Subsystem, System
+from specc.model.system import Subsystem, System
 from specc.model.types import Enum, Type
+from specc.model.wires import Wires
 from specc.resolve.context import Meaning
 from specc.schema.keys import Role, SymbolKind
 from specc.schema.places import TRACED, role_of, split
@@ -99,13 +100,12 @@ def links_of(system: System | None) -> Links:
         links.types[key_of(constant.place)] = constant.value.type
     links.agents = {agent.name: key_of(agent.place) for agent in system.agents}
     links.in_python = enums_in_python(system)
-    parts: dict[str, Subsystem | Device] = {s.qualified_name: s for s in system.subsystems}
-    links.subsystems = {name: key_of(part.place) for name, part in parts.items()}
-    parts |= {d.qualified_name: d for d in system.devices}
+    wires = Wires(system.agents)
+    links.subsystems = {name: key_of(part.place) for name, part in wires.subsystems.items()}
     for subsystem in system.subsystems:
         _types(links, subsystem)
-        _connections(links, subsystem, parts)
-    _bindings(links, system, parts)
+        _connections(links, subsystem, wires)
+    _bindings(links, system, wires)
     _task(links, system)
     links.paths = paths_of(system, links.named)
     return links
@@ -129,36 +129,26 @@ def _types(links: Links, subsystem: Subsystem) -> None:
                 links.shared[key_of(here)] = key_of(element.place)
 
 
-def _connections(links: Links, subsystem: Subsystem, parts: dict[str, Subsystem | Device]) -> None:
-    for port in subsystem.ports:
-        other = parts.get(port.other_end)
+def _connections(links: Links, subsystem: Subsystem, wires: Wires) -> None:
+    for wire in wires.of(subsystem):
+        port, other = wire.port, wire.part
         if other is None:
             continue
         links.peers.setdefault(key_of(port.place), key_of(other.place))
         agent = links.agents.get(other.agent) if other.agent != subsystem.agent else None
         links.named.setdefault(key_of(port.place), agent or key_of(other.place))
-        far = {e.name: e for e in _elements(other, subsystem.qualified_name, port.direction)}
+        far = {e.name: e for e in wire.elements}
         for element in port.elements:
             if element.name in far and element.place != far[element.name].place:
                 links.ends.append((key_of(element.place), key_of(far[element.name].place)))
 
 
-def _elements(other: Subsystem | Device, name: str, direction: str) -> Iterator[Element]:
-    """The elements at the far end of a port: a device reports in y what is read in x."""
-    if isinstance(other, Device):
-        yield from other.y if direction == "x" else other.x
-        return
-    for port in other.ports:
-        if port.other_end == name and port.direction != direction:
-            yield from port.elements
-
-
-def _bindings(links: Links, system: System, parts: dict[str, Subsystem | Device]) -> None:
+def _bindings(links: Links, system: System, wires: Wires) -> None:
     for item in system.plant.observed if system.plant else ():
         links.types[key_of(item.place)] = item.type
     for binding in system.plant.bindings if system.plant else ():
-        device = parts.get(binding.device)
-        for element in (*device.x, *device.y) if isinstance(device, Device) else ():
+        device = wires.devices.get(binding.device)
+        for element in (*device.x, *device.y) if device else ():
             if element.name == binding.element:
                 links.types[key_of(element.place)] = element.type
                 links.bindings[key_of(binding.place)] = key_of(element.place)

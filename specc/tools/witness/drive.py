@@ -11,6 +11,7 @@ from functools import partial
 from typing import TypeVar
 
 from specc.analysis import Facts
+from specc.analysis.arrivals import always_present
 from specc.frozen import frozen
 from specc.model.expr import Expr, LetRef, MemoryRef, walk
 from specc.model.fsm import Transition
@@ -73,11 +74,11 @@ class Inputs:
         self._arrivals = facts.of(original).arrivals
         self._elements = original.inputs
         self.names = frozenset(self._elements)
-        self.always = facts.connections.always_present(original)
+        self.always = always_present(original, facts.wires)
         self.devices = frozenset(
             (peer, element)
             for peer, element in original.inputs
-            if original.sender(peer) in facts.connections.devices
+            if facts.wires.measured(original.qualified_name, peer)
         )
         self.axioms = [(axiom.that, True) for axiom in meaning.subsystem.axioms]
 

@@ -1,0 +1,152 @@
+"""The wires of a system: what is at the other end of each buffer, and who sends each element.
+
+Every question about the other end of a buffer is asked here; nothing else matches names of peers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Literal
+
+from specc.frozen import frozen
+from specc.model.fsm import Behaviour
+from specc.model.system import Agent, Device, Element, Port, Subsystem
+from specc.reachable import grouped
+
+Direction = Literal["x", "y"]
+Output = tuple[str, tuple[str, str]]
+"""The qualified name of a subsystem, and peer and element of a buffer there."""
+
+
+@frozen
+class Wire:
+    """A port of `subsystem`, and the part of the system at its other end.
+
+    That part is None where the system has no such part. A subsystem there has the port `end`, None
+    where that is missing.
+    """
+
+    subsystem: Subsystem
+    port: Port
+    part: Subsystem | Device | None
+    end: Port | None
+
+    @property
+    def name(self) -> str:
+        """The qualified name of the part at the other end, which may be missing."""
+        return self.port.other_end
+
+    @property
+    def device(self) -> Device | None:
+        """The device at the other end, if it is one."""
+        return self.part if isinstance(self.part, Device) else None
+
+    @property
+    def other(self) -> Subsystem | None:
+        """The subsystem at the other end, if it is one."""
+        return self.part if isinstance(self.part, Subsystem) else None
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """The elements that the other end declares: a device reports in `y` what is read in `x`."""
+        if self.device:
+            return self.device.y if self.port.direction == "x" else self.device.x
+        return self.end.elements if self.end else ()
+
+    def arriving(self, behaviour: Behaviour) -> frozenset[tuple[str, str]]:
+        """What a behaviour of the subsystem at the other end sends here, as it is called here."""
+        peers = {self.end.peer} if self.end else set()
+        return frozenset((self.port.peer, a.name) for a in behaviour.assignments if a.peer in peers)
+
+
+class Wires:
+    """The wires of some agents, with all that these have in them."""
+
+    def __init__(self, agents: Sequence[Agent]) -> None:
+        self._agents = agents
+
+    @cached_property
+    def subsystems(self) -> dict[str, Subsystem]:
+        """Those of the system by their qualified names."""
+        return {s.qualified_name: s for agent in self._agents for s in agent.subsystems}
+
+    @cached_property
+    def devices(self) -> dict[str, Device]:
+        """Those of the system by their qualified names."""
+        return {d.qualified_name: d for agent in self._agents for d in agent.devices}
+
+    def part(self, name: str) -> Subsystem | Device | None:
+        """The subsystem or device of a qualified name; None if there is none."""
+        return self.devices.get(name) or self.subsystems.get(name)
+
+    @cached_property
+    def _every(self) -> list[Wire]:
+        return [w for agent in self._agents for s in agent.subsystems for w in self.of(s)]
+
+    @cached_property
+    def _ports(self) -> dict[tuple[str, str, str], Port]:
+        """Direction, owner and other end -> port; of several between two subsystems the first."""
+        owned = [(s, p) for agent in self._agents for s in agent.subsystems for p in s.ports]
+        return {(p.direction, s.qualified_name, p.other_end): p for s, p in reversed(owned)}
+
+    @cached_property
+    def _at(self) -> dict[str, list[Wire]]:
+        return grouped((wire.name, wire) for wire in self._every)
+
+    @cached_property
+    def _inputs(self) -> dict[tuple[str, str], Wire]:
+        found = (wire for wire in reversed(self._every) if wire.port.direction == "x")
+        return {(wire.subsystem.qualified_name, wire.port.peer): wire for wire in found}
+
+    def of(self, subsystem: Subsystem) -> list[Wire]:
+        """The wires of all ports of a subsystem, in their order."""
+        name = subsystem.qualified_name
+        return [
+            Wire(subsystem, p, self.part(p.other_end), self._ports.get((far, p.other_end, name)))
+            for p in subsystem.ports
+            for far in ("y" if p.direction == "x" else "x",)
+        ]
+
+    def at(self, name: str, direction: Direction | None = None) -> list[Wire]:
+        """The wires that lead to a subsystem or device, from ports of a direction alone."""
+        found = self._at.get(name, ())
+        return [wire for wire in found if direction in (None, wire.port.direction)]
+
+    def to(self, reader: str, peer: str) -> Wire | None:
+        """The wire of an input buffer; None without one."""
+        return self._inputs.get((reader, peer))
+
+    def sender(self, reader: str, key: tuple[str, str]) -> Output | None:
+        """The output that a subsystem sends to an input; None for what a device reports.
+
+        With the peer "" the reader is a device.
+        """
+        peer, element = key
+        if not peer:
+            for wire in self.users(reader, "y", element):
+                return wire.subsystem.qualified_name, (wire.port.peer, element)
+        found = self.to(reader, peer)
+        return (found.name, (found.end.peer, element)) if found and found.end else None
+
+    def measured(self, reader: str, peer: str) -> str:
+        """The device that reports what is in an input buffer; empty if none does."""
+        wire = self.to(reader, peer)
+        return wire.name if wire and wire.device else ""
+
+    def users(self, device: str, direction: Direction, element: str) -> list[Wire]:
+        """The wires on which an element of a device is read, "x", or commanded, "y"."""
+        return [wire for wire in self.at(device, direction) if wire.port.element(element)]
+
+    def owners(self, device: Device) -> list[Wire]:
+        """Who works with an effector or commands a receptor, the one of its name first."""
+        direction: Direction | None = None if device.kind == "real_effector" else "y"
+        found: dict[str, Wire] = {}
+        for wire in self.at(device.qualified_name, direction):
+            found.setdefault(wire.subsystem.qualified_name, wire)
+        return sorted(found.values(), key=lambda wire: wire.subsystem.name != device.name)
+
+    @cached_property
+    def contested(self) -> frozenset[str]:
+        """Devices with several owners; what these need of them is checked once there is one."""
+        return frozenset(n for n, device in self.devices.items() if len(self.owners(device)) > 1)
