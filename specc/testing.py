@@ -32,7 +32,7 @@ from specc.lang import (
 from specc.lang.errors import Declared
 from specc.model import expr as e
 from specc.model.system import types_used
-from specc.model.types import Enum, PartialOf, Pose, Real, Spatial, Type, Vector
+from specc.model.types import Enum, Real, Type
 from specc.pipeline import build
 
 Values = Mapping[str, Any]
@@ -201,16 +201,11 @@ def _environment(constants: Mapping[str, e.Expr]) -> Environment:
 
 
 def _as_runtime(value: Any, type_: Type) -> Any:
-    match type_:
-        case PartialOf(value=inner):
-            return _as_runtime(value, inner)
-        case Vector(element=Real()) | Spatial() | Pose():
-            made = array(value)
-            made.setflags(write=False)
-            return made
-        case Real() if isinstance(value, int):
-            return float(value)
-    return value
+    if type_.is_array:
+        made = array(value)
+        made.setflags(write=False)
+        return made
+    return float(value) if isinstance(type_, Real) and isinstance(value, int) else value
 
 
 def _unknown(what: str, name: str, known: Iterable[str]) -> str:

@@ -7,20 +7,13 @@ import re
 from specc.analysis.ros2 import FRAME, Misfit, Part
 from specc.diagnostics import nearest
 from specc.frozen import frozen
+from specc.lang.kinds import kind
 from specc.model.binding import Published
 from specc.model.system import Element, Subsystem, System
 from specc.model.types import (
-    Bool,
-    Enum,
-    Image,
-    Int,
     OptionalOf,
-    Pose,
-    Real,
-    Spatial,
     Text,
     Type,
-    Vector,
 )
 
 
@@ -82,32 +75,23 @@ def _output(name: str, subsystem: Subsystem, peer: str, element: Element) -> Wat
     return Watched(name, subsystem, peer, element.name, *found, type_)
 
 
-_SCALARS: dict[type, str] = {
-    Bool: "Bool",
-    Int: "Int64",
-    Real: "Float64",
-    Text: "String",
-    Enum: "String",
+_MESSAGES = {
+    "vector": ("std_msgs/Float64MultiArray", "data"),
+    "tuple": ("std_msgs/Int64MultiArray", "data"),
+    "vector3": ("geometry_msgs/PointStamped", "point"),
+    "pose": ("geometry_msgs/PoseStamped", "pose"),
+    "twist": ("geometry_msgs/TwistStamped", "twist"),
+    "wrench": ("geometry_msgs/WrenchStamped", "wrench"),
+    "image": ("sensor_msgs/Image", ""),
+    "depth": ("sensor_msgs/Image", ""),
 }
 
 
 def _message(type_: Type) -> tuple[str, Part] | None:
     """The type of messages, and where in them the value is."""
-    match type_:
-        case Bool() | Int() | Real() | Text() | Enum():
-            return f"std_msgs/{_SCALARS[type(type_)]}", Part("scalar", "data")
-        case Vector(frame=frame) if frame:
-            return "geometry_msgs/PointStamped", Part("vector3", "point", frame=FRAME)
-        case Vector(element=Real()):
-            return "std_msgs/Float64MultiArray", Part("vector", "data")
-        case Vector(element=Int()):
-            return "std_msgs/Int64MultiArray", Part("tuple", "data")
-        case Pose():
-            return "geometry_msgs/PoseStamped", Part("pose", "pose", frame=FRAME)
-        case Image(channels=channels):
-            return "sensor_msgs/Image", Part("image" if channels == 3 else "depth")
-        case Spatial() if str(type_).startswith(("twist", "wrench")):
-            kind = str(type_).partition("[")[0]
-            message = f"geometry_msgs/{kind.title()}Stamped"
-            return message, Part(kind, kind, frame=FRAME)
+    for shape in kind(type_).shapes(type_)[:1]:
+        if shape not in _MESSAGES:
+            return f"std_msgs/{shape}", Part("scalar", "data")
+        message, path = _MESSAGES[shape]
+        return message, Part(shape, path, frame=FRAME if type_.frames else "")
     return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.kinds import kind
 from specc.model.expr import (
     Among,
     Binary,
@@ -20,7 +21,7 @@ from specc.model.expr import (
     Unary,
 )
 from specc.model.system import Subsystem
-from specc.model.types import Bool, Enum, Int, Real
+from specc.model.types import Bool, Enum
 from specc.reachable import reachable
 
 _MOST_VALUES = 8
@@ -38,7 +39,7 @@ def known_of_memory(subsystem: Subsystem) -> dict[str, Expr]:
             leaves[name] += [leaf for value in values for leaf in _leaves(value)]
     found: dict[str, Expr] = {}
     for item in subsystem.memory:
-        if item.name in written and isinstance(item.type, (Bool, Enum, Int, Real)):
+        if item.name in written and kind(item.type).sort != "other":
             memory = MemoryRef(item.name, type=item.type)
             known = _one_of(memory, leaves) or _bound(memory, leaves[item.name])
             found |= {item.name: known} if known else {}

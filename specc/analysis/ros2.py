@@ -10,20 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.frozen import frozen
+from specc.lang.kinds import kind
 from specc.model.binding import Binding, Ros2
 from specc.model.types import (
-    SPATIAL_KINDS,
-    Bool,
     Enum,
-    Image,
-    Int,
     OptionalOf,
     Pose,
-    Real,
-    Spatial,
-    Text,
     Type,
-    Vector,
 )
 from specc.model.units import (
     DIMENSIONLESS,
@@ -144,7 +137,7 @@ def _part_of_action(binding: Binding, type_: Type) -> Part | Misfit:
     """The part of an action: a text, or what a function makes, which may be missing."""
     if binding.part == "status":
         missing = [s for s in STATUSES if isinstance(type_, Enum) and s not in type_.members]
-        if isinstance(type_, Text | Enum) and not missing:
+        if "String" in kind(type_).shapes(type_) and not missing:
             return Part("scalar")
         help = f"make it a text, or an enum with these members: {', '.join(STATUSES)}"
         wrong = f"it lacks {', '.join(missing)}" if missing else f"{type_} is none"
@@ -228,47 +221,21 @@ def _another_unit(message: str, parts: list[Part], unit: Unit) -> Misfit:
 
 def _unit(type_: Type) -> Unit | None:
     """The unit of all numbers of a type, if there is one."""
-    if isinstance(type_, Vector):
-        type_ = type_.element
-    return type_.unit if isinstance(type_, Real) else None
+    return type_.units[0] if len(type_.units) == 1 else None
 
 
 def _carries(part: Part, message: str, type_: Type) -> bool:
     """Whether values of a type look like that part, whatever their unit."""
-    match part.shape:
-        case "scalar":
-            return isinstance(type_, scalars(message))
-        case "vector":
-            return isinstance(type_, Vector) and isinstance(type_.element, Real)
-        case "tuple":
-            return isinstance(type_, Vector) and isinstance(type_.element, Int)
-        case "joints":
-            numbers = type_.element if isinstance(type_, Vector) else type_
-            return isinstance(numbers, Real)
-        case "vector3" | "camera":
-            size = 3 if part.shape == "vector3" else 4
-            return isinstance(type_, Vector) and _is_real(type_, size)
-        case "pose" | "transform":
-            return isinstance(type_, Pose)
-        case "image" | "depth":
-            channels = 3 if part.shape == "image" else 1
-            return isinstance(type_, Image) and type_.channels == channels
-    kind = SPATIAL_KINDS[part.shape]
-    return isinstance(type_, Spatial) and (type_.linear, type_.angular) == kind
+    shape = scalar(message) if part.shape == "scalar" else part.shape
+    return shape in kind(type_).shapes(type_)
 
 
-def _is_real(type_: Vector, size: int) -> bool:
-    return isinstance(type_.element, Real) and type_.size == size
-
-
-def scalars(message: str) -> tuple[type, ...]:
-    """Kinds of values that are in a message with one value; the first is the usual one."""
+def scalar(message: str) -> str:
+    """The scalar of `std_msgs` that stands for those of a message."""
     name = message.partition("/")[2]
-    if name in ("String",):
-        return Text, Enum
-    if name == "Bool":
-        return (Bool,)
-    return (Real,) if name in (*_FLOATS, "Range") else (Int,)
+    if name in ("String", "Bool"):
+        return name
+    return "Float64" if name in (*_FLOATS, "Range") else "Int64"
 
 
 _SAID = {
@@ -284,18 +251,18 @@ _SAID = {
     "image": "an `image[height, width, 3]`",
     "depth": "an `image[height, width, 1]`, in metres",
 }
-_SAID_OF: dict[type, str] = {
-    Text: "a text or an enum",
-    Bool: "a bool",
-    Int: "an int",
-    Real: "a real",
+_SAID_OF = {
+    "String": "a text or an enum",
+    "Bool": "a bool",
+    "Int64": "an int",
+    "Float64": "a real",
 }
 
 
 def _wanted(message: str) -> str:
     """Types that go with messages, in words."""
-    first = scalars(message)[0]
-    said = [_SAID.get(part.shape, _SAID_OF[first]) for part in MESSAGES[message]]
+    alone = _SAID_OF[scalar(message)]
+    said = [_SAID.get(part.shape, alone) for part in MESSAGES[message]]
     return " or ".join(dict.fromkeys(said))
 
 

@@ -10,7 +10,7 @@ from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_mea
 from specc.diagnostics.phrases import listed
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT, Binding
-from specc.model.types import Image, Real, Spatial, Type, Vector
+from specc.model.types import Image
 from specc.model.units import Unit
 from specc.source import Place
 
@@ -127,16 +127,10 @@ def _from_camera(bound: BoundElement, numbers: str) -> tuple[str, str] | None:
 
 
 def _type_without_through(bound: BoundElement) -> tuple[str, str] | None:
-    if bound.binding.through or _is_numbers(bound.element.type):
+    if bound.binding.through or bound.element.type.units:
         return None
     message = f"the plant works with real numbers, not with {bound.element.type}"
     return message, "name a function under `through:` that converts"
-
-
-def _is_numbers(type_: Type) -> bool:
-    if isinstance(type_, Vector):
-        return isinstance(type_.element, Real)
-    return isinstance(type_, (Real, Spatial))
 
 
 def _key(binding: Binding, names: tuple[str, ...]) -> str:

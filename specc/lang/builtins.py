@@ -17,7 +17,7 @@ from specc.lang.errors import CLOCK_NAMES
 from specc.lang.row import BuiltinFunction, Encoding, Form
 from specc.model import expr as m
 from specc.model.expr import Fresh, Present
-from specc.model.types import Int, Pose, Real, Spatial, Type, Vector
+from specc.model.types import Int, Pose, Real, Type, Vector
 from specc.model.units import METRE, RADIAN, SECOND
 
 # The table.
@@ -31,7 +31,7 @@ _CLOSE = Form("abs({:sum} - {:product}) <= {:sum}", "compare")
 def _near_form(type: Type) -> Form | str:
     if isinstance(type, Pose):
         return "near_pose"
-    return "" if isinstance(type, (Vector, Spatial)) else _CLOSE
+    return "" if type.is_array else _CLOSE
 
 
 _AN_ANGLE = "takes an angle, `real[rad]`"

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from operator import add, mul, sub, truediv
 
-from specc.lang.samples import Value, first_value
+from specc.lang.kind import Value
+from specc.lang.kinds import first_value
 from specc.lang.values import compose, elementwise, inverse, moved, position, translation
 from specc.model.types import Int, ListOf, Pose, Type
 

@@ -1,4 +1,4 @@
-"""Values of every type: one to begin with, others, and how they are written.
+"""Values that Python has no class for, how values are written, and when they are alike.
 
 They are those of `specc.lang.evaluate`: a vector is a tuple, a pose a tuple of rows.
 """
@@ -8,26 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from typing import Any
-
-from specc.lang.values import compose, translation
-from specc.model.types import (
-    Bool,
-    Enum,
-    File,
-    Image,
-    Int,
-    ListOf,
-    Opaque,
-    OptionalOf,
-    Pose,
-    Real,
-    Record,
-    Spatial,
-    Text,
-    Type,
-    Vector,
-    whole,
-)
 
 Value = Any
 
@@ -51,6 +31,10 @@ class Token:
         return f"Token({self.name!r})"
 
 
+class Gone:
+    """An image, or a value that only operators look into, of which nothing is recorded."""
+
+
 class Fields:
     """The value of a record; its fields are attributes."""
 
@@ -72,61 +56,6 @@ class Fields:
     def having(self, name: str, value: Value) -> Fields:
         """The same record with another value of one field."""
         return Fields(**{**self.__dict__, name: value})
-
-
-_SIMPLE: dict[type[Type], Value] = {
-    Bool: False,
-    Text: "",
-    File: "",
-    ListOf: (),
-    Pose: translation(0.0, 0.0, 0.0),
-    OptionalOf: None,
-    Image: Token("image"),
-}
-
-
-def first_value(type_: Type, number: float = 0.0) -> Value:
-    """A value of a type: nothing, the number, the first member, the identity."""
-    match whole(type_):
-        case Real() | Int():
-            return number if isinstance(type_, Real) else int(number)
-        case Enum(members=members):
-            return members[0]
-        case Vector(size=size, element=element):
-            return (first_value(element, number),) * size
-        case Spatial():
-            return (number,) * 6
-        case Record(fields=fields):
-            return Fields(**{name: first_value(inner, number) for name, inner in fields})
-        case ListOf(element=element, nonempty=True):
-            return (first_value(element),)
-        case Opaque(name=name):
-            return Token(name)
-    return _SIMPLE[type(type_)]
-
-
-def others(value: Value, type_: Type) -> Iterator[Value]:
-    """Some values of a type beside a given one."""
-    match whole(type_):
-        case Bool():
-            yield not value
-        case Int() | Real():
-            yield value + 1
-            yield value - 1
-        case Enum(members=members):
-            yield from (member for member in members if member != value)
-        case Vector() | Spatial() if value:
-            part: Type = type_.element if isinstance(type_, Vector) else Real()
-            yield from ((first, *value[1:]) for first in others(value[0], part))
-        case Pose():
-            yield compose(value, translation(1.0, 0.0, 0.0))
-        case ListOf(element=element):
-            yield (*value, first_value(element))
-        case Record(fields=fields):
-            for name, inner in fields:
-                yield from (value.having(name, v) for v in others(getattr(value, name), inner))
-        case Opaque(name=name):
-            yield Token(f"another {name}")
 
 
 def spelled(value: Value) -> str:

@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 from specc.diagnostics.nearest import nearest
@@ -136,17 +137,8 @@ class TypeReader:
             raise self._error(node, f"`{name}` does not take these in brackets", usage)
         return self._named(node, name, args)
 
-    def _vector(self, size: ast.expr, element: ast.expr | None = None) -> t.Vector:
-        return t.Vector(self._size(size), t.Real() if element is None else self._element(element))
-
-    def _pose(self, parent: ast.expr, child: ast.expr) -> t.Pose:
-        return t.Pose(self.frame(parent), self.frame(child))
-
-    def _wrench(self, frame: ast.expr) -> t.Spatial:
-        return t.Spatial(self.frame(frame), *t.SPATIAL_KINDS["wrench"])
-
-    def _twist(self, frame: ast.expr) -> t.Spatial:
-        return t.Spatial(self.frame(frame), *t.SPATIAL_KINDS["twist"])
+    def _of_kind(self, frame: ast.expr, kind: str) -> t.Spatial:
+        return t.Spatial(self.frame(frame), *t.SPATIAL_KINDS[kind])
 
     def _spatial(self, frame: ast.expr, linear: ast.expr, angular: ast.expr) -> t.Spatial:
         return t.Spatial(self.frame(frame), self._unit(linear), self._unit(angular))
@@ -288,12 +280,12 @@ _SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
     ("nonempty", 1): lambda reader, element: t.ListOf(reader.type(element), nonempty=True),
     ("optional", 1): TypeReader._optional,
     ("partial", 1): TypeReader._partial,
-    ("vector", 1): TypeReader._vector,
-    ("vector", 2): TypeReader._vector,
-    ("pose", 2): TypeReader._pose,
+    ("vector", 1): lambda reader, size: t.Vector(reader._size(size), t.Real()),
+    ("vector", 2): lambda reader, size, of: t.Vector(reader._size(size), reader._element(of)),
+    ("pose", 2): lambda reader, parent, child: t.Pose(reader.frame(parent), reader.frame(child)),
     ("point", 1): lambda reader, frame: t.point(reader.frame(frame)),
-    ("wrench", 1): TypeReader._wrench,
-    ("twist", 1): TypeReader._twist,
+    ("wrench", 1): partial(TypeReader._of_kind, kind="wrench"),
+    ("twist", 1): partial(TypeReader._of_kind, kind="twist"),
     ("spatial", 3): TypeReader._spatial,
     ("image", 2): TypeReader._image,
     ("image", 3): TypeReader._image,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from specc.frozen import frozen
+from specc.lang.kinds import kind
 from specc.lower.annotations import Annotations, PythonTypes
 from specc.lower.module import Module, buffer_names, memory_names
 from specc.lower.names import (
@@ -21,42 +22,17 @@ from specc.lower.names import (
 from specc.model.binding import PLANT
 from specc.model.system import Element, Memory, Subsystem, System
 from specc.model.types import (
-    Bool,
-    Enum,
-    File,
-    Image,
-    Int,
-    ListOf,
-    Opaque,
-    OptionalOf,
-    Pose,
-    Real,
     Record,
-    Spatial,
-    Text,
     Type,
-    Vector,
-    whole,
 )
-
-_PLAIN: dict[type[Type], str] = {
-    Bool: "forms.TRUTH",
-    Enum: "forms.TEXT",
-    File: "forms.TEXT",
-    Int: "forms.INTEGER",
-    Pose: "forms.array(4, 4)",
-    Real: "forms.REAL",
-    Spatial: "forms.array(6)",
-    Text: "forms.TEXT",
-}
 
 
 class _Forms:
-    """Forms for the module; those of records get a name there, in `named`."""
+    """Forms for the module; those of records get a name there, in `plans`."""
 
     def __init__(self, types: PythonTypes, names: Namespace) -> None:
         self.imports = Imports()
-        self.named: list[NamedPlan] = []
+        self.plans: list[NamedPlan] = []
         self._annotations = Annotations(self.imports, types)
         self._functions = Functions(self.imports, names)
         self._names = names
@@ -64,32 +40,25 @@ class _Forms:
 
     def of(self, type_: Type) -> str:
         """The form of a type, as an expression."""
-        type_ = whole(type_)
-        if known := _PLAIN.get(type(type_)):
-            return known
-        match type_:
-            case Vector(size=size, element=Real()):
-                return f"forms.array({size})"
-            case Vector(element=element) | ListOf(element=element):
-                return f"forms.items({self.of(element)})"
-            case OptionalOf(value=value):
-                return f"forms.optional({self.of(value)})"
-            case Image(height=height, width=width, channels=channels):
-                return f"forms.image({height}, {width}, {channels})"
-            case Record():
-                return self._record(type_)
-            case Opaque():
-                functions = (self._functions.use(path) for path in type_.codec)
-                return f"forms.opaque({', '.join((literal(type_.name), *functions))})"
-        raise TypeError(f"no form for {type_!r}")
+        text = kind(type_).form(type_, self)
+        if not isinstance(type_, Record):
+            return text
+        if text not in self._known:
+            self._known[text] = self._names.new(identifier(type_.name).upper())
+            self.plans.append(NamedPlan(self._known[text], text))
+        return self._known[text]
 
-    def _record(self, record: Record) -> str:
-        parts = [f"{name}={self.of(part)}" for name, part in record.fields]
-        value = f"forms.record({', '.join((self._annotations.of(record), *parts))})"
-        if value not in self._known:
-            self._known[value] = self._names.new(identifier(record.name).upper())
-            self.named.append(NamedPlan(self._known[value], value))
-        return self._known[value]
+    def own(self, name: str) -> str:
+        """A name of the module of forms."""
+        return f"forms.{name}"
+
+    def named(self, type_: Type) -> str:
+        """The annotation of a type."""
+        return self._annotations.of(type_)
+
+    def function(self, path: str) -> str:
+        """A function of a codec."""
+        return self._functions.use(path)
 
 
 @frozen
@@ -119,7 +88,7 @@ def layouts_plan(system: System, types: PythonTypes, title: str, spec: str) -> F
         "title": title,
         "spec": spec,
         "imports": forms.imports.lines,
-        "records": forms.named,
+        "records": forms.plans,
         "layouts": tuple((name, layout) for layout, name in known.items()),
         "subsystems": tuple(owners),
     }

@@ -120,7 +120,7 @@ class Module:
         constants = self.constants.values()
         return {
             "imports": self.imports.lines,
-            "contracts": tuple(self.contracts.named),
+            "contracts": tuple(self.contracts.plans),
             "operators": tuple(self.operators.values()),
             "constants": tuple(c for c in constants if not c.is_computed),
             "computed": tuple(c for c in constants if c.is_computed),
@@ -130,7 +130,7 @@ class Module:
     @property
     def parts_are_needed(self) -> bool:
         """Whether anything but imports was asked for."""
-        return bool(self.constants or self.operators or self.uses_files or self.contracts.named)
+        return bool(self.constants or self.operators or self.uses_files or self.contracts.plans)
 
     def local_names(self) -> Namespace:
         """Names for the inside of a method."""

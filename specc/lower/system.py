@@ -90,7 +90,7 @@ def plant_plan(
             imports.own(kind)
     return {
         **_bound(system, imports, Functions(imports, names), contracts),
-        "contracts": contracts.named,
+        "contracts": contracts.plans,
         "made": _made(system.plant),
         "ros2": tuple(ros2_arguments(system, imports)),
         "inputs": inputs,

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Literal, NamedTuple
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.kinds import kind
 from specc.lang.ranges import OPERATORS, Operation, Range
 from specc.limits import spend
 from specc.model.expr import (
@@ -25,7 +26,7 @@ from specc.model.expr import (
     Unary,
     children,
 )
-from specc.model.types import Bool, Int, Real
+from specc.model.types import Bool, Real
 from specc.model.units import SECOND
 from specc.proof.numbering import Numbering
 
@@ -166,8 +167,8 @@ class Timer:
         if isinstance(expr, Clock) and expr.name == "elapsed":
             return _Step(None, ())
         operation, parts = operation_of(expr), tuple(children(expr))
-        numbers = isinstance(expr.type, (Bool, Int, Real)) and all(map(self._enter, parts))
-        if operation is None or not numbers:
+        scalar = kind(expr.type).sort in ("truth", "whole", "real")
+        if operation is None or not (scalar and all(map(self._enter, parts))):
             return None
         return _Step(operation, tuple(map(self._numbering.number, parts)))
 

@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import partial
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.kinds import kind
 from specc.model.expr import (
     COMPARED,
     FLOAT,
@@ -35,7 +36,7 @@ from specc.model.expr import (
     Truth,
     Unary,
 )
-from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Real, Text, Type, Vector
+from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Real, Type, Vector
 from specc.proof.clock import Timer, Turns
 from specc.proof.formula import (
     Apart,
@@ -201,7 +202,7 @@ class Translator:
             return self._split(
                 right, key, bound, lambda b: self._compare(replace(whole, right=b), bound)
             )
-        if isinstance(left.type, (Bool, Enum, Text)):
+        if kind(left.type).sort in ("truth", "item"):
             return self._same(whole, left, right, op == "==", bound)
         question = self._question(op, left, right, bound)
         if isinstance(question, bool):

@@ -17,8 +17,8 @@ OTHER_WORDS = {
         "tools/lsp/completion.py": {"pose"},
     },
     "a kind of number, by other names or in Python": {
+        "lang/kinds.py": {"float"},
         "lang/types.py": {"float"},
-        "lower/annotations.py": {"float"},
         "lower/subsystem.py": {"float"},
     },
     "minutes": {"model/units.py": {"min"}},
@@ -39,6 +39,7 @@ OTHER_WORDS = {
     },
     "messages of ROS 2 and their fields": {
         "analysis/ros2.py": {"position", "pose"},
+        "lang/kinds.py": {"pose"},
         "analysis/published.py": {"pose"},
         "tools/starting/graph.py": {"position", "pose"},
     },

@@ -4,7 +4,8 @@
 hand, as far as it has the `Freedom`, until it meets that; `Meaning` evaluates expressions in it.
 """
 
-from specc.lang.samples import Fields, Token, Value, alike, first_value, others, spelled
+from specc.lang.kinds import first_value, others
+from specc.lang.samples import Fields, Token, Value, alike, spelled
 from specc.proof.search.search import Goal, came, find, present, showing
 from specc.proof.search.situation import (
     NO_VALUE,

@@ -9,25 +9,19 @@ from dataclasses import replace
 
 from specc.frozen import frozen
 from specc.lang import show
+from specc.lang.kind import Sort
+from specc.lang.kinds import kind, rebuilt
 from specc.lang.order import InOrder
-from specc.lang.samples import Value
+from specc.lang.samples import Fields, Value
 from specc.model import expr as m
 from specc.model.types import (
     Bool,
-    Enum,
-    Int,
-    ListOf,
-    OptionalOf,
-    PartialOf,
     Pose,
-    Real,
-    Record,
-    Spatial,
     Text,
     Type,
-    Vector,
+    whole,
 )
-from specc.model.units import DIMENSIONLESS, Unit
+from specc.model.units import DIMENSIONLESS
 from specc.proof.search.search import Goal, find
 from specc.proof.search.situation import NO_VALUE, Freedom, Meaning, Situation, lag_key
 from specc.proof.search.trying import SearchBudget
@@ -175,26 +169,19 @@ def worded(value: Value, type_: Type) -> str | None:
     """`0.2 s`, `[u, u, g]`, `translation(0, 0, 1)`; None for what only operators look into."""
     if value is None:
         return "None"
-    match type_:
-        case Int() | Real():
-            return number(value) + unit(type_)
-        case Pose() | Spatial() | Vector(element=Real()):
-            return _numbers(value, type_)
-        case Vector(element=element) | ListOf(element=element):
-            return _items([worded(item, element) for item in value])
-        case Record(fields=fields):
-            return _record([(name, worded(getattr(value, name), t)) for name, t in fields])
-        case OptionalOf(value=inner) | PartialOf(value=inner):
-            return worded(value, inner)
-    simple = _SIMPLE.get(type(type_))
-    return simple(value) if simple else None
-
-
-_SIMPLE: dict[type[Type], Callable[[Value], str]] = {
-    Bool: lambda value: "true" if value else "false",
-    Enum: str,
-    Text: repr,
-}
+    type_ = whole(type_)
+    if isinstance(type_, Pose):
+        return _pose(value)
+    if type_.is_array:
+        return _listed([number(item) for item in value]) + unit(type_)
+    if said := repr if isinstance(type_, Text) else _SAID.get(kind(type_).sort):
+        return said(value) + unit(type_)
+    inside = rebuilt(type_, value, lambda part, item: worded(item, part))
+    if isinstance(inside, tuple):
+        return _items(inside)
+    if isinstance(inside, Fields):
+        return _record(list(inside))
+    return inside if isinstance(inside, str) else None
 
 
 def number(value: float) -> str:
@@ -205,13 +192,17 @@ def number(value: float) -> str:
 
 
 def unit(type_: Type) -> str:
-    """The unit of a number with a space before it; nothing for plain numbers."""
-    kind = type_.unit if isinstance(type_, Real) else DIMENSIONLESS
-    return "" if kind == DIMENSIONLESS else f" {_spelled(kind)}"
+    """The unit of all numbers of a value with a space before it; nothing for plain numbers."""
+    alone = type_.units if len(type_.units) == 1 else ()
+    return "".join(f" {unit.coherent()}" for unit in alone if unit != DIMENSIONLESS)
 
 
-def _spelled(kind: Unit) -> str:
-    return str(kind.coherent())
+_SAID: dict[Sort, Callable[[Value], str]] = {
+    "truth": lambda value: str(value).lower(),
+    "whole": number,
+    "real": number,
+    "item": str,
+}
 
 
 def _items(items: Sequence[str | None]) -> str | None:
@@ -233,13 +224,6 @@ def _listed(items: Sequence[str]) -> str:
 def _record(fields: Sequence[tuple[str, str | None]]) -> str | None:
     known = [f"{name}: {text}" for name, text in fields if text is not None]
     return f"{{{', '.join(known)}}}" if known else None
-
-
-def _numbers(value: Value, type_: Type) -> str:
-    if isinstance(type_, Pose):
-        return _pose(value)
-    listed = _listed([number(item) for item in value])
-    return listed + (unit(type_.element) if isinstance(type_, Vector) else "")
 
 
 def _pose(rows: Value) -> str:

@@ -10,12 +10,13 @@ from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.inverses import inverted
-from specc.lang.samples import Fields, Value, alike, first_value, others
+from specc.lang.kinds import first_value, kind, others
+from specc.lang.samples import Fields, Value, alike
 from specc.model import expr as m
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.fsm import Cause
 from specc.model.system import Subsystem
-from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Text, Vector
+from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
 from specc.proof.search.situation import (
     NO_VALUE,
     Freedom,
@@ -169,20 +170,16 @@ class Ways:
 
     def _values(self, side: m.Expr, op: str, other: Value) -> Iterable[Value]:
         """Values of a side that are in a relation to the other side's."""
-        kind = side.type
-        if isinstance(kind, Bool):
-            return (other,) if op == "==" else (not other,)
-        if isinstance(kind, Enum):
-            return [member for member in kind.members if (member == other) == (op == "==")]
+        sort = kind(side.type).sort
         if isinstance(side, m.Clock):
             period, whole = self._meaning.period_s, int(other / self._meaning.period_s)
             near = (n * period for n in (whole, whole + 1, whole - 1, whole + 2))
             return [time for time in near if m.COMPARED[op](time, other)]
-        if isinstance(other, (int, float)):
-            return self._thresholds.below_or_above(op, other, whole=isinstance(kind, Int))
-        if isinstance(kind, Text):
+        if sort in ("whole", "real"):
+            return self._thresholds.below_or_above(op, other, whole=sort == "whole")
+        if isinstance(side.type, Text):
             return (other,) if op == "==" else (_OTHER_TEXT,)
-        return (other,) if op == "==" else others(other, kind)
+        return (other,) if op == "==" else others(other, side.type)
 
     def _among(self, expr: m.Among, wanted: bool, at: Situation) -> Situations:
         assert isinstance(expr.item.type, Enum)  # typing guarantees it

@@ -8,6 +8,7 @@ from typing import Any
 import z3
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.kinds import kind
 from specc.limits import OUT_OF_STEPS, spend
 from specc.model.expr import (
     LENGTH,
@@ -29,7 +30,7 @@ from specc.model.expr import (
     instance,
     walk,
 )
-from specc.model.types import Bool, Enum, Int, ListOf, Pose, Real, Text, Vector
+from specc.model.types import Enum, Int, ListOf, Pose, Vector
 from specc.proof.numbering import Numbering
 from specc.proof.solver.terms import Terms, compared
 from specc.proof.verdict import UnsureError
@@ -114,16 +115,17 @@ class Conditions(Terms):
         return self.unknown(expr)
 
     def _compare(self, op: str, left: Expr, right: Expr) -> Any:
-        kind = left.type
-        if isinstance(kind, Bool):
-            return compared(op, self.boolean(left), self.boolean(right))
-        if isinstance(kind, (Enum, Text)):
-            return compared(op, self.item(left), self.item(right))
-        if isinstance(kind, (Int, Real)) and isinstance(right.type, (Int, Real)):
-            return compared(op, *self._sides(left, right))
-        if not isinstance(kind, Vector):
+        of = left.type
+        match kind(of).sort, kind(right.type).sort:
+            case "truth", _:
+                return compared(op, self.boolean(left), self.boolean(right))
+            case "item", _:
+                return compared(op, self.item(left), self.item(right))
+            case (("whole" | "real"), ("whole" | "real")):
+                return compared(op, *self._sides(left, right))
+        if not isinstance(of, Vector):
             return compared(op, self.argument(left), self.argument(right))
-        same = z3.And([self._compare("==", *pair) for pair in self._pairs(left, right, kind)])
+        same = z3.And([self._compare("==", *pair) for pair in self._pairs(left, right, of)])
         self.laws.append(z3.Implies(same, self.argument(left) == self.argument(right)))
         return same if op == "==" else z3.Not(same)
 

@@ -11,6 +11,7 @@ from typing import Any
 import z3
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.kinds import kind
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -23,7 +24,7 @@ from specc.model.expr import (
     Unary,
     children,
 )
-from specc.model.types import Bool, Enum, Int, Real, Text, Type
+from specc.model.types import Enum, Int, Real, Type
 from specc.proof.numbering import Numbering, labels
 from specc.proof.solver.rounding import Rounding, constant
 
@@ -95,12 +96,12 @@ class Terms:
         return self._once(f"argument {type(expr.type).__name__}", expr, self._argument)
 
     def _argument(self, expr: Expr) -> Any:
-        match expr.type:
-            case Bool():
+        match kind(expr.type).sort:
+            case "truth":
                 return self.boolean(expr)
-            case Int():
+            case "whole":
                 return self.number(expr)
-            case Enum() | Text():
+            case "item":
                 return self.item(expr)
         if isinstance(expr, Choice):
             then, otherwise = self.argument(expr.then), self.argument(expr.otherwise)
@@ -289,15 +290,17 @@ def _is_float(whole: Expr) -> bool:
     )
 
 
+_SORTS: dict[str, Callable[[], Any]] = {
+    "truth": z3.BoolSort,
+    "whole": z3.IntSort,
+    "item": z3.IntSort,
+    "real": z3.RealSort,
+}
+
+
 def _sort(type_: Type) -> Any:
-    match type_:
-        case Bool():
-            return z3.BoolSort()
-        case Int() | Enum() | Text():
-            return z3.IntSort()
-        case Real():
-            return z3.RealSort()
-    return VALUE
+    make = _SORTS.get(kind(type_).sort)
+    return make() if make else VALUE
 
 
 def compared(op: str, a: Any, b: Any) -> Any:

@@ -6,7 +6,6 @@ computed by `specc.lang.evaluate`. The others stay as they are, with their lets 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -14,19 +13,13 @@ from itertools import islice
 from typing import Any, Final, TypeGuard
 
 from specc.lang.evaluate import Environment, evaluate
+from specc.lang.kinds import kind
 from specc.lang.ranges import Range
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
 from specc.model.types import (
-    Enum,
-    Int,
-    ListOf,
     OptionalOf,
-    PartialOf,
-    Real,
-    Spatial,
-    Text,
     Type,
     Vector,
 )
@@ -106,26 +99,7 @@ _LITERALS = (m.Number, m.Truth, m.TextLiteral, m.Member, m.Nothing, m.Unused)
 
 def literal(value: Any, type_: Type) -> m.Expr | None:
     """A value as an expression; None for values that have no literals."""
-    match type_:
-        case OptionalOf(value=inner) | PartialOf(value=inner):
-            return m.Nothing(type=type_) if value is None else literal(value, inner)
-        case Enum():
-            return m.Member(value, type=type_)
-        case Text():
-            return m.TextLiteral(value, type=type_)
-        case Vector(element=inner) | ListOf(element=inner):
-            return _items(value, [inner] * len(value), type_)
-        case Spatial(linear=linear, angular=angular):
-            return _items(value, [Real(linear)] * 3 + [Real(angular)] * 3, type_)
-        case Int() | Real():
-            return m.Unused(type=type_) if math.isnan(value) else m.Number(value, type=type_)
-    return m.Truth(value, type=type_) if isinstance(value, bool) else None
-
-
-def _items(values: tuple[Any, ...], types: list[Any], type_: Type) -> m.Expr | None:
-    items = [literal(value, inner) for value, inner in zip(values, types, strict=True)]
-    found = tuple(item for item in items if item is not None)
-    return m.Items(found, type=type_) if len(found) == len(items) else None
+    return kind(type_).literal(type_, value, lambda part, item: literal(item, part))
 
 
 def filled(expr: m.Expr, known: Known) -> m.Expr:

@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
 from specc.lang.evaluate import Environment, evaluate
+from specc.lang.kinds import kind
 from specc.model import expr as m
 from specc.model.system import System
 from specc.model.types import (
-    Bool,
-    Image,
-    Int,
-    ListOf,
     Opaque,
     OptionalOf,
-    Pose,
-    Real,
-    Record,
-    Spatial,
     Type,
     Vector,
-    whole,
 )
-from specc.model.units import Dimensions
+from specc.model.units import DIMENSIONLESS, Dimensions
 from specc.proof.search import first_value, others
 from specc.tools.explore.partial import Known, filled, is_literal
 
@@ -118,18 +110,11 @@ def _has_lets(expr: m.Expr) -> bool:
 
 def _units(type_: Type) -> Iterator[Dimensions]:
     """The units of the numbers in a value."""
-    match whole(type_):
-        case Real(unit=unit):
-            yield unit.dimensions
-        case Spatial(linear=linear, angular=angular):
-            yield from (linear.dimensions, angular.dimensions)
-        case Vector(element=inner) | ListOf(element=inner) | OptionalOf(value=inner):
-            yield from _units(inner)
-        case Record(fields=fields):
-            for _, inner in fields:
-                yield from _units(inner)
-        case _:
-            yield ()
+    if not isinstance(type_, Vector) and type_.parts:
+        for part in type_.parts:
+            yield from _units(part)
+    else:
+        yield from (unit.dimensions for unit in type_.units or (DIMENSIONLESS,))
 
 
 def _spread(numbers: Sequence[float]) -> Iterator[float]:
@@ -144,22 +129,6 @@ def _spread(numbers: Sequence[float]) -> Iterator[float]:
 
 def _plain(value: Any, type_: Type) -> Any:
     """A value in the form of recordings."""
-    match whole(type_):
-        case Pose():
-            return [float(number) for row in value for number in row]
-        case Spatial():
-            return [float(number) for number in value]
-        case Vector(element=element) | ListOf(element=element):
-            return [_plain(item, element) for item in value]
-        case OptionalOf(value=inner):
-            return None if value is None else _plain(value, inner)
-        case Record(fields=fields):
-            return {name: _plain(getattr(value, name), inner) for name, inner in fields}
-        case Image(height=height, width=width, channels=channels):
-            return [height, width, channels] if channels == 3 else [height, width]
-        case Opaque():
-            raise NotConcreteError(f"a device reports a {type_}, which only operators look into")
-    return _NUMBERS.get(type(whole(type_)), str)(value)
-
-
-_NUMBERS: dict[type[Type], Callable[[Any], Any]] = {Real: float, Int: int, Bool: bool}
+    if isinstance(type_, Opaque):
+        raise NotConcreteError(f"a device reports a {type_}, which only operators look into")
+    return kind(type_).data(type_, value, lambda part, item: _plain(item, part))

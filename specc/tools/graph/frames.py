@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.model.system import Subsystem, System
-from specc.model.types import ListOf, OptionalOf, Pose, Record, Type
+from specc.model.types import Pose, Record, Type
 from specc.tools.graph.diagram import Arc, Diagram, Node, Row, broken, joined, line
 
 _COLUMNS = 26
@@ -57,14 +57,14 @@ def _changing(subsystem: Subsystem) -> Iterator[_Found]:
 
 def _poses(name: str, kind: Type, depth: int = 3) -> Iterator[_Found]:
     """A pose by its name, one in a record by that of its field; lists stand for their items."""
-    match kind:
-        case Pose(parent=parent, child=child):
-            yield (parent, child), name
-        case ListOf(element=inner) | OptionalOf(value=inner):
-            yield from _poses(name, inner, depth)
-        case Record(fields=fields) if depth:
-            for field, inner in fields:
-                yield from _poses(f"{name}.{field}", inner, depth - 1)
+    if isinstance(kind, Pose):
+        yield (kind.parent, kind.child), name
+    elif not isinstance(kind, Record):
+        for part in kind.parts:
+            yield from _poses(name, part, depth)
+    elif depth:
+        for field, inner in kind.fields:
+            yield from _poses(f"{name}.{field}", inner, depth - 1)
 
 
 def _together(found: Iterator[_Found]) -> dict[tuple[str, str], list[str]]:

@@ -6,20 +6,14 @@ import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from specc.diagnostics.code import all_codes
+from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number
 from specc.model.trace import Trace
 from specc.model.types import (
-    Image,
-    ListOf,
-    OptionalOf,
-    PartialOf,
-    Pose,
-    Real,
-    Spatial,
     Type,
-    Vector,
 )
 from specc.resolve.context import Meaning
 from specc.schema.keys import SymbolKind
@@ -79,23 +73,7 @@ def type_words(type_: Type | None, frames: Mapping[str, str]) -> list[str]:
         name = frame.lstrip("?")
         return f"{name} ({frames[name]})" if frames.get(name) else name
 
-    match type_:
-        case Pose(parent, child):
-            return [f"pose of {named(child)} in {named(parent)}"]
-        case Spatial(frame, linear, angular):
-            return [f"in the axes of {named(frame)}; units {linear} and {angular}"]
-        case Real(unit) | Vector(_, Real(unit)) if str(unit) != "1":
-            return [f"unit {unit}"]
-        case Real() | Vector(_, Real()):
-            return ["dimensionless"]
-        case Image(_, _, 1):
-            return ["a depth map, unit m"]
-        case ListOf(element):
-            return [f"each: {words}" for words in type_words(element, frames)]
-        case OptionalOf(value) | PartialOf(value):
-            less = "or None" if isinstance(type_, OptionalOf) else "or without some components"
-            return [less, *type_words(value, frames)]
-    return []
+    return kind(type_).says(type_, named, partial(type_words, frames=frames)) if type_ else []
 
 
 def owner_name(owner: Route, file: str) -> str:

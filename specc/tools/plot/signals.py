@@ -14,23 +14,19 @@ from typing import Any
 
 from specc.diagnostics import nearest
 from specc.frozen import frozen
+from specc.lang.kinds import kind
 from specc.lang.values import position
 from specc.model.binding import PLANT
 from specc.model.system import Subsystem, System
 from specc.model.types import (
     SPATIAL_COMPONENTS,
     VECTOR3_COMPONENTS,
-    Bool,
-    Enum,
-    Int,
     OptionalOf,
-    PartialOf,
     Pose,
-    Real,
     Record,
     Spatial,
     Type,
-    Vector,
+    whole,
 )
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN, Unit
 from specc.tools.why import value_of
@@ -109,7 +105,12 @@ def found(system: System, name: str) -> Subsystem | Signal:
 
 
 def _is_pose(type_: Type) -> bool:
-    return isinstance(type_.value if isinstance(type_, OptionalOf) else type_, Pose)
+    return isinstance(_there(type_), Pose)
+
+
+def _there(type_: Type) -> Type:
+    """The type of a value of which nothing is missing."""
+    return whole(type_.value if isinstance(type_, OptionalOf) else type_)
 
 
 def _elements(system: System) -> Iterator[tuple[str, _Element]]:
@@ -171,8 +172,7 @@ def _steps(at: str, rest: str) -> tuple[str | int, ...]:
 def _inside(at: str, type_: Type, steps: Sequence[str | int]) -> Type:
     """The type of a part. Raises NoSignal where there is none."""
     for step in steps:
-        inner = type_.value if isinstance(type_, OptionalOf | PartialOf) else type_
-        parts = _parts(inner)
+        parts = _parts(_there(type_))
         if step not in parts:
             names = [f".{p}" if isinstance(p, str) else f"[{p}]" for p in parts]
             wrong = f".{step}" if isinstance(step, str) else f"[{step}]"
@@ -182,15 +182,10 @@ def _inside(at: str, type_: Type, steps: Sequence[str | int]) -> Type:
 
 
 def _parts(type_: Type) -> dict[str | int, Type]:
-    match type_:
-        case Record(fields=fields):
-            return dict(fields)
-        case Vector(size=size, element=element):
-            return dict.fromkeys(range(size), element)
-        case Spatial(linear=linear, angular=angular):
-            units = [linear] * 3 + [angular] * 3
-            return dict(zip(SPATIAL_COMPONENTS, map(Real, units), strict=True))
-    return {}
+    if isinstance(type_, Record):
+        return dict(type_.fields)
+    keys = type_.names if isinstance(type_, Spatial) else range(len(type_.components))
+    return dict(zip(keys, type_.components, strict=True))
 
 
 def _part(value: Any, steps: Sequence[str | int]) -> Any:
@@ -206,33 +201,22 @@ def _part(value: Any, steps: Sequence[str | int]) -> Any:
 
 def _components(name: str, type_: Type) -> tuple[Component, ...]:
     """The lines of a type. Raises NoSignal where it has none, or too many."""
-    match type_:
-        case OptionalOf(value=inner) | PartialOf(value=inner):
-            return _components(name, inner)
-        case Real(unit=unit):
-            return (Component("", _said(unit)),)
-        case Int():
-            return (Component(""),)
-        case Bool():
-            return (Component("", words=("False", "True")),)
-        case Enum(members=members):
-            return (Component("", words=members),)
-        case Vector(size=size, element=element, frame=frame) if size <= MOST_COMPONENTS:
-            parts = VECTOR3_COMPONENTS if frame else tuple(f"[{i}]" for i in range(size))
-            (one,) = _components(name, element)
-            return tuple(Component(part, one.unit, one.words) for part in parts)
-        case Vector(size=size):
-            raise NoSignal(f"{name} has {size} elements, too many to tell apart; name {name}[0]")
-        case Spatial(linear=linear, angular=angular):
-            units = [linear] * 3 + [angular] * 3
-            pairs = zip(SPATIAL_COMPONENTS, units, strict=True)
-            return tuple(Component(n, _said(unit)) for n, unit in pairs)
-        case Pose():
-            turned = [Component(f"r{n}", _said(RADIAN)) for n in VECTOR3_COMPONENTS]
-            return (*(Component(n, _said(METRE)) for n in VECTOR3_COMPONENTS), *turned)
-        case Record(fields=fields):
-            names = ", ".join(f"{name}.{field}" for field, _ in fields)
-            raise NoSignal(f"{name} is a record; name one of its fields: {names}")
+    type_ = _there(type_)
+    parts, row = type_.components, kind(type_)
+    if len(parts) > MOST_COMPONENTS:
+        raise NoSignal(f"{name} has {len(parts)} elements, too many to tell apart; name {name}[0]")
+    if parts:
+        names = type_.names if type_.frames else tuple(f"[{i}]" for i in range(len(parts)))
+        found = (_components(name, part)[0] for part in parts)
+        return tuple(Component(n, c.unit, c.words) for n, c in zip(names, found, strict=True))
+    if isinstance(type_, Pose):
+        turned = [Component(f"r{n}", _said(RADIAN)) for n in VECTOR3_COMPONENTS]
+        return (*(Component(n, _said(METRE)) for n in VECTOR3_COMPONENTS), *turned)
+    if row.sort in ("whole", "real") or row.words(type_):
+        return (Component("", "".join(map(_said, type_.units)), row.words(type_)),)
+    if isinstance(type_, Record):
+        fields = ", ".join(f"{name}.{field}" for field, _ in type_.fields)
+        raise NoSignal(f"{name} is a record; name one of its fields: {fields}")
     raise NoSignal(f"{name} of type {type_} is nothing that can be drawn as a line")
 
 
@@ -242,17 +226,13 @@ def _said(unit: Unit) -> str:
 
 def _numbers(type_: Type, value: Any) -> Numbers:
     """The numbers of the components of a type."""
-    match type_:
-        case OptionalOf(value=inner) | PartialOf(value=inner):
-            return _numbers(inner, value)
-        case Vector(element=element):
-            return tuple([_numbers(element, item)[0] for item in value])
-        case Spatial():
-            return tuple(value)
-        case Pose():
-            return (*position(value), *rotation_vector(value))
-        case Enum(members=members):
-            return (float(members.index(value)),)
+    type_ = _there(type_)
+    if isinstance(type_, Pose):
+        return (*position(value), *rotation_vector(value))
+    if parts := type_.components:
+        return tuple([_numbers(part, item)[0] for part, item in zip(parts, value, strict=True)])
+    if words := kind(type_).words(type_):
+        return (float(words.index(str(value))),)
     return (float(value) if abs(value) < _LARGEST else math.nan,)
 
 

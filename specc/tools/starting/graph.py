@@ -8,10 +8,9 @@ from dataclasses import field
 from itertools import takewhile
 from typing import Any
 
-from specc.analysis.ros2 import JOINT_STATE, MESSAGES, Part, scalars, short
+from specc.analysis.ros2 import JOINT_STATE, MESSAGES, Part, scalar, short
 from specc.frozen import frozen
 from specc.lang import is_size
-from specc.model.types import Bool, Int, Real, Text
 from specc.model.units import METRE, RADIAN, SECOND
 from specc.schema.texts import message_fault, topic_fault
 from specc.tools.importers.writing import SpecNames
@@ -102,7 +101,7 @@ def checked(topic: Topic) -> None:
         raise Unfit("no message came, and a run begins when each topic has had one")
 
 
-_SINGLE: dict[type, str] = {Bool: "bool", Int: "int", Real: "real", Text: "text"}
+_SINGLE = {"Bool": "bool", "Int64": "int", "Float64": "real", "String": "text"}
 _SYMBOLS = {
     "camera": "K", "depth": "D", "image": "I", "pose": "T", "scalar": "value", "transform": "T",
     "tuple": "n", "twist": "V", "vector": "v", "wrench": "F",
@@ -166,7 +165,7 @@ def _type(part: Part, topic: Topic, device: str, frames: Frames) -> str:
     unit = f", {part.unit}" if part.unit else ""
     match part.shape:
         case "scalar":
-            return f"real[{part.unit}]" if part.unit else _SINGLE[scalars(topic.type)[0]]
+            return f"real[{part.unit}]" if part.unit else _SINGLE[scalar(topic.type)]
         case "vector":
             return f"vector[{_size(topic, 'size')}]"
         case "tuple":

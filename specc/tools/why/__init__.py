@@ -1,6 +1,7 @@
 """Why conditions held or not at a moment of a recorded run: values, and reasons in words."""
 
-from specc.tools.why.moment import Gone, Moment, NotKnown, value_of
+from specc.lang.samples import Gone
+from specc.tools.why.moment import Moment, NotKnown, value_of
 from specc.tools.why.reasons import Reasons, clipped, shown
 
 __all__ = ["Gone", "Moment", "NotKnown", "Reasons", "clipped", "shown", "value_of"]

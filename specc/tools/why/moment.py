@@ -5,35 +5,27 @@ What is not there, or not as exactly as it would have to be, is `NotKnown`; noth
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from importlib import import_module
 from operator import index
-from types import SimpleNamespace
 from typing import Any
 
 from specc.lang.evaluate import Environment, evaluate
+from specc.lang.kind import Sort
+from specc.lang.kinds import kind, rebuilt
+from specc.lang.samples import Gone
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
 from specc.model.types import (
     Bool,
-    Enum,
-    Image,
     Int,
-    ListOf,
-    Opaque,
     OptionalOf,
-    PartialOf,
-    Pose,
     Real,
     Record,
-    Spatial,
-    Text,
     Type,
-    Vector,
 )
 
 Value = Any
@@ -52,43 +44,12 @@ class NotKnown(Exception):
     """A value that cannot be had from the recording; the message says why."""
 
 
-class Gone:
-    """An image, or a value that only operators look into, of which nothing is recorded."""
-
-
-def value_of(type_: Type, data: Any) -> Value:  # noqa: C901, PLR0911, PLR0912  # a case for each type
+def value_of(type_: Type, data: Any) -> Value:
     """The value of data of a recording; raises NotKnown for data of another type."""
-    match type_:
-        case Bool() if type(data) is bool:
-            return data
-        case Int() if type(data) is int:
-            return data
-        case Int() if type(data) is str and _LONG.fullmatch(data):
-            return int(data, 0)
-        case Real() if type(data) in (float, int):
-            return float(data)
-        case Text() if type(data) is str:
-            return data
-        case Enum() if type(data) is str and data in type_.members:
-            return data
-        case OptionalOf(value=inner):
-            return None if data is None else value_of(inner, data)
-        case PartialOf(value=inner) if type(data) is list:
-            return value_of(inner, [math.nan if item is None else item for item in data])
-        case Vector(size=size, element=element) if type(data) is list and len(data) == size:
-            return tuple([value_of(element, item) for item in data])
-        case Spatial() if type(data) is list and len(data) == 6:
-            return tuple([value_of(Real(), item) for item in data])
-        case Pose() if type(data) is list and len(data) == 16:
-            numbers = [value_of(Real(), item) for item in data]
-            return tuple([tuple(numbers[i : i + 4]) for i in range(0, 16, 4)])
-        case ListOf(element=element) if type(data) is list:
-            return tuple([value_of(element, item) for item in data])
-        case Record(fields=fields) if type(data) is dict and data.keys() == dict(fields).keys():
-            return SimpleNamespace(**{name: value_of(t, data[name]) for name, t in fields})
-        case Image() | Opaque():
-            return Gone()
-    raise NotKnown(f"what is recorded is no {type_}")
+    value = kind(type_).taken(type_, data, value_of)
+    if value is ...:
+        raise NotKnown(f"what is recorded is no {type_}")
+    return value
 
 
 class _Lazy(dict[Any, Any]):
@@ -286,21 +247,14 @@ class Moment:
         """A value as operators take it."""
         if isinstance(value, Gone):
             raise NotKnown("what an operator looks into is not recorded")
-        match type_:
-            case OptionalOf(value=inner):
-                return None if value is None else self._given(inner, value)
-            case Pose() | Spatial() | PartialOf() | Vector(element=Real()):
-                return self._array(value)
-            case ListOf(element=element):
-                return tuple([self._given(element, item) for item in value])
-            case Record(fields=fields, python=python):
-                parts = {name: self._given(t, getattr(value, name)) for name, t in fields}
-                module, _, name = python.partition(":")
-                kind = getattr(import_module(module), name) if python else SimpleNamespace
-                return kind(**parts)
-            case Real():
-                return float(value)
-        return value
+        if type_.is_array:
+            return self._array(value)
+        made = float(value) if isinstance(type_, Real) else rebuilt(type_, value, self._given)
+        python = type_.python if isinstance(type_, Record) else ""
+        if not python:
+            return made
+        module, _, name = python.partition(":")
+        return getattr(import_module(module), name)(**vars(made))
 
 
 def _said(error: BaseException) -> str:
@@ -315,24 +269,19 @@ def _said(error: BaseException) -> str:
 
 def _taken(type_: Type, value: Any) -> Value:
     """A value that an operator gave."""
-    match type_:
-        case OptionalOf(value=inner):
-            return None if value is None else _taken(inner, value)
-        case Pose() | Spatial() | PartialOf() | Vector(element=Real()):
-            return _tuples(value.tolist())
-        case ListOf(element=element):
-            return tuple([_taken(element, item) for item in value])
-        case Record(fields=fields):
-            return SimpleNamespace(**{name: _taken(t, getattr(value, name)) for name, t in fields})
-        case Real():
-            return float(value)
-        case Int():
-            return index(value)
-        case Bool() if type(value).__name__ not in ("bool", "bool_"):
-            raise TypeError(f"{type(value).__name__} in place of a truth value")
-        case Bool():
-            return bool(value)
-    return value
+    if type_.is_array:
+        return _tuples(value.tolist())
+    take = _TAKEN.get(kind(type_).sort)
+    return take(value) if take else rebuilt(type_, value, _taken)
+
+
+def _truth(value: Any) -> bool:
+    if type(value).__name__ not in ("bool", "bool_"):
+        raise TypeError(f"{type(value).__name__} in place of a truth value")
+    return bool(value)
+
+
+_TAKEN: dict[Sort, Callable[[Any], Value]] = {"truth": _truth, "whole": index, "real": float}
 
 
 def _tuples(items: Any) -> Value:

@@ -8,23 +8,22 @@ from itertools import islice
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.kinds import kind, rebuilt
+from specc.lang.samples import Fields, Gone
 from specc.lang.show import show
 from specc.lang.values import angle, position
 from specc.model import expr as m
 from specc.model.types import (
     Int,
     ListOf,
-    OptionalOf,
-    PartialOf,
     Pose,
     Real,
-    Record,
-    Spatial,
+    Text,
     Type,
-    Vector,
+    whole,
 )
 from specc.model.units import DIMENSIONLESS
-from specc.tools.why.moment import Gone, Moment, NotKnown
+from specc.tools.why.moment import Moment, NotKnown
 
 _LONGEST_TEXT, _LONGEST_VALUE = 140, 120
 _MOST_LINES, _MOST_ITEMS = 30, 4
@@ -263,34 +262,33 @@ def shown(type_: Type, value: Any) -> str:
     return clipped(_shown(type_, value), _LONGEST_VALUE)
 
 
-def _shown(type_: Type, value: Any) -> str:  # noqa: PLR0911  # a case for each type
+def _shown(type_: Type, value: Any) -> str:
     if isinstance(value, Gone):
         return "not recorded"
-    match type_:
-        case Real(unit=unit):
-            return _number(value) + (f" {unit}" if unit != DIMENSIONLESS else "")
-        case OptionalOf(value=inner):
-            return "None" if value is None else _shown(inner, value)
-        case PartialOf(value=inner):
-            return _shown(inner, value)
-        case Vector(element=Real(unit=unit)):
-            return _numbers(value) + (f" {unit}" if unit != DIMENSIONLESS else "")
-        case Vector(element=element):
-            return f"[{', '.join(_shown(element, item) for item in value)}]"
-        case Spatial(linear=linear, angular=angular):
-            return f"{_numbers(value)} in {linear} and {angular}"
-        case Pose():
-            turned = angle(value, _HERE)
-            return f"at {_numbers(position(value))} m, turned by {_number(turned)} rad"
-        case ListOf(element=element):
-            some = ", ".join(_shown(element, item) for item in value[:_MOST_ITEMS])
-            return f"{len(value)} {'item' if len(value) == 1 else 'items'} [{some}]"
-        case Record(fields=fields):
-            parts = (f"{name}: {_shown(t, getattr(value, name))}" for name, t in fields)
-            return f"{{{', '.join(parts)}}}"
-        case Int():
-            return clipped(str(value), 30)
-    return repr(value) if str(type_) == "text" else str(value)
+    inner = whole(type_)
+    if inner.units or inner.is_array:
+        return _quantity(inner, value)
+    some = value[:_MOST_ITEMS] if isinstance(type_, ListOf) else value
+    match rebuilt(type_, some, _shown):
+        case tuple() as items if isinstance(type_, ListOf):
+            return f"{len(value)} {'item' if len(value) == 1 else 'items'} [{', '.join(items)}]"
+        case tuple() as items:
+            return f"[{', '.join(items)}]"
+        case Fields() as fields:
+            return f"{{{', '.join(f'{name}: {text}' for name, text in fields)}}}"
+        case int() as number if kind(type_).sort == "whole":
+            return clipped(str(number), 30)
+        case other:
+            return repr(other) if isinstance(type_, Text) else str(other)
+
+
+def _quantity(type_: Type, value: Any) -> str:
+    if isinstance(type_, Pose):
+        turned = angle(value, _HERE)
+        return f"at {_numbers(position(value))} m, turned by {_number(turned)} rad"
+    units = " and ".join(map(str, type_.units))
+    units = f" in {units}" if len(type_.units) > 1 else f" {units}" if units != "1" else ""
+    return (_numbers(value) if type_.is_array else _number(value)) + units
 
 
 _HERE = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))

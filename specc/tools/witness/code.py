@@ -21,12 +21,13 @@ from specc_runtime.stepping import Stepper, array
 
 from specc.analysis.reads import nodes
 from specc.frozen import frozen
+from specc.lang.kinds import rebuilt
 from specc.lower.annotations import PythonTypes, named_types
 from specc.lower.module import Module
 from specc.model.expr import Lag
 from specc.model.fsm import Transition
 from specc.model.system import System
-from specc.model.types import ListOf, OptionalOf, Pose, Real, Record, Spatial, Type, Vector, whole
+from specc.model.types import Type
 from specc.proof import InputName
 from specc.proof.search import Answer, Fields, LagKey, Value, alike, first_value, lag_key
 from specc.tools.witness.subject import OPERATORS, alone, unproved
@@ -102,17 +103,9 @@ def lag_text(key: LagKey) -> str:
 
 def for_run(value: Value, type_: Type) -> Value:
     """A value as generated code has it."""
-    match whole(type_):
-        case Pose() | Spatial() | Vector(element=Real()):
-            return array(value)
-        case OptionalOf(value=inner):
-            return None if value is None else for_run(value, inner)
-        case Vector(element=element) | ListOf(element=element):
-            return tuple(for_run(item, element) for item in value)
-        case Record(fields=fields):
-            inside = dict(value)
-            return Fields(**{name: for_run(inside[name], inner) for name, inner in fields})
-    return value
+    if type_.is_array:
+        return array(value)
+    return rebuilt(type_, value, lambda part, item: for_run(item, part))
 
 
 def of_run(value: Value) -> Value:
