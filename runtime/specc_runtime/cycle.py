@@ -164,7 +164,7 @@ class Executor:
             self.wait()  # what a first step loads is not part of any period
             for track in self._tracks.values() if self._real else ():
                 track.runner.durations = Quantiles()
-            self._timing.begin(self.tick, self._tick_s)
+            self._timing.begin(tick, self._tick_s)
             self._is_timed = True
         return True
 

@@ -51,6 +51,14 @@ def test_where_nothing_is_late_the_records_are_those_of_simulated_time() -> None
     assert not any(driven.executor.skipped.values())
 
 
+@pytest.mark.parametrize("pace", [1.0, None])
+def test_the_second_step_begins_a_period_after_the_first(pace: float | None) -> None:
+    clock, began_s = DrivenClock(), []
+    built = system(node("a", compute=lambda one: began_s.append(clock.now_s())), tick_s=TICK_S)
+    Driven(built, clock, timing=Paced(clock, pace) if pace else None).until(3).finish()
+    assert began_s == pytest.approx([100.0 + stamp * TICK_S for stamp in range(3)])
+
+
 def test_periods_that_are_over_are_skipped_and_not_made_up_for() -> None:
     clock = DrivenClock()
     built = system(node("a", compute=busy(clock, 5, 0.034)), tick_s=TICK_S)
