@@ -92,11 +92,15 @@ class _Attempt:
         check_outputs(self._options)
         self._options = self._options.named_absolutely()
         progress = lambda: self.session.progress if self.session else -1  # noqa: E731  # no more
-        with Watchdog(progress, self._clock, elsewhere=self._processes.under_way):
+        with Watchdog(progress, self._clock, elsewhere=self._elsewhere):
             try:
                 self._go()
             finally:
                 self._close()
+
+    def _elsewhere(self) -> list[str]:
+        """What is waited for that is no step of this process."""
+        return self._processes.under_way() or getattr(self._plant, "waits_for", list)()
 
     def _go(self) -> None:
         kept = self._kept()

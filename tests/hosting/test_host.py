@@ -59,6 +59,27 @@ def test_a_run_from_the_first_sample_to_the_end(tmp_path: Path) -> None:
     ]
 
 
+def test_a_safe_output_that_cannot_be_sent_leaves_the_next_one(tmp_path: Path) -> None:
+    setup = Setup(DEVICES, {"log": str(tmp_path / "log")}, (str(HERE),), wait_s=20.0)
+    hosted = HostedPlant(system(), setup, encode={U: lambda value: 1.0 / value})
+    hosted.bequeath("a.E.d", {U: [("safe", 0.0), ("otherwise", 0.5)]})
+    hosted._host.channel.flush()
+    hosted._host.channel.close()  # as if the agent were gone
+    assert until(lambda: (U, 2.0) in [entry[1:] for entry in log(tmp_path)])
+    hosted._host.close()
+
+
+def test_a_failure_of_a_device_is_raised_once(tmp_path: Path) -> None:
+    hosted = plant(tmp_path, fails={f"send {U}": "error"})
+    hosted.actuate(U, 1.0)
+    assert isinstance(raised(hosted), DeviceFailed)
+    hosted.actuate(U, 2.0)  # by a step that was under way
+    hosted.leave()
+    with pytest.raises(PlantError, match="does not work"):
+        hosted.actuate(U, 3.0)
+    hosted.close()
+
+
 def test_a_host_that_is_killed_ends_the_run(tmp_path: Path) -> None:
     hosted = plant(tmp_path)
     os.kill(hosted._host._process.pid, signal.SIGKILL)

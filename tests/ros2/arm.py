@@ -12,7 +12,7 @@ from contextlib import suppress
 
 import rclpy
 from geometry_msgs.msg import TransformStamped, WrenchStamped
-from rclpy.action import ActionServer, CancelResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
@@ -54,6 +54,7 @@ class Arm(Node):
             Fibonacci,
             "/grasp",
             self._grasp,
+            goal_callback=lambda _: self._thought(options.thinks),
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=ReentrantCallbackGroup(),
         )
@@ -68,6 +69,12 @@ class Arm(Node):
         now = Clock()
         now.clock.sec, now.clock.nanosec = divmod(round(self._clock_s * 1e9), 10**9)
         clocks.publish(now)
+
+    def _thought(self, for_s: float) -> GoalResponse:
+        """Accept a goal, but not at once."""
+        print("asked", flush=True)
+        time.sleep(for_s)
+        return GoalResponse.ACCEPT
 
     def _grasp(self, handle: ServerGoalHandle) -> Fibonacci.Result:
         """Close in as many steps as the goal says, 50 ms each."""
@@ -131,6 +138,7 @@ def main() -> None:
     parser.add_argument("--pause", type=int, default=10**6)
     parser.add_argument("--jump", type=int, default=10**6)
     parser.add_argument("--behind", type=float, default=0.0)
+    parser.add_argument("--thinks", type=float, default=0.0)
     options = parser.parse_args()
     rclpy.init()
     print("ready", flush=True)

@@ -162,6 +162,24 @@ def test_a_goal_is_cancelled_when_the_run_ends(arm: Start, spec: Spec, how: str)
     assert says(gripper, "canceled")
 
 
+def test_a_goal_that_is_not_accepted_yet_does_not_outlive_the_run(arm: Start, spec: Spec) -> None:
+    gripper, path = arm("--thinks", "0.4"), spec(("wanted: 4", "wanted: 10000"), name="gripper")
+    assert main(["run", str(path), "--duration", "0.3"]) == 0
+    assert says(gripper, "canceled")
+
+
+def test_the_end_of_the_server_of_a_goal_is_named(arm: Start, spec: Spec) -> None:
+    gripper, path = arm(), spec(("wanted: 4", "wanted: 10000"), name="gripper")
+    command = [sys.executable, "-m", "specc", "run", str(path), "--duration", "60"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as run:
+        assert says(gripper, "began 10000")
+        end(gripper)
+        out, _ = run.communicate(timeout=60)
+    assert run.returncode == 1
+    assert out.count("\nfault ") == 1
+    assert "fault device hand.E.g.grip: nobody serves the action /grasp any more" in out
+
+
 SHORT, LONG = "4 s", "20 s"
 """Of waiting: what is not there is missed after the short one; the rest comes in the long one."""
 WRENCH, COMMANDS = "topic: /ft_sensor/wrench", "/position_controller/commands"
@@ -198,6 +216,12 @@ WRENCH, COMMANDS = "topic: /ft_sensor/wrench", "/position_controller/commands"
             LONG,
         ),
         (
+            [],
+            ["--joints", "j1,j2,j3"],
+            "/joint_states (irp.E.m.q_m) has none of the joints q1, q2, q3: it has j1, j2, j3",
+            SHORT,
+        ),
+        (
             [("max_gap: 5 s", "max_gap: 500 ms")],
             ["--silent-after", "300"],
             "irp.E.m.q_m: there has been no sample for",
@@ -211,7 +235,18 @@ WRENCH, COMMANDS = "topic: /ft_sensor/wrench", "/position_controller/commands"
             SHORT,
         ),
     ],
-    ids=["frame", "type", "missing", "unread", "qos", "joint", "silent", "clock", "unknown"],
+    ids=[
+        "frame",
+        "type",
+        "missing",
+        "unread",
+        "qos",
+        "joint",
+        "joints",
+        "silent",
+        "clock",
+        "unknown",
+    ],
 )
 def test_what_is_wrong_is_named(
     arm: Start,

@@ -6,6 +6,7 @@ import math
 import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -100,6 +101,7 @@ class HostedPlant:
             self._readings[name] = _Reading(index, is_sporadic=True, kept_s=math.inf)
         self._silence_s = _silences(system)
         self._failures: dict[str, str] = {}
+        self._named: set[str] = set()
         self._ended: PlantError | None = None
         self._asked: tuple[str, float] | None = None
         self._is_leaving = self._is_told = False
@@ -154,7 +156,11 @@ class HostedPlant:
         memory = self._host.memory
         if memory.number(reading.index) == reading.number or not self._read(name, reading):
             return self._again(reading)
-        return Sample(reading.value, time.monotonic() - reading.measured_s)
+        return Sample(reading.value, self._age_s(reading.measured_s))
+
+    def _age_s(self, measured_s: float) -> float:
+        """How long ago something was measured by the clock of the devices."""
+        return time.monotonic() - measured_s
 
     def _read(self, name: str, reading: _Reading) -> bool:
         raw = self._host.memory.read(reading.index)
@@ -199,8 +205,13 @@ class HostedPlant:
             raise PlantError("the device host does not take outputs any more")
         if number:
             self._await_taken(number)
-        elif why := self._failure(name):
-            raise PlantError(why)
+        elif (why := self._failure(name)) and self._named.isdisjoint((name, "")):
+            raise self._said(name, why)
+
+    def _said(self, name: str, why: str) -> PlantError:
+        """A failure, which the last steps of the run need not find again."""
+        self._named.add(name)
+        return PlantError(why)
 
     def _await_taken(self, number: int) -> None:
         until_s = time.monotonic() + WILL_S
@@ -223,7 +234,8 @@ class HostedPlant:
         self._refuse()
         for name, why in self._failures.items():
             if name not in self._observed:
-                raise DeviceFailed(name, PlantError(why)) if name else PlantError(why)
+                error = self._said(name, why)
+                raise DeviceFailed(name, error) if name else error
         if self._asked and time.monotonic() > self._asked[1]:
             raise PlantError(f"the device host was asked to end by {self._asked[0]}")
         self._will()
@@ -237,10 +249,11 @@ class HostedPlant:
 
     def bequeath(self, device: str, will: Mapping[str, Sequence[tuple[str, Any]]]) -> None:
         """What a device gets if the agent ends: of each element the first value that it takes."""
-        encoded = {
-            name: [(by, self._encoded(name, value)) for by, value in choices]
-            for name, choices in will.items()
-        }
+        encoded: dict[str, list[tuple[str, Any]]] = {name: [] for name in will}
+        for name, choices in will.items():
+            for by, value in choices:
+                with suppress(Exception):  # the next one counts; the end of the run tells why
+                    encoded[name].append((by, self._encoded(name, value)))
         if encoded != self._bequeathed.get(device):
             self._bequeathed[device] = encoded
             self._host.channel.send("will", device, encoded)

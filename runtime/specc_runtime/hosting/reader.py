@@ -74,7 +74,7 @@ class Reader:
             told = reprlib.repr(measured_s)
             raise DeviceError(f"the sample was measured at {told}, which is no time in s")
         kind, parts = parts_of(value)
-        self._memory.write(self._numbers[name], min(measured_s, time.monotonic()), kind, *parts)
+        self._memory.write(self._numbers[name], measured_s, kind, *parts)
 
 
 def _is_time(told_s: Any) -> bool:

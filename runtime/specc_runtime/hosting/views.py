@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from specc_runtime.blocks import Block
-from specc_runtime.faults import said
+from specc_runtime.faults import DeviceFailed, said
 from specc_runtime.hosting.devices import Array
 from specc_runtime.hosting.memory import Extent
 from specc_runtime.hosting.wire import PLAIN, array_of, plain
@@ -22,11 +22,14 @@ Convert = Callable[[Any], Any]
 
 
 def value_of(kind: int, data: bytes | memoryview, decode: Convert | None) -> Any:
-    """The value of a sample; arrays of numbers are views of `data`. Raises PlantError."""
+    """The value of a sample; arrays of numbers are views of `data`.
+
+    Raises PlantError, and DeviceFailed for a function that is not of the plant.
+    """
     try:
         value = plain(data) if kind == PLAIN else _as_array(array_of(data))
         return value if decode is None else decode(value)
-    except PlantError:
+    except (PlantError, DeviceFailed):
         raise
     except Exception as error:
         raise PlantError(f"a value that cannot be read: {said(error)}") from error

@@ -9,10 +9,11 @@ from functools import partial
 from typing import Any
 
 from specc_runtime.clock import WallClock
+from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
-from specc_runtime.plant import NO_SAMPLE
+from specc_runtime.hosting.wire import plain
 from specc_runtime.plants.errors import PlantError
-from specc_runtime.ros2.binding import CLOCK
+from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2
 from specc_runtime.ros2.clock import RosClock
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
@@ -40,6 +41,8 @@ class Ros2Plant(HostedPlant):
         assert system.plant is not None and system.plant.ros2 is not None
         self._is_simulated = system.plant.ros2.use_sim_time
         self._clock_s = 0.0
+        self._pace: RosClock | None = None
+        self._observed = {*self._observed, *_told_only(system.plant.ros2)}
         published = system.plant.ros2.published
         self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
 
@@ -48,17 +51,30 @@ class Ros2Plant(HostedPlant):
         if not self._is_simulated:
             return clock
 
-        def newest() -> float:
-            found = self.sample(CLOCK)
-            self._clock_s = self._clock_s if found is NO_SAMPLE else found.value
-            return self._clock_s
-
         def goes_on() -> bool:
             self._host.memory.beat_s = time.monotonic()
             self._hear()
-            return self._ended is None and not is_over()
+            failed = self._failures.keys() - self._observed
+            return not (failed or self._ended or is_over())
 
-        return RosClock(newest, goes_on, self._fail)
+        self._pace = RosClock(self._newest_s, goes_on, self._fail)
+        return self._pace
+
+    def waits_for(self) -> list[str]:
+        """What keeps the run, if it has to be told."""
+        is_waiting = self._pace is not None and self._pace.is_waiting
+        return [f"/clock stands still at {self._clock_s:g} s"] if is_waiting else []
+
+    def _newest_s(self) -> float:
+        """Simulated time, s, as it was told last; never raises."""
+        raw = self._host.memory.read(self._readings[CLOCK].index)
+        if raw is not None:
+            self._clock_s = plain(bytes(raw.data))
+        return self._clock_s
+
+    def _age_s(self, measured_s: float) -> float:
+        """See `HostedPlant`; in simulated time the node tells when that was on its clock."""
+        return (self._newest_s() if self._is_simulated else time.monotonic()) - measured_s
 
     def _fail(self, error: PlantError) -> None:
         self._ended = self._ended or error
@@ -98,23 +114,34 @@ def conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Co
     for topic in spec.ros2.topics:
         function = through.get(topic.name)
         if topic.commanded:
-            encode[topic.name] = _after(partial(message_of, topic), function, first=True)
+            encode[topic.name] = _after(function, partial(message_of, topic))
+        elif function is None:
+            decode[topic.name] = partial(value_of, topic)
         else:
-            decode[topic.name] = _after(partial(value_of, topic), function, first=False)
+            made = partial(_made, topic.name, function)
+            decode[topic.name] = _after(partial(value_of, topic), made)
         if topic.part:  # no goal, no feedback and no result yet are None
-            for conversions in (encode, decode):
-                if convert := conversions.get(topic.name):
-                    conversions[topic.name] = _unless_none(convert)
+            for either in (encode, decode):
+                if convert := either.get(topic.name):
+                    either[topic.name] = _unless_none(convert)
     return decode, encode
 
 
-def _after(convert: Convert, function: Any, *, first: bool) -> Convert:
-    """`convert`, with the function of `through` before it if that comes `first`, or behind it."""
-    if function is None:
-        return convert
-    if first:
-        return lambda value: convert(function(value))
-    return lambda message: function(convert(message))
+def _after(first: Convert | None, second: Convert) -> Convert:
+    return second if first is None else lambda value: second(first(value))
+
+
+def _made(name: str, function: Convert, message: Any) -> Any:
+    """What a function of `through` makes of a message; raises DeviceFailed, which blames it."""
+    try:
+        return function(message)
+    except Exception as error:
+        raise DeviceFailed(name, error, {"message": message}, through=function) from error
+
+
+def _told_only(ros2: Ros2) -> set[str]:
+    """What is published: a message that cannot be ends no run."""
+    return {each.topic.name for each in ros2.published} | {CHANGES.name}
 
 
 def _unless_none(convert: Convert) -> Convert:

@@ -9,6 +9,7 @@ from typing import Any
 from rclpy.action import ActionClient
 from rclpy.node import Node
 
+from specc_runtime.hosting.devices import DeviceError
 from specc_runtime.ros2.host.plain import fill, interface, plain
 
 NONE, REJECTED = "none", "rejected"
@@ -41,8 +42,15 @@ class Action:
         self._number = 0
         """Of the last goal."""
         self._handle: Any = None
+        self._is_asked = False
+        """Whether the server has not answered yet to the last goal."""
+        self._cancelling: Any = None
         self._status = ""
         self._wanted = node.create_guard_condition(self._pursue)
+        self._forget()
+
+    def _forget(self) -> None:
+        """Nothing has become of the present goal yet."""
         for part, value in (("status", NONE), ("feedback", None), ("result", None)):
             self._tell(part, value)
 
@@ -60,9 +68,23 @@ class Action:
         self._goals.append((goal, fields))
         self._wanted.trigger()
 
+    @property
+    def is_settled(self) -> bool:
+        """Whether its server has answered, so that nobody has to wait for that."""
+        is_told = self._cancelling is None or self._cancelling.done()
+        return is_told and not (self._goals or self._is_asked)
+
     def look(self) -> None:
-        """Tell the status if it has changed."""
-        if self._handle is not None and self._handle.status < len(STATUSES):
+        """Tell the status if it has changed, or that the server of a goal is gone."""
+        if self._handle is None:
+            return
+        if not self.is_there:
+            for part, element in self._parts.items():
+                if part != "goal":
+                    why = f"nobody serves the action {self.name} any more"
+                    self._put(element, DeviceError(why))
+            self._handle = None
+        elif self._handle.status < len(STATUSES):
             self._tell("status", STATUSES[max(1, self._handle.status)])
 
     def _tell(self, part: str, value: Any) -> None:
@@ -82,10 +104,11 @@ class Action:
             if goal is not None:
                 self._send(goal)
             elif self._handle is not None:
-                self._handle.cancel_goal_async()
+                self._cancelling = self._handle.cancel_goal_async()
 
     def _send(self, goal: Any) -> None:
         self._handle = None
+        self._forget()
         self._number += 1
         number = self._number
 
@@ -97,13 +120,15 @@ class Action:
             handle = future.result()
             if self._number != number:
                 return
+            self._is_asked = False
             if not handle.accepted:
                 self._tell("status", REJECTED)
                 return
             self._follow(handle, number)
             if self._sent is None:  # cancelled before it was accepted
-                handle.cancel_goal_async()
+                self._cancelling = handle.cancel_goal_async()
 
+        self._is_asked = True
         self._client.send_goal_async(goal, feedback).add_done_callback(answered)
 
     def _follow(self, handle: Any, number: int) -> None:

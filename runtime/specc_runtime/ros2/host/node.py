@@ -22,6 +22,8 @@ from specc_runtime.ros2.host.transforms import Transforms
 Samples = list[tuple[str, object, float]]
 """Names of elements, plain values, and when they were measured: s of `time.monotonic()`."""
 _STEP_S = 0.05
+_SETTLED_S = 1.0
+"""How long the servers of actions have at the end for their answers."""
 _CLOCK = "/clock"
 _MOST_AT_ONCE = 64
 """Messages that one `poll` takes, so that it returns though they come without end."""
@@ -46,6 +48,9 @@ class Devices:
         self._goals: dict[str, Action] = {}
         """By the elements that their goals follow."""
         self._waiting: dict[str, dict[str, Any]] = {}
+        self._strangers: dict[str, list[str]] = {}
+        """By elements: the joints of messages that were passed over."""
+        self._is_simulated = False
         self._node: Node | None = None
         self._executor: SingleThreadedExecutor | None = None
 
@@ -69,7 +74,7 @@ class Devices:
                 self._waiting[topic["name"]] = topic
             else:
                 self._subscribe(node, topic)
-        if config["use_sim_time"]:
+        if self._is_simulated:
             self._follow_clock(node)
         for topic in config["published"]:
             self._advertise(node, topic)
@@ -105,6 +110,9 @@ class Devices:
     def close(self) -> None:
         """Leave the graph; may be called twice, and without `open`."""
         if self._executor is not None:
+            until_s = time.monotonic() + _SETTLED_S
+            while time.monotonic() < until_s and not self._is_settled():
+                self._executor.spin_once(timeout_sec=_STEP_S)
             self._executor.shutdown(timeout_sec=1.0)
             self._executor = None
         if self._node is not None:
@@ -112,9 +120,14 @@ class Devices:
             self._node = None
         self._context.try_shutdown()
 
+    def _is_settled(self) -> bool:
+        """Whether no goal or its cancelling is on its way: a goal must not outlive the run."""
+        return all(action.is_settled for action in self._actions.values())
+
     def _begin(self, config: dict[str, Any]) -> Node:
         # The host has its own ways to end.
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self._is_simulated = bool(config.get("use_sim_time"))
         node = self._node = _node(config, self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(node)
@@ -131,7 +144,8 @@ class Devices:
 
     def _follow_clock(self, node: Node) -> None:
         def receive(message: Any) -> None:
-            self._put(_CLOCK, message.clock.sec + message.clock.nanosec * 1e-9)
+            now_s = message.clock.sec + message.clock.nanosec * 1e-9
+            self._samples.append((_CLOCK, now_s, time.monotonic()))
             self._waiting.pop(_CLOCK, None)
 
         topic = {"name": _CLOCK, "topic": _CLOCK, "type": "rosgraph_msgs/Clock"}
@@ -147,8 +161,20 @@ class Devices:
             self._transforms.look()
 
     def _put(self, name: str, value: Any, measured_s: float | None = None) -> None:
-        self._samples.append((name, value, measured_s or time.monotonic()))
+        """Report a value, measured then or now.
+
+        Simulated time goes on at any pace: then it is told when that was on the clock of ROS.
+        """
+        now_s = time.monotonic()
+        measured_s = now_s if measured_s is None else measured_s
+        if self._is_simulated:
+            measured_s += self._ros_s() - now_s
+        self._samples.append((name, value, measured_s))
         self._waiting.pop(name, None)
+
+    def _ros_s(self) -> float:
+        assert self._node is not None, "nothing comes before open"
+        return float(self._node.get_clock().now().nanoseconds * 1e-9)
 
     def _advertise(self, node: Node, topic: dict[str, Any]) -> None:
         cls = interface(topic["type"])
@@ -158,27 +184,30 @@ class Devices:
     def _subscribe(self, node: Node, topic: dict[str, Any]) -> None:
         cls = interface(topic["type"])
         qos = profile(topic.get("qos", {}), commanded=False)
-        node.create_subscription(cls, topic["topic"], self._receiver(node, topic), qos)
+        node.create_subscription(cls, topic["topic"], self._receiver(topic), qos)
         self._waiting[topic["name"]] = topic
 
-    def _receiver(self, node: Node, topic: dict[str, Any]) -> Callable[[Any], None]:
+    def _receiver(self, topic: dict[str, Any]) -> Callable[[Any], None]:
         name, where = topic["name"], topic["topic"]
         joints = frozenset(topic.get("joints", ()))
         kept = topic.get("qos", {}).get("durability") == "transient_local"
-        clock = node.get_clock()
 
         def receive(message: Any) -> None:
-            now_s, ros_s = time.monotonic(), clock.now().nanoseconds * 1e-9
-            if joints and joints.isdisjoint(getattr(message, "name", joints)):
+            now_s, ros_s = time.monotonic(), self._ros_s()
+            if joints and joints.isdisjoint(others := getattr(message, "name", joints)):
+                self._strangers[name] = list(others)
                 return
             stamp = getattr(getattr(message, "header", None), "stamp", None)
+            if self._is_simulated and not ros_s:  # nothing has come on /clock yet
+                if not kept:
+                    return
+                stamp = None
             try:
                 at_s = measured_at(stamp, ros_s, now_s, where, kept=kept)
             except DeviceError as error:  # of this element, and of no other
-                self._samples.append((name, error, now_s))
+                self._put(name, error, now_s)
             else:
-                self._samples.append((name, plain(message), at_s))
-            self._waiting.pop(name, None)
+                self._put(name, plain(message), at_s)
 
         return receive
 
@@ -188,11 +217,19 @@ class Devices:
         while self._waiting:
             left_s = end_s - time.monotonic()
             if left_s <= 0:
-                lost = [_why_silent(node, topic) for topic in self._waiting.values()]
+                lost = [self._why_silent(node, topic) for topic in self._waiting.values()]
                 raise DeviceError(f"after {wait_s:g} s of waiting: {'; '.join(lost)}")
             self._executor.spin_once(timeout_sec=min(left_s, _STEP_S))
             self._look()
             self._waiting = {n: t for n, t in self._waiting.items() if not self._is_met(n)}
+
+    def _why_silent(self, node: Node, topic: dict[str, Any]) -> str:
+        strangers = self._strangers.get(topic["name"])
+        if strangers is None:
+            return _why_silent(node, topic)
+        full, wanted = node.resolve_topic_name(topic["topic"]), ", ".join(topic["joints"])
+        known = ", ".join(strangers)
+        return f"{full} ({topic['name']}) has none of the joints {wanted}: it has {known}"
 
     def _is_met(self, name: str) -> bool:
         """Whether somebody serves an action or reads a command; messages come by themselves."""

@@ -1,0 +1,85 @@
+"""The plant behind ROS 2 with stubs in the place of the node: what it makes of what is reported."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from specc_runtime.clock import WallClock
+from specc_runtime.faults import DeviceFailed
+from specc_runtime.hosting.client import Setup
+from specc_runtime.ros2.binding import CLOCK, Ros2, Ros2Published, Ros2Topic
+from specc_runtime.ros2.plant import Ros2Plant, conversions
+from specc_runtime.system import System
+
+from tests.hosting.rig import DEVICES, HERE, log, system, until
+
+Q = "a.E.d.q"
+
+
+def plant(folder: Path, ros2: Ros2, besides: tuple[str, ...] = (), **config: Any) -> Ros2Plant:
+    """The plant of a system with one device, and stubs for its node."""
+    made = behind(ros2)
+    setup = Setup(DEVICES, {"log": str(folder / "log"), **config}, (str(HERE),), besides=besides)
+    return Ros2Plant(made, setup, decode={}, encode={})
+
+
+def behind(ros2: Ros2) -> System:
+    made = system(sporadic=True)
+    assert made.plant is not None
+    return replace(made, plant=replace(made.plant, ros2=ros2))
+
+
+def test_ages_are_counted_in_simulated_time_and_its_pauses_are_told(tmp_path: Path) -> None:
+    ros2 = Ros2("n", use_sim_time=True)
+    far_s = time.monotonic() + 500.0
+    made = plant(tmp_path, ros2, (CLOCK,), values={Q: 1.0, CLOCK: far_s})
+    looks = iter([False, False, True])
+    told: list[list[str]] = []
+
+    def is_over() -> bool:
+        told.append(made.waits_for())
+        return next(looks)
+
+    pace = made.clock_of_run(WallClock(), is_over)
+    assert pace.now_s() == far_s
+    assert 490.0 < made.sample(Q).age_s < 500.0  # stubs measure by the clock of the machine
+    assert made.waits_for() == []
+    pace.wait(1.0)
+    assert told[0] == [f"/clock stands still at {far_s:g} s"]
+    made.close()
+
+
+def test_a_message_that_cannot_be_published_ends_no_run(tmp_path: Path) -> None:
+    topic = Ros2Topic("~/a/d", "~/a/d", "std_msgs/Int64", "scalar", "data", commanded=True)
+    ros2 = Ros2("n", published=(Ros2Published("a.d", "value", topic),))
+    made = plant(tmp_path, ros2, fails={"send ~/a/d": "error"})
+    made._publish("~/a/d", {"data": 2**70})
+
+    def is_told() -> bool:
+        made.advance(0.002)
+        return bool(made._failures)
+
+    assert until(is_told)
+    made.advance(0.002)
+    made.actuate("a.E.d.u", 1.0)
+    assert until(lambda: log(tmp_path)[-1][1:] == ("a.E.d.u", 1.0))
+    made.close()
+
+
+def wrong(message: Any) -> float:
+    return float(message.numbers[7])
+
+
+def test_a_function_of_through_that_raises_is_blamed() -> None:
+    topic = Ros2Topic(Q, "/q", "cell_msgs/Q", "message")
+    spec = behind(Ros2("n", (topic,))).plant
+    assert spec is not None
+    sensors = tuple(replace(sensor, through=wrong) for sensor in spec.sensors)
+    decode, _ = conversions(replace(spec, sensors=sensors))
+    with pytest.raises(DeviceFailed, match="IndexError: list index out of range") as raised:
+        decode[Q]({"numbers": [1.0]})
+    assert raised.value.culprit == f"device {Q}, through {__name__}:wrong"
