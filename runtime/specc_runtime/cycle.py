@@ -145,11 +145,15 @@ class Executor:
         return {name: durations for name, durations in every.items() if durations is not None}
 
     def advance(self) -> bool:
-        """One base tick: commit, sample, step, let the plant move. False after a fault.
+        """One base tick: commit, sample, step, let the plant move.
+
+        False after a fault, and if the run has ended before the tick was due.
 
         In real time it is the newest one that is due; those before it are skipped.
         """
         tick = self._timing.next(self.tick)
+        if self._timing.is_over():
+            return False
         real = self._real
         due, sensors = self._due.after_gap(self.tick, tick) if real else self._due.at(tick)
         gap, self.tick = tick - self.tick, tick

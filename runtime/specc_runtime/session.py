@@ -34,7 +34,7 @@ from specc_runtime.savable import restored, saved_by
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 from specc_runtime.task import Judge, drawn
-from specc_runtime.timing import RealTime, meeting, pace_of, timing
+from specc_runtime.timing import RealTime, meeting, timing
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
@@ -65,8 +65,8 @@ class Session:
         self._system = system
         self._clock = clock
         self._punctuality = Punctuality()
-        ready, pace = self._punctuality.begin, pace_of(plant, clock, interruption)
-        self._timing = timing(pace, real=options.real_time, speed=options.speed, ready=ready)
+        over, ready = lambda: interruption.requested, self._punctuality.begin
+        self._timing = timing(options, plant, clock, over, ready)
         self._wall_s = 0.0
         self._begin_s = clock.now_s()
         self._over_now = False

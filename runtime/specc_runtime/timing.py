@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from specc_runtime.clock import WallClock
+from specc_runtime.clock import EndingClock, WallClock
+from specc_runtime.options import Options
 
 _FINEST = 10**9
 """Parts of a second that base ticks are taken for."""
@@ -21,6 +22,8 @@ class Timing(ABC):
 
     is_free = False
     """Whether no clock is followed at all."""
+    is_over: Callable[[], bool] = staticmethod(lambda: False)
+    """Whether the run has ended while a tick was waited for, which does not come then."""
 
     @abstractmethod
     def begin(self, tick: int, tick_s: float) -> None:
@@ -105,26 +108,27 @@ class RealTime(Timing):
         return max(tick, math.floor(now_s / self._tick_s + _EARLY))
 
 
-def pace_of(plant: Any, clock: WallClock, interruption: Any) -> WallClock:
-    """The clock that a run follows: `clock`, or that of a plant that has one, as ROS may.
-
-    While such a clock stands still, the run has to end when it is interrupted.
-    """
-    own = getattr(plant, "clock_of_run", None)
-    found: WallClock = own(clock, lambda: interruption.requested) if own else clock
-    return found
-
-
 def timing(
-    clock: WallClock, *, real: bool, speed: float | None, ready: Callable[[], None]
+    options: Options,
+    plant: Any,
+    clock: WallClock,
+    is_over: Callable[[], bool],
+    ready: Callable[[], None],
 ) -> Timing:
-    """How a run follows the clock: in `real` time, at most at a `speed`, or not at all.
+    """How a run follows the clock, or that of a plant that has one, as ROS may.
 
-    For `ready` see `RealTime`.
+    However long a tick is waited for, the run may end meanwhile. For `ready` see `RealTime`.
     """
-    if real:
-        return RealTime(clock, ready)
-    return SimulatedTime() if speed is None else Paced(clock, speed)
+    own = getattr(plant, "clock_of_run", EndingClock)
+    found: Timing
+    if options.real_time:
+        found = RealTime(own(clock, is_over), ready)
+    elif options.speed is not None:
+        found = Paced(own(clock, is_over), options.speed)
+    else:
+        return SimulatedTime()
+    found.is_over = is_over
+    return found
 
 
 def meeting(time_s: float, *ticks_s: float) -> float:

@@ -6,13 +6,15 @@ import itertools
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
+from specc_runtime.options import Options
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.system import PlantInput, PlantSpec, Scheduled, System
-from specc_runtime.timing import Paced, Quantiles, SimulatedTime
+from specc_runtime.timing import Paced, Quantiles, SimulatedTime, timing
 
 from tests.runtime.driven import Driven, DrivenClock
 from tests.runtime.tiny import Node, Run, system
@@ -203,6 +205,19 @@ def test_paced_time_never_skips() -> None:
     driven = Driven(built, clock, timing=Paced(clock, 2.0)).until(100).finish()
     assert driven.records == Run(system(node("a"), tick_s=TICK_S), 100).records
     assert clock.now_s() == pytest.approx(100.0 + 99 * TICK_S / 2 + 0.5, abs=TICK_S)
+
+
+@pytest.mark.parametrize("how", [{"real_time": True}, {"speed": 1.0}])
+def test_the_end_is_not_kept_waiting_for_a_tick(how: dict[str, Any]) -> None:
+    """The second tick begins the clock, at 100 s; a run that ends at 107 s makes none at 110 s."""
+    clock = DrivenClock()
+    options = Options(Path(), **how)
+    follows = timing(options, None, clock, lambda: clock.now_s() >= 107.0, lambda: None)
+    built = system(Node("a", tick_s=5.0), tick_s=5.0)
+    driven = Driven(built, clock, timing=follows).until(100).finish()
+    assert [record.time_s for record in driven.records] == [0.0, 5.0, 10.0]
+    assert not driven.executor.faults
+    assert 107.0 <= clock.now_s() <= 107.1
 
 
 def test_simulated_time_asks_no_clock() -> None:
