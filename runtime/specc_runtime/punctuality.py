@@ -67,10 +67,14 @@ class _NotPermitted(Exception):
 
 
 def _freeze() -> Callable[[], None]:
-    """What there is after the first steps stays: full collections would look at all of it."""
+    """What there is after the first steps stays: full collections would look at all of it.
+
+    Objects that others have frozen stay so: nothing tells them from the others.
+    """
+    was_frozen = gc.get_freeze_count() > 0
     gc.collect()
     gc.freeze()
-    return gc.unfreeze
+    return (lambda: None) if was_frozen else gc.unfreeze
 
 
 def _take_priority() -> Callable[[], None]:

@@ -13,6 +13,8 @@ import pytest
 from specc_runtime.punctuality import DONE, Punctuality, in_words
 
 CALLS: list[tuple[Any, ...]] = []
+FROZEN = [0]
+"""How many objects."""
 
 
 @pytest.fixture(autouse=True)
@@ -25,6 +27,10 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
     )
     monkeypatch.setattr(ctypes, "CDLL", lambda *_, **__: library)
     monkeypatch.setattr(os, "sched_setscheduler", lambda *asked: CALLS.append(asked[:2]))
+    monkeypatch.setattr(gc, "get_freeze_count", lambda: FROZEN[0])
+    monkeypatch.setattr(gc, "freeze", lambda: FROZEN.__setitem__(0, FROZEN[0] + 7))
+    monkeypatch.setattr(gc, "unfreeze", lambda: FROZEN.__setitem__(0, 0))
+    FROZEN[0] = 0
     return CALLS
 
 
@@ -33,13 +39,21 @@ def test_all_that_is_permitted_is_done_and_undone(calls: list[tuple[Any, ...]]) 
     punctuality = Punctuality()
     punctuality.begin()
     assert set(punctuality.told.values()) == {DONE}
-    assert gc.get_freeze_count() > 0
+    assert FROZEN == [7]
     assert (0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK) in calls
     punctuality.end()
-    assert gc.get_freeze_count() == 0
+    assert FROZEN == [0]
     assert calls[-2:] == [(0, before), ("unlock",)]
     punctuality.end()
     assert calls[-2:] == [(0, before), ("unlock",)]
+
+
+def test_what_others_have_frozen_stays_so() -> None:
+    gc.freeze()
+    punctuality = Punctuality()
+    punctuality.begin()
+    punctuality.end()
+    assert FROZEN == [14]
 
 
 def test_what_is_not_permitted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
