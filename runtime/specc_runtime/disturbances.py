@@ -7,8 +7,9 @@ learn nothing of a disturbance but what their devices report.
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from specc_runtime.distortion import Distortion, joined
@@ -48,6 +49,61 @@ class Devices(Protocol):
         """Distort what is measured for an element from now on, or not any more."""
 
 
+Numbers = tuple[float, ...]
+
+
+class Now:
+    """What goes on with one name: numbers, of each disturbance that does it now, by their verbs."""
+
+    def __init__(self, plant: Any, devices: Devices, name: str) -> None:
+        self.plant, self.devices, self.name = plant, devices, name
+        self.done: defaultdict[str, list[Numbers]] = defaultdict(list)
+
+
+def _push(now: Now) -> None:
+    """Forces add up."""
+    force = tuple(map(sum, zip((0.0, 0.0, 0.0), *now.done["push"], strict=True)))
+    now.plant.push(now.name, force)
+
+
+def _block(now: Now) -> None:
+    now.plant.block(now.name, bool(now.done["block"]))
+
+
+def _silence(now: Now) -> None:
+    now.devices.silence(now.name, bool(now.done["silent"]))
+
+
+def _distort(now: Now) -> None:
+    now.devices.distort(now.name, joined(now.done["scale"], now.done["bias"]))
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """How a verb is done: `once`, to all names with a number each, or as long as it `lasts`.
+
+    What lasts is brought about for each name where it begins and where it is over. Without
+    `on_plant` it needs no `Disturbable`; what a plant `forgets` is done again once it is restored.
+    """
+
+    once: Callable[[Any, dict[str, float]], None] | None = None
+    lasts: Callable[[Now], None] | None = None
+    on_plant: bool = True
+    forgets: bool = False
+
+
+VERBS = {
+    "move": Verb(once=lambda plant, positions: plant.put(positions)),
+    "shift": Verb(once=lambda plant, distances: plant.shift(distances)),
+    "push": Verb(lasts=_push, forgets=True),
+    "block": Verb(lasts=_block),
+    "silent": Verb(lasts=_silence, on_plant=False),
+    "scale": Verb(lasts=_distort, on_plant=False),
+    "bias": Verb(lasts=_distort, on_plant=False),
+}
+"""All that a disturbance can do; the compiler has `specc.model.task.VERBS`."""
+
+
 class Disturbances:
     """Those of one run; `advance` before every tick."""
 
@@ -60,9 +116,8 @@ class Disturbances:
         seed: int,
     ) -> None:
         """Raises UsageError for a plant to which these things cannot happen."""
-        if any(each.move or each.shift or each.push or each.block for each in found) and (
-            lacking := shortcomings(plant, Disturbable)
-        ):
+        on_plant = any(VERBS[deed.verb].on_plant for each in found for deed in each.deeds)
+        if on_plant and (lacking := shortcomings(plant, Disturbable)):
             raise UsageError(f"the plant cannot be disturbed: it {'; '.join(lacking)}")
         count: Counter[str] = Counter()
         self._all = []
@@ -113,7 +168,7 @@ class Disturbances:
         """Let the forces of now act, whatever the plant remembers of forces."""
         for one in self._all:
             if one.began_s is not None:
-                self._push(one)
+                self._act(one, again=True)
 
     def as_data(self) -> list[dict[str, Any]]:
         """What the report says of each; `began_s`, of the first time, is null if it never began."""
@@ -128,33 +183,23 @@ class Disturbances:
         return self._triggers.requirements[trigger].holds
 
     def _begin(self, each: _Course) -> None:
-        if each.now.move:
-            self._plant.put(each.now.move)
-        if each.now.shift:
-            self._plant.shift(each.now.shift)
+        for name, verb in VERBS.items():
+            names = [deed.name for deed in each.what.deeds if deed.verb == name]
+            if verb.once is not None and names:
+                verb.once(self._plant, {of: each.now.of[name, of][0] for of in names})
         self._act(each)
 
-    def _act(self, each: _Course) -> None:
+    def _act(self, each: _Course, *, again: bool = False) -> None:
         """Bring what begins or ends about, with what others do to the same things."""
-        going = self._going
-        self._push(each)
-        for joint in each.what.block:
-            self._plant.block(joint, any(joint in one.what.block for one in going))
-        for element in each.what.silent:
-            self._devices.silence(element, any(element in one.what.silent for one in going))
-        for element in {**each.now.scale, **each.now.bias}:
-            scales = [o.now.scale[element] for o in going if element in o.now.scale]
-            biases = [o.now.bias[element] for o in going if element in o.now.bias]
-            self._devices.distort(element, joined(scales, biases))
-
-    @property
-    def _going(self) -> list[_Course]:
-        return [one for one in self._all if one.goes_on]
-
-    def _push(self, each: _Course) -> None:
-        for body in each.now.push:
-            forces = [one.now.push[body] for one in self._going if body in one.now.push]
-            self._plant.push(body, tuple(map(sum, zip((0.0, 0.0, 0.0), *forces, strict=True))))
+        verbs = ((VERBS[deed.verb], deed.name) for deed in each.what.deeds)
+        acts = ((v.lasts, name) for v, name in verbs if v.lasts and (v.forgets or not again))
+        for act, name in dict.fromkeys(acts):
+            now = Now(self._plant, self._devices, name)
+            for one in self._all:
+                for deed in one.what.deeds if one.goes_on else ():
+                    if deed.name == name:
+                        now.done[deed.verb].append(one.now.of[deed.verb, name])
+            act(now)
 
 
 class _Numbers:
@@ -169,12 +214,11 @@ class _Numbers:
         self.happens = True
         if what.probability is not None:
             self.happens = stream(seed, f"{name} happens").random() < drawn_s["probability"]
-        self.move = drawn(what.move, seed, f"{name} move")
-        self.shift = drawn(what.shift, seed, f"{name} shift")
-        self.push, self.scale, self.bias = (
-            {of: tuple(drawn(draws, seed, f"{name} {verb}").values()) for of, draws in several}
-            for verb, several in (("push", what.push), ("scale", what.scale), ("bias", what.bias))
-        )
+        self.of = {
+            (deed.verb, deed.name): tuple(drawn(deed.numbers, seed, f"{name} {deed.verb}").values())
+            for deed in what.deeds
+        }
+        """What is drawn, by verb and name."""
 
 
 class _Course:

@@ -91,40 +91,50 @@ class Draw:
 
 
 @dataclass(frozen=True, slots=True)
+class Deed:
+    """A verb of `specc_runtime.disturbances.VERBS`, with what it is done to and its numbers."""
+
+    verb: str
+    name: str
+    numbers: tuple[Draw, ...] = ()
+
+
+Done = Draw | str | tuple[str, tuple[Draw, ...]]
+"""A number of a name, a name, or a name with its numbers."""
+
+
 class Disturbance:
     """What happens, for `lasts` seconds or to the end, from `at` on or once `when` holds then.
 
     `when` counts the triggers of the system. Numbers are drawn as those of a scene, anew for each
-    repetition; `every` is the time to the next one. `scale` and `bias` name elements of devices.
+    repetition; `every` is the time to the next one. `does` says what is done, by verbs.
     """
 
-    because: str
-    at: Draw | None = None
-    when: int | None = None
-    every: Draw | None = None
-    probability: Draw | None = None
-    lasts: Draw | None = None
-    move: tuple[Draw, ...] = ()
-    shift: tuple[Draw, ...] = ()
-    push: tuple[tuple[str, tuple[Draw, ...]], ...] = ()
-    block: tuple[str, ...] = ()
-    silent: tuple[str, ...] = ()
-    scale: tuple[tuple[str, tuple[Draw, ...]], ...] = ()
-    bias: tuple[tuple[str, tuple[Draw, ...]], ...] = ()
+    def __init__(
+        self,
+        because: str,
+        *,
+        at: Draw | None = None,
+        when: int | None = None,
+        every: Draw | None = None,
+        probability: Draw | None = None,
+        lasts: Draw | None = None,
+        **does: tuple[Done, ...],
+    ) -> None:
+        self.because, self.when = because, when
+        self.at, self.every, self.probability, self.lasts = at, every, probability, lasts
+        self.deeds = tuple(_deed(verb, item) for verb, items in does.items() for item in items)
 
     @property
     def subject(self) -> str:
         """What it does to what: `block elbow, shift box.x`."""
-        done = {
-            "move": [draw.name for draw in self.move],
-            "shift": [draw.name for draw in self.shift],
-            "push": [body for body, _ in self.push],
-            "block": self.block,
-            "silent": self.silent,
-            "scale": [element for element, _ in self.scale],
-            "bias": [element for element, _ in self.bias],
-        }
-        return ", ".join(sorted(f"{verb} {name}" for verb in done for name in done[verb]))
+        return ", ".join(sorted(f"{deed.verb} {deed.name}" for deed in self.deeds))
+
+
+def _deed(verb: str, item: Done) -> Deed:
+    if isinstance(item, Draw):
+        return Deed(verb, item.name, (item,))
+    return Deed(verb, item) if isinstance(item, str) else Deed(verb, *item)
 
 
 @dataclass(frozen=True, slots=True)

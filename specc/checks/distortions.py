@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 from specc.analysis import Facts
@@ -11,10 +11,9 @@ from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
 from specc.mjcf import Model
 from specc.model.binding import PLANT
-from specc.model.task import Draw, Errors
+from specc.model.task import Deed, Verb
 from specc.model.units import Unit
 from specc.resolve.context import suggestion
-from specc.source import Place
 
 Units = tuple[Unit | None, ...]
 """Of the numbers that are measured, None where the model does not say."""
@@ -29,25 +28,25 @@ def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
         if not b.commanded and b.binding.device != PLANT
     }
     for each in task.disturbances if task and facts.system.plant else ():
-        yield from _errors("scaled", each.scales, bound, facts)
-        yield from _errors("biased", each.biases, bound, facts)
+        for verb, deed in each.of("measurement"):
+            yield from _error(verb, deed, bound, facts)
 
 
-def _errors(
-    word: str, errors: Errors, bound: dict[str, BoundElement], facts: Facts
+def _error(
+    verb: Verb, deed: Deed, bound: dict[str, BoundElement], facts: Facts
 ) -> Iterator[Diagnostic]:
-    for element, draws, place in errors:
-        if (known := bound.get(element)) is None:
-            help = suggestion(element, sorted(bound))
-            yield Diagnostic("E0503", f"no device reports `{element}`", place, help=help)
-        elif (fault := _no_numbers(known)) is not None:
-            related = (Related(known.binding.place, "bound here"),)
-            message = f"`{element}` cannot be {word}: {fault}"
-            help = "name an element of which numbers are measured"
-            yield Diagnostic("E0517", message, place, related=related, help=help)
-        elif (units := _units(known, facts)) is not None:
-            of = f"`{element}`, before its `through`," if known.binding.through else f"`{element}`"
-            yield from _fitting(word, of, draws, units, place)
+    element = deed.name
+    if (known := bound.get(element)) is None:
+        help = suggestion(element, sorted(bound))
+        yield Diagnostic("E0503", f"no device reports `{element}`", deed.place, help=help)
+    elif (fault := _no_numbers(known)) is not None:
+        related = (Related(known.binding.place, "bound here"),)
+        message = f"`{element}` cannot be {verb.done}: {fault}"
+        help = "name an element of which numbers are measured"
+        yield Diagnostic("E0517", message, deed.place, related=related, help=help)
+    elif (units := _units(known, facts)) is not None:
+        of = f"`{element}`, before its `through`," if known.binding.through else f"`{element}`"
+        yield from _fitting(verb, of, deed, units)
 
 
 def _no_numbers(bound: BoundElement) -> str | None:
@@ -74,18 +73,17 @@ def _units(bound: BoundElement, facts: Facts) -> Units | None:
     return found
 
 
-def _fitting(
-    word: str, of: str, draws: Sequence[Draw], units: Units, at: Place
-) -> Iterator[Diagnostic]:
+def _fitting(verb: Verb, of: str, deed: Deed, units: Units) -> Iterator[Diagnostic]:
+    draws = deed.numbers
     if len(draws) not in (1, len(units)):
-        message = f"{counted(len(units), 'number')} of {of} cannot be {word} by {len(draws)}"
+        message = f"{counted(len(units), 'number')} of {of} cannot be {verb.done} by {len(draws)}"
         help = (
             "give one number for all, or one for each; one that is drawn is `[[least, greatest]]`"
         )
-        yield Diagnostic("E0517", message, replace(at, part="value"), help=help)
+        yield Diagnostic("E0517", message, replace(deed.place, part="value"), help=help)
         return
     several = len(draws) == 1 < len(units)
-    for index, wanted in enumerate(units if word == "biased" else ()):
+    for index, wanted in enumerate(() if verb.unit else units):
         draw = draws[0 if several else index]
         if wanted is not None and (given := draw.misfit(wanted)):
             mixed = several and len(set(units)) > 1

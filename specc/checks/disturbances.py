@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import replace
 from fractions import Fraction
-from itertools import combinations
+from itertools import combinations, product
 from math import inf
 
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import ms
-from specc.model.task import Disturbance, Draw
+from specc.model.task import VERBS, Deed, Disturbance, Draw, Verb
 from specc.source import Place
 
 _CODE = "W0519"
@@ -50,81 +50,60 @@ def disturbances_do(facts: Facts) -> Iterator[Diagnostic]:
     task = facts.system.task
     for each in task.disturbances if task else ():
         yield from _idle(each)
-        yield from _repeated("blocked", each.blocked)
-        yield from _repeated("silent", each.silent)
-        yield from _exact(each)
-        yield from _at_once(each)
+        yield from _repeated(each)
+        done = {(deed.verb, deed.name): deed for deed in each.deeds}
+        for verb, deed in each.of():
+            yield from _in_vain(verb, deed, done)
 
 
 def _idle(each: Disturbance) -> Iterator[Diagnostic]:
-    if each.lasts and _is_zero(each.lasts):
+    if each.lasts and _is(each.lasts, 0):
         place = replace(each.lasts.place, part="value")
         help = "say for how long, or leave `lasts` out: it lasts to the end then"
         yield Diagnostic(_CODE, "this disturbance lasts no time", place, help=help)
-    if each.probability and _is_zero(each.probability):
+    if each.probability and _is(each.probability, 0):
         place = replace(each.probability.place, part="value")
         help = "say how probable it is, or leave the disturbance out"
         yield Diagnostic(_CODE, "this disturbance never happens", place, help=help)
-    for draw in each.shifts:
-        if _is_zero(draw):
-            place = replace(draw.place, part="value")
-            help = "say how far it is moved from where it is"
-            yield Diagnostic(_CODE, f"`{draw.name}` is shifted by nothing", place, help=help)
-    for body, force, place in each.pushes:
-        if force and all(map(_is_zero, force)):
-            help = "say with which force, e.g. `[0, 0, 20[N]]`"
-            yield Diagnostic(_CODE, f"`{body}` is pushed by no force", place, help=help)
 
 
-def _is_zero(draw: Draw) -> bool:
-    return _is(draw, 0)
+_Done = dict[tuple[str, str], Deed]
+"""By verb and name."""
 
 
-def _is(draw: Draw, number: float) -> bool:
+def _in_vain(verb: Verb, deed: Deed, done: _Done) -> Iterator[Diagnostic]:
+    """What changes nothing: by its numbers, or by what else is done to the same at once."""
+    neutral, by, way = verb.nothing or (None, "", "")
+    if deed.numbers and all(_is(draw, neutral) for draw in deed.numbers):
+        place = replace(deed.place, part="value") if verb.numbers == "one" else deed.place
+        yield Diagnostic(_CODE, f"`{deed.name}` is {verb.done} {by}", place, help=way)
+        return
+    for spoils, other in _spoiling(verb, deed, done):
+        message = f"`{deed.name}` is {verb.done} and {spoils.done} at once"
+        related = (Related(other.place, f"{spoils.done} at the same time"),)
+        help = "leave one of the two out, or let it happen later"
+        yield Diagnostic(_CODE, message, deed.place, "", related, help)
+        return
+
+
+def _spoiling(verb: Verb, deed: Deed, done: _Done) -> Iterator[tuple[Verb, Deed]]:
+    """What is done to the same, or to the joint of which it is a coordinate, and spoils it."""
+    for spoils, name in product(verb.spoiled, (deed.name, deed.name.partition(".")[0])):
+        if (spoils, name) in done:
+            yield VERBS[spoils], done[spoils, name]
+
+
+def _is(draw: Draw, number: float | None) -> bool:
     return all(value == number for value, _ in draw.values)
 
 
-def _exact(each: Disturbance) -> Iterator[Diagnostic]:
-    """What is measured of an element is changed, and seen."""
-    silent = dict(each.silent)
-    of = (("scaled", each.scales, 1, "1"), ("biased", each.biases, 0, "nothing"))
-    for word, errors, neutral, by in of:
-        for element, draws, place in errors:
-            if draws and all(_is(draw, neutral) for draw in draws):
-                help = "say how wrong the measurement is, or leave it out"
-                yield Diagnostic(_CODE, f"`{element}` is {word} by {by}", place, help=help)
-            elif element in silent:
-                related = (Related(silent[element], "silent at the same time"),)
-                help = "leave one of the two out, or let it happen later"
-                message = f"`{element}` is {word} and silent at once"
-                yield Diagnostic(_CODE, message, place, "", related, help)
-
-
-def _repeated(word: str, named: Iterable[tuple[str, Place]]) -> Iterator[Diagnostic]:
-    first: dict[str, Place] = {}
-    for name, place in named:
-        if (earlier := first.setdefault(name, place)) is not place:
-            message, related = f"`{name}` is {word} twice", (Related(earlier, "here already"),)
-            yield Diagnostic(_CODE, message, place, "", related, "name it once")
-
-
-def _at_once(each: Disturbance) -> Iterator[Diagnostic]:
-    """What is moved is elsewhere, whatever it was shifted by, and what is blocked does not move."""
-    done = {joint: (place, "blocked") for joint, place in each.blocked}
-    for word, draws in (("moved", each.moves), ("shifted", each.shifts)):
-        for draw in draws:
-            name = draw.name if word == "moved" or draw.name in done else _joint(draw)
-            place, other = done.setdefault(name, (draw.place, word))
-            if other != word:
-                related = (Related(place, f"{other} at the same time"),)
-                help = "leave one of the two out, or let it happen later"
-                message = f"`{draw.name}` is {word} and {other} at once"
-                yield Diagnostic(_CODE, message, draw.place, "", related, help)
-
-
-def _joint(draw: Draw) -> str:
-    """The joint of a coordinate; one of a free joint is named with it."""
-    return draw.name.partition(".")[0]
+def _repeated(each: Disturbance) -> Iterator[Diagnostic]:
+    first: dict[tuple[str, str], Place] = {}
+    for verb, deed in each.of():
+        if (earlier := first.setdefault((verb.name, deed.name), deed.place)) is not deed.place:
+            message = f"`{deed.name}` is {verb.done} twice"
+            related = (Related(earlier, "here already"),)
+            yield Diagnostic(_CODE, message, deed.place, "", related, "name it once")
 
 
 # A disturbance repeats at times at which something is stepped.
@@ -156,42 +135,29 @@ def disturbances_differ(facts: Facts) -> Iterator[Diagnostic]:
     """W0519, where it is sure whenever what they wait for comes."""
     task = facts.system.task
     for one, other in combinations(task.disturbances if task else (), 2):
-        for name, place, word, earlier in _both(one, other):
+        for deed, word, earlier in _both(one, other):
             yield Diagnostic(
                 _CODE,
-                f"`{name}` is {word} by another disturbance at this time",
-                place,
-                related=(Related(earlier, "the other one"),),
+                f"`{deed.name}` is {word} by another disturbance at this time",
+                deed.place,
+                related=(Related(earlier.place, "the other one"),),
                 help="delete one of the two, or let it happen at another time",
             )
             break
 
 
-def _both(one: Disturbance, other: Disturbance) -> Iterator[tuple[str, Place, str, Place]]:
-    for word, of in _LASTING.items():
-        known = dict(of(one))
-        if _overlap(one, other):
-            yield from ((n, p, word, known[n]) for n, p in of(other) if n in known)
-    for block, move in ((one, other), (other, one)):
-        held = dict(block.blocked) if _happens_in(block, move) else {}
-        for draw in move.moves:
-            if _joint(draw) in held:
-                yield draw.name, draw.place, "blocked", held[_joint(draw)]
-    for word, draws in _MOVING.items() if _moment(one) == _moment(other) else ():
-        places = {draw.name: draw.place for draw in draws(one)}
-        for draw in draws(other):
-            if draw.name in places:
-                yield draw.name, draw.place, word, places[draw.name]
-
-
-_LASTING: dict[str, Callable[[Disturbance], Iterable[tuple[str, Place]]]] = {
-    "blocked": lambda each: each.blocked,
-    "silent": lambda each: each.silent,
-}
-_MOVING: dict[str, Callable[[Disturbance], Iterable[Draw]]] = {
-    "moved": lambda each: each.moves,
-    "shifted": lambda each: each.shifts,
-}
+def _both(one: Disturbance, other: Disturbance) -> Iterator[tuple[Deed, str, Deed]]:
+    """What is done to no effect, what the other one does to it, and where."""
+    together, at_once = _overlap(one, other), _moment(one) == _moment(other)
+    first, second = ({(deed.verb, deed.name): deed for deed in each.deeds} for each in (one, other))
+    for verb, deed in other.of():
+        # Forces and errors of measurement add up.
+        same = (together and verb.numbers == "none") if verb.lasts else at_once
+        if same and (deed.verb, deed.name) in first:
+            yield deed, verb.done, first[deed.verb, deed.name]
+    for held, done, moved in ((one, first, other), (other, second, one)):
+        for verb, deed in moved.of("coordinate") if _happens_in(held, moved) else ():
+            yield from ((deed, s.done, d) for s, d in _spoiling(verb, deed, done) if s.lasts)
 
 
 def _moment(each: Disturbance) -> Hashable:

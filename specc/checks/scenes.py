@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
 from fractions import Fraction
@@ -106,22 +106,14 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
             if not facts.system.devices:  # else the plant is an open point
                 yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
-            for draw in each.moves:
-                yield from _placed(draw, model)
-            for draw in each.shifts:
-                yield from _placed(draw, model, relative=True)
-            bodies = [(name, place) for name, _, place in each.pushes]
-            yield from _named("body", bodies, model.bodies, model)
-            yield from _named("joint", each.blocked, model.joints, model)
-
-
-def _named(
-    kind: str, names: Iterable[tuple[str, Place]], known: Collection[str], model: Model
-) -> Iterator[Diagnostic]:
-    for name, place in names:
-        if name not in known and model.complete:
-            help = suggestion(name, sorted(known))
-            yield Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=help)
+            for verb, deed in each.of():
+                for draw in deed.numbers if verb.subject in ("coordinate", "distance") else ():
+                    yield from _placed(draw, model, relative=verb.subject == "distance")
+                known = {"body": model.bodies, "joint": model.joints}.get(verb.subject)
+                if known is not None and deed.name not in known and model.complete:
+                    message = f"the model has no {verb.subject} `{deed.name}`"
+                    help = suggestion(deed.name, sorted(known))
+                    yield Diagnostic("E0502", message, deed.place, help=help)
 
 
 # Devices that are silent, which only sporadic ones may be, and for no longer than they say.
@@ -137,8 +129,8 @@ def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
     }
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():
-        for name, place in each.silent:
-            silences[name].append((each, place))
+        for _, deed in each.of("samples"):
+            silences[deed.name].append((each, deed.place))
     for name, found in silences.items():
         if name in bindings:
             yield from _silent(name, found, bindings[name], facts)

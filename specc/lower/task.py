@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from specc.lower.module import memory_names
 from specc.lower.names import call, given, literal
 from specc.model.system import System
-from specc.model.task import Draw, Task
+from specc.model.task import VERBS, Deed, Draw, Task, Verb
 
 
 def task_arguments(system: System, task: Task) -> Iterator[str]:
@@ -29,15 +29,17 @@ def disturbances(task: Task) -> Iterator[str]:
         if each.when is not None:
             told.append(f"when={triggers}")
             triggers += 1
-        for name, draws in (("move", each.moves), ("shift", each.shifts)):
-            told += [f"{name}=({_draws(draws)})"] if draws else []
-        named = ("push", each.pushes), ("scale", each.scales), ("bias", each.biases)
-        for name, several in named:
-            items = (f"({literal(of)}, ({_draws(draws)}))," for of, draws, _ in several)
-            told += [f"{name}=({' '.join(items)})"] if several else []
-        block, silent = (tuple(name for name, _ in names) for names in (each.blocked, each.silent))
-        told += given({"block": block, "silent": silent})
+        for verb in sorted(VERBS.values(), key=lambda verb: verb.numbers == "none"):
+            items = " ".join(_done(verb, deed) for deed in each.deeds if deed.verb == verb.name)
+            told += [f"{verb.name}=({items})"] if items else []
         yield call("Disturbance", told)
+
+
+def _done(verb: Verb, deed: Deed) -> str:
+    """An item of a tuple: a name, a number, which has one, or a name with its numbers."""
+    if verb.numbers in ("none", "one"):
+        return _draws(deed.numbers) or f"{literal(deed.name)},"
+    return f"({literal(deed.name)}, ({_draws(deed.numbers)})),"
 
 
 def _draws(draws: Iterable[Draw]) -> str:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Literal
+
 from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.requirement import Requirement
-from specc.model.units import DIMENSIONLESS, Unit
+from specc.model.units import DIMENSIONLESS, NEWTON, Unit
 from specc.source import Place
 
 
@@ -29,16 +32,74 @@ class Draw:
         return next((unit for unit in units if unit != wanted), None)
 
 
-Errors = tuple[tuple[str, tuple[Draw, ...], Place], ...]
+Subject = Literal["coordinate", "distance", "body", "joint", "samples", "measurement"]
+"""A coordinate of a joint, and how far from there; a body, a joint; an element of a device."""
+Numbers = Literal["none", "one", "force", "each"]
+"""None, one, those along x, y and z, or one for all or each number that is measured."""
+
+
+@frozen
+class Verb:
+    """What a disturbance can do, once or as long as it `lasts`.
+
+    `done` is the participle for messages. Its numbers have a unit, that of the subject if it is
+    None. They say `nothing` if all are that number, which has words and a way out. It is `spoiled`
+    by other verbs on the same subject at the same time.
+    """
+
+    name: str
+    done: str
+    subject: Subject
+    numbers: Numbers
+    about: str
+    lasts: bool = True
+    unit: Unit | None = None
+    nothing: tuple[float, str, str] | None = None
+    spoiled: tuple[str, ...] = ()
+
+
+_WRONG = "say how wrong the measurement is, or leave it out"
+_ROWS = (
+    Verb("move", "moved", "coordinate", "one",
+        "Joints, with the positions that they are put at.", lasts=False, spoiled=("block",)),
+    Verb("shift", "shifted", "distance", "one",
+        "Joints, with how far they are moved from where they are.", lasts=False,
+        nothing=(0, "by nothing", "say how far it is moved from where it is"),
+        spoiled=("block", "move")),
+    Verb("push", "pushed", "body", "force",
+        "Bodies, with the force on each along x, y and z of the world.", unit=NEWTON,
+        nothing=(0, "by no force", "say with which force, e.g. `[0, 0, 20[N]]`")),
+    Verb("block", "blocked", "joint", "none", "Joints that do not move."),
+    Verb("silent", "silent", "samples", "none",
+        "Elements of sporadic devices that have no samples."),
+    Verb("scale", "scaled", "measurement", "each",
+        "Elements of devices, with the factors of what is measured: one, or one a number.",
+        unit=DIMENSIONLESS, nothing=(1, "by 1", _WRONG), spoiled=("silent",)),
+    Verb("bias", "biased", "measurement", "each",
+        "Elements of devices, with what is added to what is measured: one, or one a number.",
+        nothing=(0, "by nothing", _WRONG), spoiled=("silent",)),
+)  # fmt: skip
+VERBS = {row.name: row for row in _ROWS}
+"""All that disturbances can do, in the order of their keys; runs have
+`specc_runtime.disturbances.VERBS`.
+"""
+
+
+@frozen
+class Deed:
+    """A verb and the name of its subject: a joint, a body, or `agent.R.device.element`."""
+
+    verb: str
+    name: str
+    numbers: tuple[Draw, ...]
+    place: Place
 
 
 @frozen
 class Disturbance:
     """What happens to the plant while a run goes on, from a time on or once `when` holds then.
 
-    Times are in s; `every` is the time to the next repetition. Moves and shifts say where joints
-    are put, and how far they are moved. Scales and biases have elements of devices, with one number
-    for all that is measured, or one for each.
+    Times are in s; `every` is the time to the next repetition.
     """
 
     because: str
@@ -47,38 +108,25 @@ class Disturbance:
     every: Draw | None
     probability: Draw | None
     lasts: Draw | None
-    moves: tuple[Draw, ...]
-    shifts: tuple[Draw, ...]
-    pushes: tuple[tuple[str, tuple[Draw, ...], Place], ...]
-    """Bodies, with the force on each along x, y and z of the world, N."""
-    blocked: tuple[tuple[str, Place], ...]
-    """Joints."""
-    silent: tuple[tuple[str, Place], ...]
-    """Elements of devices, `agent.R.device.element`."""
-    scales: Errors
-    biases: Errors
+    deeds: tuple[Deed, ...]
     place: Place
+
+    def of(self, *subjects: Subject) -> Iterator[tuple[Verb, Deed]]:
+        """What is done to some subjects, or to all if none are given."""
+        for deed in self.deeds:
+            verb = VERBS[deed.verb]
+            if not subjects or verb.subject in subjects:
+                yield verb, deed
 
     @property
     def subject(self) -> str:
         """What it does to what: `block elbow, shift box.x`."""
-        done = {
-            "move": [draw.name for draw in self.moves],
-            "shift": [draw.name for draw in self.shifts],
-            "push": [body for body, _, _ in self.pushes],
-            "block": [joint for joint, _ in self.blocked],
-            "silent": [element for element, _ in self.silent],
-            "scale": [element for element, _, _ in self.scales],
-            "bias": [element for element, _, _ in self.biases],
-        }
-        return ", ".join(sorted(f"{verb} {name}" for verb in done for name in done[verb]))
+        return ", ".join(sorted(f"{deed.verb} {deed.name}" for deed in self.deeds))
 
     @property
     def numbers(self) -> tuple[Draw, ...]:
         """All that is drawn for it."""
-        several = (*self.pushes, *self.scales, *self.biases)
-        parts = tuple(part for _, draws, _ in several for part in draws)
-        return (*self.times, *self.moves, *self.shifts, *parts)
+        return (*self.times, *(draw for deed in self.deeds for draw in deed.numbers))
 
     @property
     def times(self) -> tuple[Draw, ...]:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
+from specc.diagnostics.phrases import listed
 from specc.model.requirement import Formula, Requirement, Temporal
-from specc.model.task import Disturbance, Draw
-from specc.model.units import DIMENSIONLESS, NEWTON, SECOND, Unit
+from specc.model.task import VERBS, Deed, Disturbance, Draw, Verb
+from specc.model.units import DIMENSIONLESS, SECOND, Unit
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.scene import draw_of
 from specc.schema.files import DisturbanceDef, DrawDef
-from specc.source import Place
 
 Condition = Callable[[str, Where], Requirement | None]
 """Reads a formula; None after reporting."""
@@ -46,16 +46,7 @@ class _Reader:
             self._time("every", item.every, at),
             self._probability(item.probability, at),
             self._time("lasts", item.lasts, at),
-            self._draws(item.move, at["move"]),
-            self._draws(item.shift, at["shift"]),
-            tuple(
-                (body, self._force(force, at["push"][body]), at["push"][body].key)
-                for body, force in item.push.items()
-            ),
-            tuple((name, at["block"][i].place) for i, name in enumerate(item.block)),
-            tuple((name, at["silent"][i].place) for i, name in enumerate(item.silent)),
-            tuple(self._errors(item.scale, at["scale"], DIMENSIONLESS)),
-            tuple(self._errors(item.bias, at["bias"], None)),
+            tuple(self._deeds(item, at)),
             at.place,
         )
         self._refuse_idle(found, item, at)
@@ -63,16 +54,16 @@ class _Reader:
 
     def _refuse_idle(self, found: Disturbance, item: DisturbanceDef, at: Where) -> None:
         """Report one that never begins, does nothing or has a time for nothing."""
-        lasting = item.push or item.block or item.silent or item.scale or item.bias
+        lasting = any(verb.lasts for verb, _ in found.of())
         if item.at is None and item.when is None:
             self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
-        if not (lasting or item.move or item.shift):
-            way = "add `move`, `shift`, `push`, `block`, `silent`, `scale` or `bias`"
+        if not found.deeds:
+            way = f"add {listed((f'`{verb}`' for verb in VERBS), 'or')}"
             self._report(at, "nothing happens in a disturbance", way)
         elif item.lasts is not None and not lasting:
             self._report(at["lasts"], "what is moved stays there", "delete `lasts`")
         if found.every is not None:
-            self._refuse_overlap(found.every, found.lasts, bool(lasting), at)
+            self._refuse_overlap(found.every, found.lasts, lasting, at)
 
     def _refuse_overlap(self, every: Draw, lasts: Draw | None, lasting: bool, at: Where) -> None:
         """Report repetitions without time between, and those that begin before the last is over."""
@@ -94,12 +85,30 @@ class _Reader:
             self._report(at, *wrong)
         return found
 
-    def _draws(self, items: Mapping[str, DrawDef], at: Where) -> tuple[Draw, ...]:
-        found = (
-            draw_of(name, item, at[name], self._findings, self._definitions)
-            for name, item in items.items()
-        )
-        return tuple(each for each in found if each is not None)
+    def _deeds(self, item: DisturbanceDef, at: Where) -> Iterator[Deed]:
+        """What it does, verb by verb."""
+        for verb in VERBS.values():
+            given, own = getattr(item, verb.name), at[verb.name]
+            for index, name in enumerate(given if verb.numbers == "none" else ()):
+                yield Deed(verb.name, name, (), own[index].place)
+            for name, numbers in given.items() if verb.numbers != "none" else ():
+                drawn = tuple(self._numbers(verb, name, numbers, own[name]))
+                yield Deed(verb.name, name, drawn, own[name].key)
+
+    def _numbers(
+        self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: Where
+    ) -> Iterator[Draw]:
+        """The numbers of a subject, in the unit of the verb if that has one."""
+        several = [given] if isinstance(given, DrawDef) else given
+        for index, item in enumerate(several):
+            part = f".{'xyz'[index]}" if verb.numbers == "force" else f"[{index}]"
+            called = name + part if len(several) > 1 else name
+            place = at[index] if several is given and isinstance(at.raw, list) else at
+            draw = draw_of(called, item, place, self._findings, self._definitions)
+            if draw is not None:
+                if verb.unit is not None:
+                    self._expect(draw, verb.unit, place)
+                yield draw
 
     def _time(self, key: str, item: DrawDef | None, at: Where) -> Draw | None:
         found = self._number(key, item, SECOND, at)
@@ -121,31 +130,6 @@ class _Reader:
             way = "0.5 is every second time, on average"
             self._report(at["probability"], "a probability is a number from 0 to 1", way)
         return found
-
-    def _errors(
-        self, items: Mapping[str, Sequence[DrawDef]], at: Where, unit: Unit | None
-    ) -> Iterator[tuple[str, tuple[Draw, ...], Place]]:
-        """What is wrong with measurements; the unit of each is that of the element if not given."""
-        for element, numbers in items.items():
-            own = at[element]
-            found = []
-            for index, item in enumerate(numbers):
-                place = own[index] if isinstance(own.raw, list) else own
-                name = f"{element}[{index}]" if len(numbers) > 1 else element
-                draw = draw_of(name, item, place, self._findings, self._definitions)
-                if draw is not None and unit is not None:
-                    self._expect(draw, unit, place)
-                found += [draw] if draw is not None else []
-            yield element, tuple(found), own.key
-
-    def _force(self, items: Sequence[DrawDef], at: Where) -> tuple[Draw, ...]:
-        found = []
-        for axis, item, place in zip("xyz", items, map(at.__getitem__, range(3)), strict=False):
-            part = draw_of(f"{at.route[-1]}.{axis}", item, place, self._findings, self._definitions)
-            if part is not None:
-                self._expect(part, NEWTON, place)
-                found.append(part)
-        return tuple(found)
 
     def _expect(self, found: Draw, wanted: Unit, at: Where) -> None:
         if unit := found.misfit(wanted):

@@ -3,6 +3,7 @@
 from typing import Annotated, Literal
 
 from specc.limits import MAX_DISTURBANCES, MAX_REQUIREMENTS
+from specc.model.task import VERBS
 from specc.schema.keys import OTHERS, Choice, Listed, Part, Role, Text, key
 from specc.schema.subsystem import BufferDef, CommandBufferDef, InterfaceDef, SubsystemDef
 from specc.schema.texts import (
@@ -222,10 +223,20 @@ class SceneDef(Part, short="is"):
     starts: dict[str, DrawDef] = key({}, "Where joints of the model are.", spelled=OTHERS)
 
 
-ErrorOfNumbers = Annotated[list[DrawDef], Listed(alone=(str, int, float, dict), least=1)]
+_SUBJECTS = {
+    "none": list[str],
+    "one": dict[str, DrawDef],
+    "force": dict[str, Annotated[list[DrawDef], Listed(least=3, most=3)]],
+    "each": dict[str, Annotated[list[DrawDef], Listed(alone=(str, int, float, dict), least=1)]],
+}
+"""Of verbs, by their numbers."""
+_DOES = {
+    verb.name: (_SUBJECTS[verb.numbers], key([] if verb.numbers == "none" else {}, verb.about))
+    for verb in VERBS.values()
+}
 
 
-class DisturbanceDef(Part, first="at every when probability lasts"):
+class DisturbanceDef(Part, first="at every when probability lasts", more=_DOES):
     """What happens to the plant while a run goes on; no agent is told."""
 
     at: DrawDef | None = key(None, "When it begins, or from when on `when` is asked, e.g. `4[s]`.")
@@ -237,19 +248,6 @@ class DisturbanceDef(Part, first="at every when probability lasts"):
         None, "How probable it is that it happens, drawn for each repetition: 0 to 1."
     )
     lasts: DrawDef | None = key(None, "For how long; to the end of the run if left out.")
-    move: dict[str, DrawDef] = key({}, "Joints, with the positions that they are put at.")
-    shift: dict[str, DrawDef] = key({}, "Joints, with how far they are moved from where they are.")
-    push: dict[str, Annotated[list[DrawDef], Listed(least=3, most=3)]] = key(
-        {}, "Bodies, with the force on each along x, y and z of the world."
-    )
-    block: list[str] = key([], "Joints that do not move.")
-    silent: list[str] = key([], "Elements of sporadic devices that have no samples.")
-    scale: dict[str, ErrorOfNumbers] = key(
-        {}, "Elements of devices, with the factors of what is measured: one, or one a number."
-    )
-    bias: dict[str, ErrorOfNumbers] = key(
-        {}, "Elements of devices, with what is added to what is measured: one, or one a number."
-    )
     because: Annotated[str, Text(filled=True)] = key(
         about="What stands for it in the world; told in the report."
     )

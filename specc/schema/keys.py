@@ -8,8 +8,8 @@ Schema read it there.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
-from types import NoneType, UnionType
+from collections.abc import Callable, Mapping
+from types import MappingProxyType, NoneType, UnionType
 from typing import (
     Annotated,
     Any,
@@ -188,7 +188,7 @@ def bare(kind: Kind) -> Kind:
 
 OTHERS = "*"
 """Stands for all keys of a mapping that have no key of their own."""
-_LAST = ("eq", "table", "fig", "title")
+_LAST = ("because", "eq", "table", "fig", "title")
 
 
 def key(
@@ -217,6 +217,7 @@ class Part:
 
     `short`: the key that a scalar in place of the mapping gives. `row`: the keys that the items
     of a list in place of it give. `first`: the keys that the formatter puts before the others.
+    `more`: keys that a table has, with their annotations.
     """
 
     short: ClassVar[str] = ""
@@ -235,7 +236,16 @@ class Part:
         made = {name: make() for name, make in self._makers.items() if name not in values}
         self.__dict__.update(made, **values)
 
-    def __init_subclass__(cls, short: str = "", row: str = "", first: str = "") -> None:
+    def __init_subclass__(
+        cls,
+        short: str = "",
+        row: str = "",
+        first: str = "",
+        more: Mapping[str, tuple[Any, Any]] = MappingProxyType({}),
+    ) -> None:
+        for name, (annotation, field) in more.items():
+            cls.__annotations__[name] = annotation
+            setattr(cls, name, field)
         cls.short, cls.row, cls.first = short or cls.short, tuple(row.split()), tuple(first.split())
         made: Any = dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
         cls.keys = {one.name: one for one in map(_key, dataclasses.fields(made))}

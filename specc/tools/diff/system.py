@@ -118,11 +118,8 @@ def _said(each: Disturbance, values: Constants, version: Literal[0, 1]) -> dict[
     said: dict[str, _Said] = {}
     if each.when:
         said["when"] = values.said(each.when, version), each.when.that, each.when.names
-    several = ("push ", each.pushes), ("scale ", each.scales), ("bias ", each.biases)
-    of = [(verb, [part for _, parts, _ in found for part in parts]) for verb, found in several]
-    for verb, draws in (("", each.times), ("move ", each.moves), ("shift ", each.shifts), *of):
-        said |= {f"{verb}{draw.name}": _draw(draw) for draw in draws}
-    return said
+    of = [("", each.times), *((f"{deed.verb} ", deed.numbers) for deed in each.deeds)]
+    return said | {f"{verb}{draw.name}": _draw(draw) for verb, draws in of for draw in draws}
 
 
 def _draw(draw: Draw) -> _Said:
