@@ -16,17 +16,23 @@ from typing import Any
 import numpy as np
 import pytest
 from specc_runtime.blocks import Block
+from specc_runtime.contracts import as_rgb
 from specc_runtime.cycle import Executor
 from specc_runtime.hosting import client
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.devices import Array
 from specc_runtime.hosting.memory import SLOTS, Memory
+from specc_runtime.hosting.views import Views
 from specc_runtime.hosting.wire import parts_of
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
 from specc_runtime.plant import Deferred
+from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.processes.worker import Processes
 from specc_runtime.records import StepRecord
+from specc_runtime.ros2.binding import Ros2, Ros2Topic
+from specc_runtime.setting import decoders
+from specc_runtime.system import PlantInput, PlantSpec
 
 from specc import output, pipeline
 from tests.commands import forgotten
@@ -221,6 +227,26 @@ def test_more_images_than_there_are_places_for_are_copied(package: Path) -> None
             kept.append(made.plant.sample("eye.R.cam.I").value)
         values = [each.value() if type(each) is Deferred else each for each in kept]
         assert [value[0, 0, 0] for value in values] == list(range(1, 3 * SLOTS))
+
+
+def test_messages_of_ros_are_read_there_too() -> None:
+    """Of an image in another order of colours; its place is free as soon as it is read."""
+    spec = PlantSpec(
+        sensors=(SensorBinding("a.R.cam.I", contract=as_rgb(4, 6)),),
+        inputs=(PlantInput("a.R.cam.I", "a.cam", "R_I"),),
+        ros2=Ros2("a", (Ros2Topic("a.R.cam.I", "/image", "sensor_msgs/Image", "image"),)),
+    )
+    image = np.random.default_rng(1).integers(0, 256, (4, 6, 3), np.uint8)
+    told = {"height": 4, "width": 6, "step": 18, "encoding": "bgr8", "is_bigendian": 0}
+    kind, parts = parts_of(told | {"data": image[:, :, ::-1].tobytes()})
+    memory = Memory(Block.of_bytes(Memory.size(1)), 1)
+    memory.write(0, 0.0, kind, *parts)
+    raw = memory.read(0)
+    assert raw is not None
+    views = Views(spec, "a.cam", decoders(spec), os.dup(raw.descriptor))
+    assert (views.value("R_I", raw.extent) == image).all()
+    assert not views.kept()
+    memory.close()
 
 
 @pytest.mark.long
