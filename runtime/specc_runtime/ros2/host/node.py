@@ -157,7 +157,7 @@ class Devices:
         """Ask those that tell nothing by themselves."""
         for action in self._actions.values():
             action.look()
-        if self._transforms is not None:
+        if self._transforms is not None and self._ros_s():
             self._transforms.look()
 
     def _put(self, name: str, value: Any, measured_s: float | None = None) -> None:
@@ -198,7 +198,7 @@ class Devices:
                 self._strangers[name] = list(others)
                 return
             stamp = getattr(getattr(message, "header", None), "stamp", None)
-            if self._is_simulated and not ros_s:  # nothing has come on /clock yet
+            if not ros_s:  # simulated, and nothing has come on /clock yet
                 if not kept:
                     return
                 stamp = None
