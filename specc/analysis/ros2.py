@@ -140,8 +140,8 @@ def _part_of_action(binding: Binding, type_: Type) -> Part | Misfit:
         if "String" in kind(type_).shapes(type_) and not missing:
             return Part("scalar")
         help = f"make it a text, or an enum with these members: {', '.join(STATUSES)}"
-        wrong = f"it lacks {', '.join(missing)}" if missing else f"{type_} is none"
-        return Misfit("E0521", f"the status of an action is one of {len(STATUSES)}: {wrong}", help)
+        wrong = f"{type_} lacks {', '.join(missing)}" if missing else f"{type_} is neither"
+        return Misfit("E0521", f"the status of an action is a text or an enum: {wrong}", help)
     if not binding.through:
         made = "the fields of a goal" if binding.part == "goal" else "its value of a message"
         return Misfit(

@@ -33,6 +33,8 @@ _OF_A_MODEL = {
     "depth_noise": "noise",
 }
 """Of bindings to parts of a model, and the keys that say it."""
+_MOST_KEPT = 1000
+"""Messages of a topic, of which the latest one counts."""
 
 
 def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
@@ -76,6 +78,9 @@ def _wrong_topic(bound: BoundElement) -> tuple[str, str] | None:
         return f"`part` of `{name}` is for actions", "add `action:`, or delete `part`"
     if binding.joints and short(binding.message) != JOINT_STATE:
         return f"`joints` are for messages of type {JOINT_STATE}", "delete `joints`"
+    depth = int(dict(binding.qos).get("depth", 1))
+    if not 0 < depth <= _MOST_KEPT:
+        return f"a queue has no depth of {depth}", f"write `depth:` from 1 to {_MOST_KEPT}"
     return None
 
 

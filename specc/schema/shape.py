@@ -147,7 +147,7 @@ class _Check:
         if route == _VERSION:
             words = f"version {value!r} of the specification language is not supported"
             return self._tell("E0105", words, route, f"write `specc: {kind.values[-1]}`")
-        names = [str(one) for one in kind.values]
+        names = [str(one) for one in kind.values if one != ""]  # which stands for a key left out
         if len(names) == 1:
             words = f"{_name(route)}{_shown(value)} is not `{names[0]}`"
             return self._refuse(words, f"write `{names[0]}`", route)

@@ -177,7 +177,7 @@ def test_wrong_kinds(data: dict[str, Any], route: tuple[str | int, ...], message
         ({"fields": {"__a": "x"}}, ("fields", "__a"), "begins with two underscores"),
         ({"rows": [["a"]]}, ("rows", 0), "`rows[0]`: a row has 2 items, this one has 1"),
         ({"rows": [["a", "b"]]}, ("rows", 0, "init"), "whole number"),
-        ({"shape": "circel"}, ("shape",), "is not one of ``, `circle`, `square`"),
+        ({"shape": "circel"}, ("shape",), "is not one of `circle`, `square`"),
         ({"shape": []}, ("shape",), "a list is not one of"),
     ],
 )
