@@ -115,6 +115,11 @@ class Machine:
         """Whether answers do not depend on earlier questions, as those of solvers may."""
         return all(prover.is_repeatable for prover in self._provers)
 
+    def release(self) -> None:
+        """Let go of the memory of solvers."""
+        for prover in self._provers:
+            prover.release()
+
     @cached_property
     def views(self) -> Views:
         """What is certain where something is unknown."""

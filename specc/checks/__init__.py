@@ -91,7 +91,9 @@ def run_checks(
     sound = sound and not broken and not faulty
     if sound and not any(stops(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
-    return list(_in_all_uses(found, facts)), facts
+    found = list(_in_all_uses(found, facts))
+    facts.release()
+    return found, facts
 
 
 _OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")

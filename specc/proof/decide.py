@@ -33,6 +33,8 @@ class Solver:
     def __init__(self, numbering: Numbering) -> None:
         self._numbering = numbering
         self.relations = Relations(numbering)
+        self.was_asked = False
+        """Whether a question has needed the solver."""
 
     def between(self, atoms: Sequence[Atom]) -> DecisionProcedure | None:
         """What decides about answers of the atoms; None if all are possible together."""
@@ -48,10 +50,9 @@ class Solver:
 
         return Theory(session, self._numbering, atoms, exact=exact)
 
-    @property
-    def was_asked(self) -> bool:
-        """Whether a question has needed the solver."""
-        return "_session" in self.__dict__
+    def release(self) -> None:
+        """Let go of the memory of the solver; the next question makes it anew."""
+        self.__dict__.pop("_session", None)
 
     @cached_property
     def _session(self) -> Session:
@@ -59,6 +60,7 @@ class Solver:
             from specc.proof.solver import Session
         except ImportError:
             raise UnsureError("it needs the solver, which is not installed", INSTALL) from None
+        self.was_asked = True
         return Session()
 
 

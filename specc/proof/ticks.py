@@ -52,6 +52,10 @@ class Ticks:
         self._asked: dict[int, tuple[Formula | Expr, Asked]] = {}
         self._possible: dict[frozenset[Asked], bool | None] = {}
 
+    def release(self) -> None:
+        """Let go of the memory of the solver."""
+        self._solver.release()
+
     def asked(self, formula: Formula | Expr) -> Asked:
         """A formula, or a condition, at a tick; equal ones are one object."""
         known = self._asked.get(id(formula))

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import random
 import subprocess
 import sys
+import weakref
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
+from specc import pipeline
 from specc.lang import Environment, evaluate
 from specc.model.expr import Binary, Builtin, Compare, Expr, Logic, MemoryRef, Number, Unary
 from specc.model.types import Bool, Int
 from specc.proof import Moment, Prover
 from specc.proof.formula import atoms_of
-from specc.proof.solver import solve
+from specc.proof.solver import solve, solver
 from tests.checks.conditions import condition, machine
 from tests.checks.texts import condition as typed
 from tests.checks.texts import prover
+from tests.compiled import anew
 from tests.seeds import Seeds, blocks
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -105,6 +109,24 @@ def what_is_said_to_be_impossible_is(seed: int) -> None:
         assert core is None or not any(
             all(evaluate(expr, world) == holds for expr, holds in asked) for world in worlds
         )
+
+
+def test_what_is_known_of_a_specification_keeps_no_memory_of_the_solver(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = []
+    usual = solver.Session.__init__
+
+    def noted(session: solver.Session) -> None:
+        usual(session)
+        made.append(weakref.ref(session))
+
+    monkeypatch.setattr(solver.Session, "__init__", noted)
+    with anew():
+        result = pipeline.compile_spec(str(ROOT / "specs/architectures/blackboard.yaml"))
+    gc.collect()
+    assert result.ok and made
+    assert not any(session() for session in made)
 
 
 @pytest.mark.parametrize("seeds", blocks([*range(8), 44], also=range(8, 20), long=40, each=20))
