@@ -94,7 +94,7 @@ def compare_conditions(old: Subsystem, new: Subsystem, meaning: Meaning, book: B
         verdict = meaning.compare([before.when], [after.when])
         texts = show(before.when), show(after.when)
         book.verdict(f"{before.kind} condition", before.name, verdict, texts, "meaning")
-        book.words(f"{before.kind} condition", before.name, before, after)
+        book.rest(f"{before.kind} condition", before.name, before, after)
 
     def same(old: Condition, new: Condition) -> bool:
         return old.kind == new.kind and meaning.compare([old.when], [new.when]).same
@@ -131,7 +131,7 @@ def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Meaning, book: B
     for name, (before, after) in pairs.both.items():
         _ends(name, before, after, meaning, book)
         _effects(name, before, after, meaning, book)
-        book.words("behaviour", name, before, after)
+        book.rest("behaviour", name, before, after, "whole")
 
     def same(old: Behaviour, new: Behaviour) -> bool:
         return same_behaviour(old, new, meaning)
@@ -208,5 +208,5 @@ def compare_states(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
         )
         less, more = ignored[1] - ignored[0], ignored[0] - ignored[1]
         book.guarded("state", name, "ignored events", texts, bool(less), bool(more))
-        book.words("state", name, before, after)
+        book.rest("state", name, before, after, "ignores")
     book.changed("initial state", "", "", old.initial_state, new.initial_state)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
-from typing import Generic, Literal, Protocol, TypeVar
+from dataclasses import dataclass, field, fields
+from fractions import Fraction
+from typing import Any, Generic, Literal, TypeVar
 
+from specc.diagnostics.phrases import ms
 from specc.frozen import frozen
 from specc.model.trace import Trace
 from specc.proof.verdict import Facts
@@ -15,18 +17,6 @@ Guarantee = Literal["", "weaker", "stronger"]
 """Whether less or more is guaranteed, or checked in runs, where agents do the same as before."""
 
 Thing = TypeVar("Thing")
-
-
-class Described(Protocol):
-    """A part of a specification with its words and its place in the paper."""
-
-    @property
-    def title(self) -> str:
-        """What it is."""
-
-    @property
-    def trace(self) -> Trace:
-        """Where it comes from."""
 
 
 @frozen
@@ -191,10 +181,20 @@ class Book:
         """An aspect that has no influence on what an agent does."""
         self.changed(part, name, aspect, old, new, semantic=False)
 
-    def words(self, part: str, name: str, old: Described, new: Described) -> None:
-        """Title and trace, which have no influence on what an agent does."""
-        self.remark(part, name, "title", old.title, new.title)
-        self.remark(part, name, "trace", old.trace, new.trace)
+    def rest(self, part: str, name: str, old: Any, new: Any, *told: str) -> None:
+        """All fields of two things that are plain values, but those that are `told` otherwise.
+
+        Words have no influence on what an agent does.
+        """
+        for item in fields(old):
+            both = [getattr(thing, item.name) for thing in (old, new)]
+            if item.name not in told and all(map(_is_plain, both)):
+                stem, _, unit = item.name.rpartition("_")
+                aspect = stem if unit in ("hz", "s") else _SPELT.get(item.name, item.name)
+                if item.name in _WORDS:
+                    self.remark(part, name, aspect, *both)
+                else:
+                    self.changed(part, name, aspect, *(shown(v, unit) for v in both))
 
     def equality(
         self, part: str, name: str, aspect: str, texts: tuple[str, str], same: bool
@@ -227,6 +227,25 @@ class Book:
             verdict.only_old, verdict.only_new, not verdict.same,
         )  # fmt: skip
         self.changes.append(change)
+
+
+_WORDS = ("title", "trace")
+_SPELT = {"message": "type"}
+
+
+def _is_plain(value: object) -> bool:
+    if isinstance(value, tuple):
+        return all(map(_is_plain, value))
+    return value is None or isinstance(value, (str, int, float, Fraction, Trace))
+
+
+def shown(value: object, unit: str = "") -> str:
+    """A plain value; a number of `s` in ms, one of `hz` in Hz."""
+    if isinstance(value, Fraction):
+        return ms(value) if unit == "s" else f"{float(value):g} Hz"
+    if isinstance(value, tuple):
+        return ", ".join(map(str, value)) or "none"
+    return "none" if value is None or value == "" else str(value)
 
 
 @frozen

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import fields
-from fractions import Fraction
 from typing import Literal, TypeVar
 
-from specc.diagnostics.phrases import ms
 from specc.lang import show
-from specc.model.binding import PLANT, Binding
+from specc.model.binding import PLANT
 from specc.model.requirement import Named, Requirement
 from specc.model.system import Agent, Device, Operator, Plant, Subsystem, System
-from specc.model.task import Disturbance, Draw, Task
+from specc.model.task import Disturbance, Draw
 from specc.tools.diff.machine import (
     compare_axioms,
     compare_behaviours,
@@ -22,7 +19,7 @@ from specc.tools.diff.machine import (
     compare_states,
 )
 from specc.tools.diff.meaning import Constants, Meaning, Version, compare_types, type_text
-from specc.tools.diff.record import Book, Comparison, Difference, Thing, paired
+from specc.tools.diff.record import Book, Comparison, Difference, Thing, paired, shown
 from specc.tools.diff.values import (
     compare_buffers,
     compare_elements,
@@ -37,18 +34,15 @@ from specc.tools.diff.values import (
 
 
 Part = TypeVar("Part", Device, Subsystem)
-_SPELT = {"rate_hz": "rate", "max_gap_s": "max_gap", "message": "type"}
 
 
 def compare_plants(old: System, new: System, book: Book) -> None:
     """The model and what stands behind the devices."""
     for _, one, other in _single("plant", old.plant, new.plant, _made, book):
-        for key in ("model", "python"):
-            book.changed("plant", "", key, _shown(getattr(one, key)), _shown(getattr(other, key)))
-        for key in ("node", "python", "wait_s", "use_sim_time", "frames"):
-            shown = [_shown(getattr(p.ros2, key, ""), "max_gap") for p in (one, other)]
-            book.changed("plant", "", f"ros2.{key}", *shown)
-        names = [_shown(tuple(p.name for p in plant.published)) for plant in (one, other)]
+        book.rest("plant", "", one, other)
+        for _, node, again in _single("ros2", one.ros2, other.ros2, lambda r: r.node, book):
+            book.rest("ros2", "", node, again)
+        names = [shown(tuple(p.name for p in plant.published)) for plant in (one, other)]
         book.changed("plant", "", "publish", *names)
         both = book.matched(
             "binding",
@@ -58,7 +52,7 @@ def compare_plants(old: System, new: System, book: Book) -> None:
             lambda _: "",
         )
         for name, before, after in both:
-            _records("binding", name, before, after, book)
+            book.rest("binding", name, before, after)
         types = [{item.name: item.type for item in plant.observed} for plant in (one, other)]
         for name in types[0].keys() & types[1].keys():
             texts = [type_text(of[name]) for of in types]
@@ -75,7 +69,7 @@ def compare_tasks(old: System, new: System, book: Book) -> None:
     for _, before, after in _single(
         "task", old.task, new.task, lambda t: f"{t.subsystem}: {t.source} to {t.target}", book
     ):
-        _records("task", "", before, after, book)
+        book.rest("task", "", before, after)
         starts = book.matched("start", before.starts, after.starts, lambda s: s.name, _drawn)
         for joint, start, now_at in starts:
             _equality("start", joint, "", _draw(start), _draw(now_at), book)
@@ -196,30 +190,13 @@ def _single(
     return book.matched(part, before, after, lambda _: "", text)
 
 
-def _records(part: str, name: str, old: Binding | Task, new: Binding | Task, book: Book) -> None:
-    for item in fields(old):
-        if item.name not in ("place", "noise_units", "starts", "disturbances"):
-            before, after = getattr(old, item.name), getattr(new, item.name)
-            aspect = _SPELT.get(item.name, item.name)
-            book.changed(part, name, aspect, _shown(before, aspect), _shown(after, aspect))
-
-
-def _shown(value: object, aspect: str = "") -> str:
-    if isinstance(value, Fraction):
-        return ms(value) if aspect in ("max_gap", "budget") else f"{float(value):g} Hz"
-    if isinstance(value, tuple):
-        return ", ".join(map(str, value)) or "none"
-    return "none" if value is None or value == "" else str(value)
-
-
 # Changes between two systems, agent by agent.
 
 
 def compare(old: System, new: System) -> Comparison:
     """All changes from `old` to `new`; neither has errors in it."""
     book = Book()
-    book.changed("system", "", "name", old.name, new.name)
-    book.remark("system", "", "title", old.title, new.title)
+    book.rest("system", "", old, new, "file", "frames", "files", "folders")
     _texts("frame", old.frames, new.frames, book, semantic=False)
     _texts("file", old.files, new.files, book, semantic=True)
     _constants(old, new, book)
@@ -259,7 +236,7 @@ def _constants(old: System, new: System, book: Book) -> None:
     for name, before, after in named_values("constant", old.constants, new.constants, book):
         texts = show(before.value), show(after.value)
         book.equality("constant", name, "value", texts, values.same(before.value, after.value))
-        book.remark("constant", name, "title", before.title, after.title)
+        book.rest("constant", name, before, after)
 
 
 def _operators(old: Iterable[Operator], new: Iterable[Operator], book: Book) -> None:
@@ -267,7 +244,7 @@ def _operators(old: Iterable[Operator], new: Iterable[Operator], book: Book) -> 
     for name, before, after in both:
         book.changed("operator", name, "signature", _signature(before), _signature(after))
         book.changed("operator", name, "function", before.python, after.python)
-        book.words("operator", name, before, after)
+        book.rest("operator", name, before, after, "name", "python")
 
 
 def _signature(operator: Operator) -> str:
@@ -280,7 +257,7 @@ def _agent(name: str, old: tuple[System, Agent], new: tuple[System, Agent]) -> l
     book = Book(name)
     (old_system, before), (new_system, after) = old, new
     book.remark("agent", name, "kind", before.kind, after.kind)
-    book.remark("agent", name, "title", before.title, after.title)
+    book.rest("agent", name, before, after, "kind")
     changes = book.changes
     for _, first, second in _parts("device", before.devices, after.devices, book):
         changes += _device((old_system, first), (new_system, second))
@@ -304,7 +281,7 @@ def _device(one: tuple[System, Device], other: tuple[System, Device]) -> list[Di
     values = Constants(
         (*old_system.constants, *old.constants), (*new_system.constants, *new.constants)
     )
-    book.words("device", name, old, new)
+    book.rest("device", name, old, new, "silence_s")
     for parameter, was, now in named_values("parameter", old.constants, new.constants, book):
         texts = show(was.value), show(now.value)
         same = values.same(was.value, now.value)
@@ -332,12 +309,9 @@ def _subsystem(old: Version, new: Version) -> list[Difference]:
     before, after = old.subsystem, new.subsystem
     name = before.qualified_name
     book, meaning = Book(name), Meaning(old, new)
-    book.changed("subsystem", name, "kind", before.kind, after.kind)
     rates = (f"{s.rate_hz} Hz" if s.rated else "not known" for s in (before, after))
     book.changed("subsystem", name, "rate", *rates)
-    budgets = (_shown(s.budget_s, "budget") for s in (before, after))
-    book.changed("subsystem", name, "budget", *budgets)
-    book.words("subsystem", name, before, after)
+    book.rest("subsystem", name, before, after, "rate_hz", "rated", "begun", "initial_state")
     for part in (
         compare_buffers, compare_parameters, compare_memory, compare_lets, compare_conditions,
         compare_functions, compare_behaviours, compare_states, compare_rows, compare_axioms,

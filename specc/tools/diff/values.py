@@ -46,7 +46,7 @@ def compare_elements(
                 continue  # told of the safe value
             less, more = values[1] is None, values[0] is None
             _optional(name, aspect, values, "none", same, book, less, more)
-        book.words("element", name, before, after)
+        book.rest("element", name, before, after, "max_age_s", "event")
 
 
 def _guaranteed(name: str, old: Element, new: Element, book: Book) -> None:
@@ -105,14 +105,14 @@ def compare_memory(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
     for name, before, after in both:
         book.changed("memory", name, "type", type_text(before.type), type_text(after.type))
         _values("memory", name, "initial value", (before.init, after.init), meaning, book)
-        book.words("memory", name, before, after)
+        book.rest("memory", name, before, after)
 
 
 def compare_lets(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
     """A let is a name for an expression; only adding or removing it changes nothing."""
     for name, before, after in named_values("let", old.lets, new.lets, book):
         _values("let", name, "value", (before.value, after.value), meaning, book)
-        book.words("let", name, before, after)
+        book.rest("let", name, before, after)
 
 
 def named_values(
@@ -141,7 +141,7 @@ def compare_functions(old: Subsystem, new: Subsystem, meaning: Meaning, book: Bo
             book.changed("function", name, target, "not assigned", show(assignment.value))
         for target, (first, second) in targets.both.items():
             _values("function", name, target, (first.value, second.value), meaning, book)
-        book.words("function", name, before, after)
+        book.rest("function", name, before, after, "whole")
 
 
 def _targets(function: Function) -> str:

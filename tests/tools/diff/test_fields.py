@@ -18,6 +18,7 @@ from specc.model.trace import Trace
 from specc.model.types import Opaque
 from specc.pipeline import read_spec
 from specc.tools.diff import compare
+from specc.tools.diff.record import Book
 from tests.tools.diff.conftest import Reader
 from tests.tools.diff.test_disturbances import BLOCK, MOVE, PUSH, SHIFT, WRONG, disturbed
 from tests.tools.diff.test_pairs import TEXT
@@ -191,3 +192,14 @@ def _other(value: Any) -> Any:
     if _is_part(type(value)) and value is not None:
         return None
     raise _SameError
+
+
+def test_a_field_that_nothing_else_tells_of_is_compared() -> None:
+    """As soon as a class has it; that words are others changes nothing of what agents do."""
+    kind = dataclasses.make_dataclass("Part", ["title", "wait_s", "kind", "place", "parts"])
+    old = kind("an arm", Fraction(1, 2), "slow", object(), (object(),))
+    new = kind("the arm", Fraction(1, 4), "fast", object(), (object(),))
+    book = Book()
+    book.rest("device", "arm", old, new, "kind")
+    found = [(each.aspect, each.old, each.new, each.semantic) for each in book.changes]
+    assert found == [("title", "an arm", "the arm", False), ("wait", "500 ms", "250 ms", True)]
