@@ -197,6 +197,7 @@ def test_a_sweep_of_this_machine_needs_its_extra_for_plots_alone(tmp_path: Path)
     assert lacks("distributed", "sweep", done.stderr)
 
 
+@pytest.mark.long
 def test_a_run_without_images_needs_no_vision(tmp_path: Path) -> None:
     path = str(ROOT / "specs/conveyor_gate.yaml")
     done = specc("run", path, "--duration", "0.1", without=("cv2", "pinocchio"), folder=tmp_path)

@@ -14,7 +14,6 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import MujocoPlant, gl
 
 from tests.plants.worlds import CONVEYOR, PICKING, model_file
-from tests.seeds import short
 
 KINECT = (
     SensorBinding("rgb", camera="kinect"),
@@ -115,7 +114,8 @@ def test_a_ball_appears_where_the_pinhole_has_it(renderer, tmp_path):
 
 
 @needs_gl
-@pytest.mark.parametrize("seed", short([0, 3], 1))
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [0, 3])
 def test_both_renderers_see_the_same(seed):
     drawn, cast = scene("gl", seed), scene("raycast", seed)
     depth_gl, depth_rays = drawn.sample("depth").value(), cast.sample("depth").value()
@@ -242,7 +242,7 @@ def test_a_model_without_an_overview_gets_one_that_sees_it(tmp_path: Path) -> No
     assert 18 <= rows.mean() <= 30 and 26 <= columns.mean() <= 38
 
 
-@pytest.mark.parametrize("count", short([2, 3], 0))
+@pytest.mark.parametrize("count", [2, 3])
 @pytest.mark.parametrize("renderer", RAYS_FIRST)
 @pytest.mark.long
 def test_an_image_is_that_of_its_instant_whenever_it_is_drawn(renderer, count):

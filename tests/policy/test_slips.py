@@ -48,6 +48,7 @@ FOUND = (  # file, what stands before the slip, what was meant, the slip
 )
 
 
+@pytest.mark.long
 def test_repairs_of_slips_that_were_found_change_nothing_else(tmp_path: Path) -> None:
     paths = {path.name: path for path in specifications(tmp_path)}
     faults = []

@@ -106,6 +106,7 @@ def test_progress_and_summary(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.mark.long
 def test_cycles_and_duration_go_together(tmp_path: Path) -> None:
     one = push(tmp_path, "--quiet", "--cycles", "1", "--duration", "100")
     assert len(one["cycles"]) == 1 and one["simulated_s"] < 50

@@ -129,6 +129,7 @@ def test_a_run_goes_on_from_one_that_was_stopped(tmp_path: Path) -> None:
         assert report["stop_when"]["met_s"] == pytest.approx(2.3)
 
 
+@pytest.mark.long
 def test_a_sweep_stops_its_runs(tmp_path: Path) -> None:
     asked = ("sweep", GATE, "--seeds", "0:1", "--duration", 6, "--out", tmp_path / "s")
     done = specc(*asked, "--stop-when", PASSING)

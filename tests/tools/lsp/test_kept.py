@@ -74,6 +74,7 @@ def check(folder: Path, root: Path, changed: Path, text: str, seed: int, steps: 
         assert told(project, str(root)) == told(fresh, str(root)), now
 
 
+@pytest.mark.long
 def test_a_few_small_edits_of_the_flagship() -> None:
     check(FLAGSHIP.parent, FLAGSHIP, FLAGSHIP, FLAGSHIP.read_text(), seed=0, steps=2)
 
