@@ -42,8 +42,9 @@ class EndingClock(WallClock):
 
     def wait(self, duration_s: float) -> None:
         """See `WallClock`. Signals do not end a long sleep, so there are several."""
-        until_s = self.now_s() + duration_s
-        while (left_s := until_s - self.now_s()) > _LOOK_S and not self._is_over():
-            self._clock.wait(_LOOK_S)
+        if duration_s > _LOOK_S:
+            until_s = self.now_s() + duration_s
+            while (duration_s := until_s - self.now_s()) > _LOOK_S and not self._is_over():
+                self._clock.wait(_LOOK_S)
         if not self._is_over():
-            self._clock.wait(left_s)
+            self._clock.wait(duration_s)
