@@ -79,12 +79,12 @@ _MESSAGES = {
     "vector": ("std_msgs/Float64MultiArray", "data"),
     "tuple": ("std_msgs/Int64MultiArray", "data"),
     "vector3": ("geometry_msgs/PointStamped", "point"),
-    "pose": ("geometry_msgs/PoseStamped", "pose"),
-    "twist": ("geometry_msgs/TwistStamped", "twist"),
-    "wrench": ("geometry_msgs/WrenchStamped", "wrench"),
-    "image": ("sensor_msgs/Image", ""),
-    "depth": ("sensor_msgs/Image", ""),
+    **{
+        part: (f"geometry_msgs/{part.title()}Stamped", part) for part in ("pose", "twist", "wrench")
+    },
+    **dict.fromkeys(("image", "depth"), ("sensor_msgs/Image", "")),
 }
+"""By the shapes of values."""
 
 
 def _message(type_: Type) -> tuple[str, Part] | None:

@@ -191,7 +191,7 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> Part | Misfit:
     fitting = [p for p in parts if _carries(p, message, type_) and (p.sent or not commanded)]
     if not fitting:
         return _unfit(message, type_, commanded=commanded)
-    unit = _unit(type_)
+    unit = type_.units[0] if len(type_.units) == 1 else None
     for part in fitting:
         if part.unit is None or unit is None or part.unit == unit:
             return part
@@ -217,11 +217,6 @@ def _another_unit(message: str, parts: list[Part], unit: Unit) -> Misfit:
         f"numbers in {unit} are not those of {message}: it has {', '.join(known)}",
         "give the element the unit of REP 103, or name a function under `through:` that converts",
     )
-
-
-def _unit(type_: Type) -> Unit | None:
-    """The unit of all numbers of a type, if there is one."""
-    return type_.units[0] if len(type_.units) == 1 else None
 
 
 def _carries(part: Part, message: str, type_: Type) -> bool:

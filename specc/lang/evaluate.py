@@ -15,7 +15,7 @@ from functools import partial
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.values import compose, elementwise, moved
+from specc.lang.signs import SIGNS
 from specc.model import expr as m
 from specc.model.types import ListOf, Real, Vector
 
@@ -73,9 +73,7 @@ def _unary(e: m.Unary, env: Environment) -> Value:
 def _binary(e: m.Binary, env: Environment) -> Value:
     left, right = evaluate(e.left, env), evaluate(e.right, env)
     _go_through(env, (left, right))
-    if e.op == "@":
-        return _finite(moved(left, right) if isinstance(e.type, Vector) else compose(left, right))
-    return _finite(elementwise(_ARITHMETIC[e.op], left, right))
+    return _finite(SIGNS[e.op].value(left, right))
 
 
 def _finite(value: Value) -> Value:
@@ -86,25 +84,6 @@ def _finite(value: Value) -> Value:
     elif isinstance(value, float) and not math.isfinite(value):
         raise OverflowError("the result is too large")
     return value
-
-
-_ARITHMETIC: dict[str, Callable[[Any, Any], Value]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: _bounded(a, b, 1) and a * b,
-    "/": lambda a, b: a / b,
-    "**": lambda a, b: _bounded(a, a, abs(b)) and a**b,
-}
-_MOST_BITS = 1 << 16
-"""Of a whole number; a run could hold larger ones, no design needs them."""
-
-
-def _bounded(a: Any, b: Any, times: int) -> bool:
-    """True; raises OverflowError where a product of whole numbers would be too long."""
-    whole = isinstance(a, int) and isinstance(b, int)
-    if whole and max(a.bit_length(), b.bit_length()) * (times + 1) > _MOST_BITS:
-        raise OverflowError("the result is too large")
-    return True
 
 
 def _compare(e: m.Compare, env: Environment) -> bool:

@@ -4,48 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from operator import add, mul, sub, truediv
 
 from specc.lang.kind import Value
 from specc.lang.kinds import first_value
-from specc.lang.values import compose, elementwise, inverse, moved, position, translation
+from specc.lang.values import compose, inverse, position, translation
 from specc.model.types import Int, ListOf, Pose, Type
 
 Wanted = Iterator[tuple[int, Value]]
 """Indices of arguments, each with a value that it could have."""
 Inverse = Callable[[Sequence[Type], Sequence[Value], Value], Wanted]
 """From types and present values of the arguments of a function, and the result that is wanted."""
-
-
-def inverted(op: str, value: Value, left: Value, right: Value) -> Wanted:
-    """For the operators of arithmetic and of poses; `left` and `right` are the present values."""
-    match op:
-        case "+":
-            yield 0, elementwise(sub, value, right)
-            yield 1, elementwise(sub, value, left)
-        case "-":
-            yield 0, elementwise(add, value, right)
-            yield 1, elementwise(sub, left, value)
-        case "*":
-            if _is_number(right) and right:
-                yield 0, elementwise(truediv, value, right)
-            if _is_number(left) and left:
-                yield 1, elementwise(truediv, value, left)
-        case "/":
-            if _is_number(right):
-                yield 0, elementwise(mul, value, right)
-        case "@" if len(value) == len(left) - 1:  # a point
-            yield 1, moved(inverse(left), value)
-        case "@":
-            yield 0, compose(value, inverse(right))
-            yield 1, compose(inverse(left), value)
-
-
-def _is_number(value: Value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-# Functions of the language.
 
 
 def of_inverse(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:

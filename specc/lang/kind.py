@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from specc.frozen import frozen
 from specc.model.expr import Expr
@@ -15,24 +15,18 @@ Of = Callable[[Type, Any], Any]
 Sort = Literal["truth", "whole", "real", "item", "other"]
 
 
-class Python(Protocol):
-    """Where generated code says a type: an annotation, a contract or the form of its values."""
+@frozen
+class Python:
+    """How generated code says types in some place: as annotations, contracts or forms of values."""
 
-    def of(self, type: Type) -> str:
-        """What it says for another type."""
-
-    def own(self, name: str) -> str:
-        """A name of the runtime."""
-
-    def named(self, type: Type) -> str:
-        """The class or alias of a type with a name."""
-
-
-class Functions(Python, Protocol):
-    """Where it says one that has functions."""
-
-    def function(self, path: str) -> str:
-        """A function that a specification names, `module:name`."""
+    of: Callable[[Type], str]
+    """What it says for another type."""
+    own: Callable[[str], str]
+    """A name of the runtime."""
+    named: Callable[[Type], str]
+    """The class or alias of a type that has a name."""
+    function: Callable[[str], str] = str
+    """A function, `module:name`."""
 
 
 @frozen
@@ -54,7 +48,7 @@ class Kind:
     """Its type in generated code."""
     contract: Callable[[Any, Python], str]
     """What checks its values where they come from outside (`specc_runtime.contracts`)."""
-    form: Callable[[Any, Functions], str]
+    form: Callable[[Any, Python], str]
     """How its values are recorded (`specc_runtime.forms`)."""
 
     # More about values.

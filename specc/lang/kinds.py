@@ -337,8 +337,3 @@ def first_value(type_: Type, number: float = 0.0) -> Value:
 def others(value: Value, type_: Type) -> Iterator[Value]:
     """Some values of a type beside a given one."""
     return KINDS[type(type_)].others(type_, value)
-
-
-def rebuilt(type_: Type, value: Value, of: Of) -> Value:
-    """A value with each of its parts as `of` gives it by the type of the part; arrays have none."""
-    return KINDS[type(type_)].rebuilt(type_, value, of)

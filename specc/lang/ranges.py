@@ -28,11 +28,23 @@ def _spanned(*ends: float) -> Range:
     return ANY if any(map(math.isnan, ends)) else (min(ends), max(ends))
 
 
-def _product(a: Range, b: Range) -> Range:
+def negative(a: Range) -> Range:
+    """`-a`."""
+    return -a[1], -a[0]
+
+
+def sum_of(a: Range, b: Range) -> Range:
+    """`a + b`."""
+    return _spanned(a[0] + b[0], a[1] + b[1])
+
+
+def product(a: Range, b: Range) -> Range:
+    """`a * b`."""
     return _spanned(*(x * y for x in a for y in b))
 
 
-def _quotient(a: Range, b: Range) -> Range:
+def quotient(a: Range, b: Range) -> Range:
+    """`a / b`."""
     return ANY if b[0] <= 0 <= b[1] else _spanned(*(x / y for x in a for y in b))
 
 
@@ -47,8 +59,8 @@ def root(a: Range) -> Range:
     return (math.sqrt(a[0]), math.sqrt(a[1])) if a[0] >= 0 else ANY
 
 
-def _power(a: Range, b: Range) -> Range:
-    """Libraries round powers to one of the two floats that are next to them."""
+def power(a: Range, b: Range) -> Range:
+    """`a ** b`; libraries round powers to one of the two floats that are next to them."""
     exponent = b[0]
     if b[0] != b[1] or (a[0] <= 0 and (exponent < 0 or exponent != int(exponent))):
         return ANY
@@ -81,7 +93,8 @@ def _not(a: Range) -> Range:
     return not a[1], not a[0]
 
 
-def _choice(test: Range, then: Range, otherwise: Range) -> Range:
+def choice(test: Range, then: Range, otherwise: Range) -> Range:
+    """`then if test else otherwise`."""
     if test[0] == test[1]:
         return then if test[0] else otherwise
     return _spanned(*then, *otherwise)
@@ -97,13 +110,14 @@ def greatest(*of: Range) -> Range:
     return max(low for low, _ in of), max(high for _, high in of)
 
 
-def _difference(a: Range, b: Range) -> Range:
+def difference(a: Range, b: Range) -> Range:
+    """`a - b`."""
     return _spanned(a[0] - b[1], a[1] - b[0])
 
 
 def near(a: Range, b: Range, limit: Range) -> Range:
     """`near(a, b, limit)`, of numbers."""
-    return _at_most(absolute(_difference(a, b)), limit)
+    return _at_most(absolute(difference(a, b)), limit)
 
 
 def diagonal(a: Range, b: Range) -> Range:
@@ -136,12 +150,7 @@ def rising(value: Callable[[float], float]) -> Operation:
     return ends
 
 
-OPERATORS: dict[str, Operation] = {
-    "+": lambda a, b: _spanned(a[0] + b[0], a[1] + b[1]),
-    "-": lambda a, b=None: (-a[1], -a[0]) if b is None else _difference(a, b),
-    "*": _product,
-    "/": _quotient,
-    "**": _power,
+CONDITIONS: dict[str, Operation] = {
     "<": _less,
     "<=": _at_most,
     ">": lambda a, b: _less(b, a),
@@ -151,6 +160,5 @@ OPERATORS: dict[str, Operation] = {
     "not": _not,
     "and": least,
     "or": greatest,
-    "choice": _choice,
 }
-"""By the sign of what the language computes with numbers and truth values."""
+"""By the sign or word of a condition."""

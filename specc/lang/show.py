@@ -8,13 +8,13 @@ from typing import Any
 from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.row import Form
+from specc.lang.signs import SIGNS
 from specc.model import expr as m
 from specc.model.types import Enum, Int, Real, Spatial
 from specc.model.units import DIMENSIONLESS
 
 _CHOICE, _OR, _AND, _NOT, _COMPARISON, _SUM, _PRODUCT, _NEGATION, _POWER, _ATOM = range(10)
-_RANKS = {"": _CHOICE, "sum": _SUM, "product": _PRODUCT, "primary": _ATOM}
-_BINARY = {"+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT, "@": _PRODUCT, "**": _POWER}
+_RANKS = {"": _CHOICE, "sum": _SUM, "product": _PRODUCT, "power": _POWER, "primary": _ATOM}
 
 
 def show(expr: m.Expr) -> str:
@@ -71,7 +71,7 @@ def _unary(expr: m.Unary) -> tuple[str, int]:
 
 
 def _binary(expr: m.Binary) -> tuple[str, int]:
-    own = _BINARY[expr.op]
+    own = _RANKS[SIGNS[expr.op].binds]
     left, right = (_ATOM, _NEGATION) if expr.op == "**" else (own, own + 1)
     return f"{_within(expr.left, left)} {expr.op} {_within(expr.right, right)}", own
 

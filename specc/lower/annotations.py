@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+from specc.lang.kind import Python
 from specc.lang.kinds import kind
 from specc.lower.names import OWN_NAMES, Imports, NamedPlan, Namespace, identifier, literal
 from specc.model.system import System, types_used
@@ -64,14 +65,9 @@ class Annotations:
 
     def of(self, type_: Type) -> str:
         """The annotation of a type."""
-        return kind(type_).annotation(type_, self)
+        return kind(type_).annotation(type_, Python(self.of, self._imports.own, self._named))
 
-    def own(self, name: str) -> str:
-        """A name of the runtime."""
-        return self._imports.own(name)
-
-    def named(self, type_: Type) -> str:
-        """The annotation of a type by its name."""
+    def _named(self, type_: Type) -> str:
         name = self._names.of.get(plain(type_))
         python = getattr(type_, "python", "")
         if python:
@@ -119,7 +115,7 @@ class Contracts:
         self.plans: list[NamedPlan] = []
         self._names: dict[Type, str] = {}
         self._imports = imports
-        self._annotations = annotations
+        self._python = Python(self.of, imports.own, annotations.of)
         self._new_name = new_name
 
     def of(self, type_: Type) -> str:
@@ -127,19 +123,11 @@ class Contracts:
         if self._stand_ins and _may_stand_in(type_):
             return self._imports.own("as_any")
         if not isinstance(type_, Enum | Record):
-            return kind(type_).contract(type_, self)
+            return kind(type_).contract(type_, self._python)
         key = plain(type_)  # frames do not show in values
         if key not in self._names:
-            value = kind(type_).contract(type_, self)
+            value = kind(type_).contract(type_, self._python)
             words = _HUMP.sub("_", type_.name or "one_of").lower()
             self._names[key] = self._new_name(f"as_{words}")
             self.plans.append(NamedPlan(self._names[key], value))
         return self._names[key]
-
-    def own(self, name: str) -> str:
-        """A name of the runtime."""
-        return self._imports.own(name)
-
-    def named(self, type_: Type) -> str:
-        """The annotation of a type."""
-        return self._annotations.of(type_)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from specc.frozen import frozen
+from specc.lang.kind import Python
 from specc.lang.kinds import kind
 from specc.lower.annotations import Annotations, PythonTypes
 from specc.lower.module import Module, buffer_names, memory_names
@@ -33,32 +34,24 @@ class _Forms:
     def __init__(self, types: PythonTypes, names: Namespace) -> None:
         self.imports = Imports()
         self.plans: list[NamedPlan] = []
-        self._annotations = Annotations(self.imports, types)
-        self._functions = Functions(self.imports, names)
+        self._python = Python(
+            self.of,
+            lambda name: f"forms.{name}",
+            Annotations(self.imports, types).of,
+            Functions(self.imports, names).use,
+        )
         self._names = names
         self._known: dict[str, str] = {}
 
     def of(self, type_: Type) -> str:
         """The form of a type, as an expression."""
-        text = kind(type_).form(type_, self)
+        text = kind(type_).form(type_, self._python)
         if not isinstance(type_, Record):
             return text
         if text not in self._known:
             self._known[text] = self._names.new(identifier(type_.name).upper())
             self.plans.append(NamedPlan(self._known[text], text))
         return self._known[text]
-
-    def own(self, name: str) -> str:
-        """A name of the module of forms."""
-        return f"forms.{name}"
-
-    def named(self, type_: Type) -> str:
-        """The annotation of a type."""
-        return self._annotations.of(type_)
-
-    def function(self, path: str) -> str:
-        """A function of a codec."""
-        return self._functions.use(path)
 
 
 @frozen

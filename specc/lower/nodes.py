@@ -9,6 +9,7 @@ from typing import Any
 from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.row import Form
+from specc.lang.signs import SIGNS
 from specc.lower.module import Module, shared_name
 from specc.lower.names import ConstantPlan, Namespace, comment, literal
 from specc.lower.table import LARGEST, TermTable, TooLarge
@@ -31,7 +32,6 @@ from specc.model.types import (
 
 CHOICE, OR, AND, NOT, COMPARE, SUM, PRODUCT, SIGN, POWER, PRIMARY, ATOM = range(11)
 """How tightly Python binds; an operand of lower rank than its place needs brackets."""
-_BINARY = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "@": PRODUCT}
 _RANKS = {"": CHOICE, "compare": COMPARE, "sum": SUM, "product": PRODUCT, "primary": PRIMARY}
 
 
@@ -79,7 +79,7 @@ def binary(op: str, left: Spelled, right: Spelled) -> Spelled:
     """Arithmetic between two operands."""
     if op == "**":
         return Spelled(f"{left.at(PRIMARY)} ** {right.at(SIGN)}", POWER)
-    rank = _BINARY[op]
+    rank = _RANKS[SIGNS[op].binds]
     return Spelled(f"{left.at(rank)} {op} {right.at(rank + 1)}", rank)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.signs import SIGNS
 from specc.model import expr as e
 from specc.model.system import Let
 from specc.model.types import (
@@ -134,7 +135,7 @@ def fixed(node: e.Expr, args: Sequence[Term]) -> tuple[bool, bool]:
             return True, True
         case e.Clock(name=name):
             return name == "period", name == "period"
-        case e.Binary(op="/" | "**"):
+        case e.Binary(op=op) if SIGNS[op].may_fail:
             return False, False  # may fail, so only where it is needed
         case e.Builtin(name=name):
             may_fail = FUNCTIONS[name].may_fail
@@ -200,14 +201,10 @@ LONGEST_S = 1e12
 def shows(node: e.Expr) -> range:
     """The operands in which a number that is not finite makes the result not finite."""
     match node:
-        case e.Binary(op="/"):
-            return range(1)
-        case e.Binary(op="**", right=e.Number(value=exponent)):
-            return range(1 if exponent >= 1 else 0)  # infinity to the power of -1 is 0
-        case e.Binary(op="**"):
-            return range(0)
-        case e.Binary():
-            return range(2)
+        case e.Binary(op="**", right=e.Number(value=exponent)) if exponent < 1:
+            return range(0)  # infinity to the power of -1 is 0
+        case e.Binary(op=op):
+            return range(SIGNS[op].shows)
         case e.Unary(op="-") | e.Component() | e.Sure():
             return range(1)
         case e.Builtin(name=name, args=args) if FUNCTIONS[name].shows:
@@ -254,8 +251,9 @@ def largest_of(node: e.Expr, args: Sequence[Term]) -> float:
             return abs(float(value)) if abs(value) < FAR else math.inf
         case e.Clock(name="elapsed") | e.Lag(name="age"):
             return LONGEST_S
-        case e.Binary():
-            return _of_binary(node, args)
+        case e.Binary(op=op, right=right):
+            written = right.value if isinstance(right, e.Number) else None
+            return SIGNS[op].largest(sizes[0], sizes[1], written)
         case e.Choice():
             return max(sizes[1:])
         case e.Builtin(name=name) if FUNCTIONS[name].no_larger:
@@ -275,20 +273,6 @@ def place_type(node: e.Expr, place: int) -> Type | None:
         case e.Items(type=ListOf(element=element)):
             return element
     return None
-
-
-def _of_binary(node: e.Binary, args: Sequence[Term]) -> float:
-    left, right = (arg.largest for arg in args)
-    match node.op:
-        case "+" | "-":
-            return left + right
-        case "*":
-            return 0.0 if 0.0 in (left, right) else left * right
-        case "/":
-            return left / _magnitude(args[1]) if _magnitude(args[1]) else math.inf
-        case "**" if left < 1e30 and isinstance(node.right, e.Number) and 0 <= right < 10:
-            return float(max(1.0, left) ** right)
-    return math.inf
 
 
 def _magnitude(term: Term) -> float:

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
+from specc.lang import ranges
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
-from specc.lang.ranges import OPERATORS, Operation, Range
+from specc.lang.ranges import Operation, Range
+from specc.lang.signs import SIGNS
 from specc.limits import spend
 from specc.model.expr import (
     Among,
@@ -205,8 +207,12 @@ class Timer:
 def operation_of(expr: Expr) -> Operation | None:
     """How the range of an expression follows from those of its parts; None if it is not known."""
     match expr:
-        case Unary(op=sign) | Binary(op=sign) | Compare(op=sign) | Logic(op=sign):
-            return OPERATORS.get(sign)
+        case Binary(op=sign):
+            return SIGNS[sign].range
+        case Unary(op="-"):
+            return ranges.negative
+        case Unary(op=word) | Compare(op=word) | Logic(op=word):
+            return ranges.CONDITIONS[word]
         case Builtin(name=name):
             return FUNCTIONS[name].range
-    return OPERATORS["choice"] if isinstance(expr, Choice) else None
+    return ranges.choice if isinstance(expr, Choice) else None

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
-from functools import partial
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.ranges import ANY, Range
+from specc.lang.signs import SIGNS
 from specc.model.expr import (
     LENGTH,
     Binary,
@@ -41,7 +41,6 @@ Scalar = float | bool | str
 Depths = Mapping[str, int]
 """Variable of a quantifier -> how many quantifiers are around its own."""
 
-_COMMUTATIVE = ("+", "*")
 _MOST_BITS = 4096
 """Whole numbers beyond this size are not computed: powers of powers are soon larger than memory."""
 
@@ -184,7 +183,7 @@ class Numbering:
                 return self._known(folded)
             if FUNCTIONS[expr.name].compares and len(parts) == 3:
                 parts = [*sorted(parts[:2]), parts[2]]
-        if isinstance(expr, Binary) and expr.op in _COMMUTATIVE:
+        if isinstance(expr, Binary) and SIGNS[expr.op].commutes:
             parts = sorted(parts)
         whole = isinstance(expr, Binary) and isinstance(expr.type, Int)  # 2 * n, unlike 2.0 * n
         return self._of((type(expr).__name__, whole, *labels(expr), *parts))
@@ -210,7 +209,7 @@ def _fold(op: str, known: list[Scalar | None]) -> float | None:
     """The result of arithmetic on known numbers; None if it has none."""
     if len(known) == 1:
         return _computed(lambda a: -a if op == "-" else None, known)
-    return _computed(partial(_arithmetic, op), known)
+    return _computed(SIGNS[op].value, known)
 
 
 def _result(expr: Builtin, known: list[Scalar | None]) -> float | None:
@@ -234,19 +233,3 @@ def _computed(compute: Callable[..., float | None], known: list[Scalar | None]) 
     except (ArithmeticError, ValueError):
         return None
     return None if isinstance(result, float) and not math.isfinite(result) else result
-
-
-def _arithmetic(op: str, a: float, b: float) -> float | None:
-    match op:
-        case "+":
-            return a + b
-        case "-":
-            return a - b
-        case "*":
-            return a * b
-        case "/":
-            return a / b
-        case "**" if abs(b) <= 64:
-            power: float | complex = a**b
-            return None if isinstance(power, complex) else power
-    return None

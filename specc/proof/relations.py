@@ -176,9 +176,9 @@ class Relations:
                 yield self._numbering.number(expr)
             if isinstance(expr, Builtin) and _is_told(expr):
                 open_ += expr.args
-            elif isinstance(expr, Call) and any(_is_discrete(arg) for arg in expr.args):
+            elif isinstance(expr, Call) and any(arg.type.is_discrete for arg in expr.args):
                 yield "operator", expr.operator
-                open_ += [arg for arg in expr.args if _is_discrete(arg)]
+                open_ += [arg for arg in expr.args if arg.type.is_discrete]
 
     def _computes(self, atom: Atom) -> bool:
         """Whether a comparison alone may have fewer answers than it seems."""
@@ -211,8 +211,3 @@ def _is_told(call: Builtin) -> bool:
 def _is_computed(call: Builtin) -> bool:
     function = FUNCTIONS[call.name]
     return function.term is not None or function.laws is not None
-
-
-def _is_discrete(expr: Expr) -> bool:
-    """Whether equal values of an expression are the same value to an operator."""
-    return expr.type.is_discrete

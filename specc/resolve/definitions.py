@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import islice
+from itertools import count, islice
 from typing import TypeVar
+from zlib import crc32
 
 from specc.diagnostics import Related
 from specc.frozen import frozen
@@ -13,7 +14,6 @@ from specc.lang import ExprError, TypeNames
 from specc.lang.mentioned import names_of_signature, names_of_type
 from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, mapped
-from specc.model.sizes import OpenSize, marks
 from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Frame, Int, Type
@@ -22,6 +22,45 @@ from specc.resolve.groups import Groups
 from specc.schema.files import TypeDef
 from specc.schema.subsystem import InterfaceDef
 from specc.source import Place
+
+# Sizes of vectors and images that parameters are to give.
+
+
+def marks() -> Iterator[int]:
+    """Those of parameters, in their order: large numbers whose sums and products all differ."""
+    return (2**32 + crc32(str(number).encode()) for number in count())
+
+
+class OpenSize(int):
+    """A size that a parameter is to give: a small example of it, spelt as the parameter is.
+
+    It equals no number, and another such size if both are computed alike: `mark` is the value that
+    it has if each parameter is a large number that nobody writes.
+    """
+
+    name: str
+    mark: int
+
+    def __new__(cls, mark: int, name: str) -> OpenSize:
+        """The size that the parameter of that name stands for."""
+        made = super().__new__(cls, 11 + mark % 7)
+        made.mark, made.name = mark, name
+        return made
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, OpenSize) and self.mark == other.mark
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    __hash__ = int.__hash__
+
+    def __repr__(self) -> str:
+        return f"{self.name}: {self.mark}"
+
+    def __str__(self) -> str:
+        return self.name
+
 
 # Constants of a described file stand for their values: only those of the main file are shared.
 

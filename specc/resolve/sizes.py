@@ -11,10 +11,9 @@ from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size
 from specc.lang.mentioned import names_of_interface, names_of_signature, names_of_type
 from specc.limits import take
 from specc.model.expr import Call, walk
-from specc.model.sizes import OpenSize
 from specc.model.system import Constant
 from specc.resolve.context import Findings, Where
-from specc.resolve.definitions import Definitions, inlined
+from specc.resolve.definitions import Definitions, OpenSize, inlined
 from specc.resolve.library import Loaded
 from specc.schema.places import role_of
 

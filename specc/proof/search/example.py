@@ -9,8 +9,7 @@ from dataclasses import replace
 
 from specc.frozen import frozen
 from specc.lang import show
-from specc.lang.kind import Sort
-from specc.lang.kinds import kind, rebuilt
+from specc.lang.kinds import kind
 from specc.lang.order import InOrder
 from specc.lang.samples import Fields, Value
 from specc.model import expr as m
@@ -174,14 +173,22 @@ def worded(value: Value, type_: Type) -> str | None:
         return _pose(value)
     if type_.is_array:
         return _listed([number(item) for item in value]) + unit(type_)
-    if said := repr if isinstance(type_, Text) else _SAID.get(kind(type_).sort):
-        return said(value) + unit(type_)
-    inside = rebuilt(type_, value, lambda part, item: worded(item, part))
+    if kind(type_).sort != "other":
+        return _scalar(value, type_)
+    inside = kind(type_).rebuilt(type_, value, lambda part, item: worded(item, part))
     if isinstance(inside, tuple):
         return _items(inside)
     if isinstance(inside, Fields):
         return _record(list(inside))
     return inside if isinstance(inside, str) else None
+
+
+def _scalar(value: Value, type_: Type) -> str:
+    if isinstance(value, float) or type(value) is int:
+        return number(value) + unit(type_)
+    if isinstance(type_, Text):
+        return repr(value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def number(value: float) -> str:
@@ -195,14 +202,6 @@ def unit(type_: Type) -> str:
     """The unit of all numbers of a value with a space before it; nothing for plain numbers."""
     alone = type_.units if len(type_.units) == 1 else ()
     return "".join(f" {unit.coherent()}" for unit in alone if unit != DIMENSIONLESS)
-
-
-_SAID: dict[Sort, Callable[[Value], str]] = {
-    "truth": lambda value: str(value).lower(),
-    "whole": number,
-    "real": number,
-    "item": str,
-}
 
 
 def _items(items: Sequence[str | None]) -> str | None:

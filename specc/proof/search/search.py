@@ -9,9 +9,9 @@ from itertools import islice
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.inverses import inverted
 from specc.lang.kinds import first_value, kind, others
 from specc.lang.samples import Fields, Value, alike
+from specc.lang.signs import SIGNS
 from specc.model import expr as m
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.fsm import Cause
@@ -127,8 +127,10 @@ class Ways:
 
     def _binary(self, expr: m.Binary, value: Value, at: Situation) -> Situations:
         left, right = self._now(expr.left, at), self._now(expr.right, at)
-        for side, wanted in inverted(expr.op, value, left, right):
-            yield from self.ways(expr.left if side == 0 else expr.right, wanted, at)
+        sides = ((expr.left, right), (expr.right, left))
+        for (side, other), undo in zip(sides, SIGNS[expr.op].inverse, strict=True):
+            if undo and (wanted := undo(value, other)) is not None:
+                yield from self.ways(side, wanted, at)
 
     def _builtin(self, expr: m.Builtin, value: Value, at: Situation) -> Situations:
         inverse = FUNCTIONS[expr.name].inverse

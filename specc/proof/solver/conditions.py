@@ -11,6 +11,7 @@ from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.limits import OUT_OF_STEPS, spend
 from specc.model.expr import (
+    COMPARED,
     LENGTH,
     Among,
     Builtin,
@@ -32,7 +33,7 @@ from specc.model.expr import (
 )
 from specc.model.types import Enum, Int, ListOf, Pose, Vector
 from specc.proof.numbering import Numbering
-from specc.proof.solver.terms import Terms, compared
+from specc.proof.solver.terms import Terms
 from specc.proof.verdict import UnsureError
 
 MOST_ITEMS = 64
@@ -118,13 +119,13 @@ class Conditions(Terms):
         of = left.type
         match kind(of).sort, kind(right.type).sort:
             case "truth", _:
-                return compared(op, self.boolean(left), self.boolean(right))
+                return COMPARED[op](self.boolean(left), self.boolean(right))
             case "item", _:
-                return compared(op, self.item(left), self.item(right))
+                return COMPARED[op](self.item(left), self.item(right))
             case (("whole" | "real"), ("whole" | "real")):
-                return compared(op, *self._sides(left, right))
+                return COMPARED[op](*self._sides(left, right))
         if not isinstance(of, Vector):
-            return compared(op, self.argument(left), self.argument(right))
+            return COMPARED[op](self.argument(left), self.argument(right))
         same = z3.And([self._compare("==", *pair) for pair in self._pairs(left, right, of)])
         self.laws.append(z3.Implies(same, self.argument(left) == self.argument(right)))
         return same if op == "==" else z3.Not(same)

@@ -12,6 +12,7 @@ import z3
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
+from specc.lang.signs import SIGNS
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -24,7 +25,7 @@ from specc.model.expr import (
     Unary,
     children,
 )
-from specc.model.types import Enum, Int, Real, Type
+from specc.model.types import Enum, Int, Real
 from specc.proof.numbering import Numbering, labels
 from specc.proof.solver.rounding import Rounding, constant
 
@@ -32,6 +33,8 @@ from specc.proof.solver.rounding import Rounding, constant
 
 
 VALUE = z3.DeclareSort("value")
+_SORTS: dict[str, Any] = {"truth": z3.BoolSort(), "real": z3.RealSort()}
+_SORTS |= dict.fromkeys(("whole", "item"), z3.IntSort())
 _LARGEST_EXACT = 2**53
 _LARGEST_FLOAT = 2**1023
 _EXACT_FACTORS = frozenset(sign * 2.0**power for power in range(64) for sign in (1, -1))
@@ -120,7 +123,7 @@ class Terms:
         return self._made[key]
 
     def _unknown(self, expr: Expr, number: int) -> Any:
-        sort = _sort(expr.type)
+        sort = _SORTS.get(kind(expr.type).sort, VALUE)
         if not isinstance(expr, _APPLIED):
             return z3.Const(f"{sort} {number}", sort)
         arguments = [self.argument(child) for child in children(expr)]
@@ -206,15 +209,7 @@ class Terms:
         if expr.op in "*/" and factor is None:
             return self._leaf(expr)
         a, b = read(expr.left), read(expr.right)
-        match expr.op:
-            case "+":
-                result = a + b
-            case "-":
-                result = a - b
-            case "*":
-                result = a * b
-            case _:
-                result = (z3.ToReal(a) if whole else a) / b
+        result = SIGNS[expr.op].value(z3.ToReal(a) if whole and expr.op == "/" else a, b)
         if isinstance(expr.type, Int):
             return result
         kept = expr.op == "*" and factor in _EXACT_FACTORS
@@ -288,35 +283,6 @@ def _is_float(whole: Expr) -> bool:
         and FUNCTIONS[whole.name].stays_float
         and isinstance(whole.args[0].type, Real)
     )
-
-
-_SORTS: dict[str, Callable[[], Any]] = {
-    "truth": z3.BoolSort,
-    "whole": z3.IntSort,
-    "item": z3.IntSort,
-    "real": z3.RealSort,
-}
-
-
-def _sort(type_: Type) -> Any:
-    make = _SORTS.get(kind(type_).sort)
-    return make() if make else VALUE
-
-
-def compared(op: str, a: Any, b: Any) -> Any:
-    """The comparison of two terms."""
-    match op:
-        case "<":
-            return a < b
-        case "<=":
-            return a <= b
-        case ">":
-            return a > b
-        case ">=":
-            return a >= b
-        case "!=":
-            return a != b
-    return a == b
 
 
 def _has_parts(expr: Expr, component: Component) -> bool:

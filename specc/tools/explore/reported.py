@@ -16,6 +16,7 @@ from specc.model.types import (
     OptionalOf,
     Type,
     Vector,
+    within,
 )
 from specc.model.units import DIMENSIONLESS, Dimensions
 from specc.proof.search import first_value, others
@@ -110,11 +111,9 @@ def _has_lets(expr: m.Expr) -> bool:
 
 def _units(type_: Type) -> Iterator[Dimensions]:
     """The units of the numbers in a value."""
-    if not isinstance(type_, Vector) and type_.parts:
-        for part in type_.parts:
-            yield from _units(part)
-    else:
-        yield from (unit.dimensions for unit in type_.units or (DIMENSIONLESS,))
+    for part in within([type_]):
+        if not part.parts:
+            yield from (unit.dimensions for unit in part.units or (DIMENSIONLESS,))
 
 
 def _spread(numbers: Sequence[float]) -> Iterator[float]:

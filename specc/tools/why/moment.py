@@ -15,7 +15,7 @@ from typing import Any
 
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.kind import Sort
-from specc.lang.kinds import kind, rebuilt
+from specc.lang.kinds import kind
 from specc.lang.samples import Gone
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
@@ -249,7 +249,11 @@ class Moment:
             raise NotKnown("what an operator looks into is not recorded")
         if type_.is_array:
             return self._array(value)
-        made = float(value) if isinstance(type_, Real) else rebuilt(type_, value, self._given)
+        made = (
+            float(value)
+            if isinstance(type_, Real)
+            else kind(type_).rebuilt(type_, value, self._given)
+        )
         python = type_.python if isinstance(type_, Record) else ""
         if not python:
             return made
@@ -272,7 +276,7 @@ def _taken(type_: Type, value: Any) -> Value:
     if type_.is_array:
         return _tuples(value.tolist())
     take = _TAKEN.get(kind(type_).sort)
-    return take(value) if take else rebuilt(type_, value, _taken)
+    return take(value) if take else kind(type_).rebuilt(type_, value, _taken)
 
 
 def _truth(value: Any) -> bool:

@@ -8,7 +8,7 @@ from itertools import islice
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.kinds import kind, rebuilt
+from specc.lang.kinds import kind
 from specc.lang.samples import Fields, Gone
 from specc.lang.show import show
 from specc.lang.values import angle, position
@@ -269,7 +269,7 @@ def _shown(type_: Type, value: Any) -> str:
     if inner.units or inner.is_array:
         return _quantity(inner, value)
     some = value[:_MOST_ITEMS] if isinstance(type_, ListOf) else value
-    match rebuilt(type_, some, _shown):
+    match kind(type_).rebuilt(type_, some, _shown):
         case tuple() as items if isinstance(type_, ListOf):
             return f"{len(value)} {'item' if len(value) == 1 else 'items'} [{', '.join(items)}]"
         case tuple() as items:

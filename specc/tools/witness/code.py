@@ -21,7 +21,7 @@ from specc_runtime.stepping import Stepper, array
 
 from specc.analysis.reads import nodes
 from specc.frozen import frozen
-from specc.lang.kinds import rebuilt
+from specc.lang.kinds import kind
 from specc.lower.annotations import PythonTypes, named_types
 from specc.lower.module import Module
 from specc.model.expr import Lag
@@ -105,7 +105,7 @@ def for_run(value: Value, type_: Type) -> Value:
     """A value as generated code has it."""
     if type_.is_array:
         return array(value)
-    return rebuilt(type_, value, lambda part, item: for_run(item, part))
+    return kind(type_).rebuilt(type_, value, lambda part, item: for_run(item, part))
 
 
 def of_run(value: Value) -> Value:
