@@ -192,6 +192,10 @@ class Subsystem:
     def port(self, direction: str, peer: str) -> Port | None:
         return self._ports.get((direction, peer))
 
+    def sender(self, peer: str) -> str:
+        """The name that an input buffer declares for its other end; `Wires` follow it."""
+        return self._ports["x", peer].other_end
+
     @cached_property
     def _ports(self) -> dict[tuple[str, str], Port]:
         return {(port.direction, port.peer): port for port in reversed(self.ports)}
