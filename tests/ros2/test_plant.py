@@ -71,15 +71,16 @@ def test_a_message_that_cannot_be_published_ends_no_run(tmp_path: Path) -> None:
 
 
 def wrong(message: Any) -> float:
-    return float(message.numbers[7])
+    return float(message["numbers"][7] if isinstance(message, dict) else message.numbers[7])
 
 
-def test_a_function_of_through_that_raises_is_blamed() -> None:
-    topic = Ros2Topic(Q, "/q", "cell_msgs/Q", "message")
+@pytest.mark.parametrize("commanded", [False, True])
+def test_a_function_of_through_that_raises_is_blamed(*, commanded: bool) -> None:
+    topic = Ros2Topic(Q, "/q", "cell_msgs/Q", "message", commanded=commanded)
     spec = behind(Ros2("n", (topic,))).plant
     assert spec is not None
     sensors = tuple(replace(sensor, through=wrong) for sensor in spec.sensors)
-    decode, _ = conversions(replace(spec, sensors=sensors))
+    convert = conversions(replace(spec, sensors=sensors))[commanded][Q]
     with pytest.raises(DeviceFailed, match="IndexError: list index out of range") as raised:
-        decode[Q]({"numbers": [1.0]})
+        convert({"numbers": [1.0]})
     assert raised.value.culprit == f"device {Q}, through {__name__}:wrong"

@@ -202,6 +202,12 @@ WRENCH, COMMANDS = "topic: /ft_sensor/wrench", "/position_controller/commands"
             SHORT,
         ),
         ([("/joint_states", "/joints")], [], "nobody publishes /joints (irp.E.m.q_m)", SHORT),
+        (
+            [("/joint_states", "/ft_sensor/wrench")],
+            [],
+            "/ft_sensor/wrench (irp.R.s.F) cannot be opened as geometry_msgs/WrenchStamped",
+            SHORT,
+        ),
         ([(COMMANDS, "/commands")], [], "nobody reads /commands (irp.E.m.q_d)", SHORT),
         (
             [(WRENCH, f"qos: {{durability: transient_local}}, {WRENCH}")],
@@ -239,6 +245,7 @@ WRENCH, COMMANDS = "topic: /ft_sensor/wrench", "/position_controller/commands"
         "frame",
         "type",
         "missing",
+        "twice",
         "unread",
         "qos",
         "joint",

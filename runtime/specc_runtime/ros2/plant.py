@@ -113,12 +113,10 @@ def conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Co
     encode: dict[str, Convert] = {}
     for topic in spec.ros2.topics:
         function = through.get(topic.name)
+        made = None if function is None else partial(_made, topic.name, function)
         if topic.commanded:
-            encode[topic.name] = _after(function, partial(message_of, topic))
-        elif function is None:
-            decode[topic.name] = partial(value_of, topic)
+            encode[topic.name] = _after(made, partial(message_of, topic))
         else:
-            made = partial(_made, topic.name, function)
             decode[topic.name] = _after(partial(value_of, topic), made)
         if topic.part:  # no goal, no feedback and no result yet are None
             for either in (encode, decode):
@@ -127,16 +125,18 @@ def conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Co
     return decode, encode
 
 
-def _after(first: Convert | None, second: Convert) -> Convert:
-    return second if first is None else lambda value: second(first(value))
+def _after(first: Convert | None, second: Convert | None) -> Convert:
+    if first is None or second is None:
+        return first or second or (lambda value: value)
+    return lambda value: second(first(value))
 
 
-def _made(name: str, function: Convert, message: Any) -> Any:
-    """What a function of `through` makes of a message; raises DeviceFailed, which blames it."""
+def _made(name: str, function: Convert, given: Any) -> Any:
+    """What a function of `through` makes; raises DeviceFailed, which blames it."""
     try:
-        return function(message)
+        return function(given)
     except Exception as error:
-        raise DeviceFailed(name, error, {"message": message}, through=function) from error
+        raise DeviceFailed(name, error, {"value": given}, through=function) from error
 
 
 def _told_only(ros2: Ros2) -> set[str]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import rclpy
@@ -179,12 +180,14 @@ class Devices:
     def _advertise(self, node: Node, topic: dict[str, Any]) -> None:
         cls = interface(topic["type"])
         qos = profile(topic.get("qos", {}), commanded=True)
-        self._publishers[topic["name"]] = node.create_publisher(cls, topic["topic"], qos)
+        with _opening(topic):
+            self._publishers[topic["name"]] = node.create_publisher(cls, topic["topic"], qos)
 
     def _subscribe(self, node: Node, topic: dict[str, Any]) -> None:
         cls = interface(topic["type"])
         qos = profile(topic.get("qos", {}), commanded=False)
-        node.create_subscription(cls, topic["topic"], self._receiver(topic), qos)
+        with _opening(topic):
+            node.create_subscription(cls, topic["topic"], self._receiver(topic), qos)
         self._waiting[topic["name"]] = topic
 
     def _receiver(self, topic: dict[str, Any]) -> Callable[[Any], None]:
@@ -237,6 +240,16 @@ class Devices:
             return self._actions[name].is_there
         publisher = self._publishers.get(name)
         return publisher is not None and publisher.get_subscription_count() > 0
+
+
+@contextmanager
+def _opening(topic: dict[str, Any]) -> Iterator[None]:
+    """Have errors of ROS, as for two types of messages on one topic, say which topic it is."""
+    try:
+        yield
+    except Exception as error:
+        what = f"{topic['topic']} ({topic['name']}) cannot be opened as {topic['type']}"
+        raise DeviceError(f"{what}: {error}") from error
 
 
 def _node(config: dict[str, Any], context: Any) -> Node:
