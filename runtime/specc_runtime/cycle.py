@@ -204,16 +204,20 @@ class Executor:
         """Begin the steps; in real time but for those that would be too close to the last one."""
         tick, real = self.tick, self._real
         to_come = {track.name for track in due} if self._ages else set()
+        told_late: set[str] = set()
 
         def late(sender: str) -> int:
             track = self._tracks[sender]
-            begins = sender in to_come and (real is None or self._due.is_apart(track, real.now_s))
-            return 0 if begins else track.skipped_until(tick)
+            if sender in to_come and (real is None or self._due.is_apart(track, real.now_s)):
+                return 0
+            told_late.add(sender)  # so it begins none later in this tick
+            return track.skipped_until(tick)
 
         for track in due:
             to_come.discard(track.name)
             if real is not None:
-                if not self._due.is_apart(track, now_s := real.now_s):
+                is_apart = self._due.is_apart(track, now_s := real.now_s)
+                if track.name in told_late or not is_apart:
                     continue
                 track.began_s = now_s
             if track.ageing is not None:

@@ -201,6 +201,27 @@ def test_a_late_sender_is_told_and_its_value_gets_older(tmp_path: Path) -> None:
     assert told[30:] == [(0.2, 0), (0.21, 0)]  # its step of 0.1 s was done at 0.26 s
 
 
+def test_who_was_told_of_as_late_begins_no_step_in_that_tick(tmp_path: Path) -> None:
+    clock, told = DrivenClock(), []
+    costs = {5: 0.026, 10: 0.002}  # so that the camera has its steps at 0.076 s and 0.102 s
+    with system(tmp_path) as made:
+        reader = made.scheduled("arm.c").subsystem
+        step = reader.step
+
+        def slow() -> int:
+            outcome = step()
+            clock.busy(costs.get(driven.executor.tick, 0.0))
+            return outcome
+
+        reader.step = slow
+        driven = Driven(made, clock, plant=Cam())
+        driven.until(17, lambda: told.append((driven.executor.tick - 1, reader.memory.late)))
+    begun = [record.stamp for record in driven.of("arm.cam")]
+    assert (10, 1) in told
+    assert 2 not in begun
+    assert 3 in begun or driven.executor._tracks["arm.cam"].stamp == 3
+
+
 def test_a_late_value_is_too_old_where_its_age_is_limited(tmp_path: Path) -> None:
     read = "x.cam.d if fresh(x.cam.d) else 0"
     with system(tmp_path, limit="60 ms", read=read) as made:
