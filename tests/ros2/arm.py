@@ -46,9 +46,9 @@ class Arm(Node):
         self._wrenches = self.create_publisher(WrenchStamped, "/ft_sensor/wrench", 10)
         self.create_subscription(Float64MultiArray, options.commands, self._commanded, 10)
         self.create_timer(self._step, self._tick)
-        self._clock_s, self._ticks = 100.0, 0
+        self.clock_s, self._ticks = 100.0, 0
         self._clocks = self.create_publisher(Clock, "/clock", 10) if options.clock else None
-        self._pause, self._jump = options.pause, options.jump
+        self._pause, self._jump, self._pace = options.pause, options.jump, options.pace
         self._grasping = ActionServer(
             self,
             Fibonacci,
@@ -60,14 +60,14 @@ class Arm(Node):
         )
 
     def _tell_time(self, clocks: Publisher) -> None:
-        """Twice as fast as the clock; it stands still for a while once, or jumps back."""
+        """At its pace; it stands still for a while once, or jumps back."""
         self._ticks += self._is_commanded
         if not 0 < self._ticks - self._pause < 100:
-            self._clock_s += 2 * self._step
+            self.clock_s += self._pace * self._step
         if self._ticks == self._jump:
-            self._clock_s = 1.0
+            self.clock_s = 1.0
         now = Clock()
-        now.clock.sec, now.clock.nanosec = divmod(round(self._clock_s * 1e9), 10**9)
+        now.clock.sec, now.clock.nanosec = divmod(round(self.clock_s * 1e9), 10**9)
         clocks.publish(now)
 
     def _thought(self, for_s: float) -> GoalResponse:
@@ -111,7 +111,7 @@ class Arm(Node):
         self._left -= self._is_commanded
         now = (self.get_clock().now() - self._behind).to_msg()
         if self._clocks is not None:
-            now.sec, now.nanosec = divmod(round(self._clock_s * 1e9), 10**9)
+            now.sec, now.nanosec = divmod(round(self.clock_s * 1e9), 10**9)
         states = JointState(name=self._joints, position=[*self._at.values()])
         states.header.stamp = now
         self._states.publish(states)
@@ -135,17 +135,21 @@ def main() -> None:
     parser.add_argument("--frame", default="ft_frame")
     parser.add_argument("--silent-after", type=int, default=-1)
     parser.add_argument("--clock", action="store_true")
+    parser.add_argument("--pace", type=float, default=2.0)
     parser.add_argument("--pause", type=int, default=10**6)
     parser.add_argument("--jump", type=int, default=10**6)
     parser.add_argument("--behind", type=float, default=0.0)
     parser.add_argument("--thinks", type=float, default=0.0)
     options = parser.parse_args()
     rclpy.init()
+    arm = Arm(options)
     print("ready", flush=True)
     with suppress(KeyboardInterrupt, ExternalShutdownException):
         executor = MultiThreadedExecutor(num_threads=4)
-        executor.add_node(Arm(options))
+        executor.add_node(arm)
         executor.spin()
+    if options.clock:
+        print(arm.clock_s, flush=True)
 
 
 if __name__ == "__main__":
