@@ -11,6 +11,8 @@ import pytest
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import Setup
+from specc_runtime.loading import timed
+from specc_runtime.options import Options, UsageError
 from specc_runtime.ros2.binding import CLOCK, Ros2, Ros2Published, Ros2Topic
 from specc_runtime.ros2.plant import Ros2Plant, conversions
 from specc_runtime.system import System
@@ -84,3 +86,21 @@ def test_a_function_of_through_that_raises_is_blamed(*, commanded: bool) -> None
     with pytest.raises(DeviceFailed, match="IndexError: list index out of range") as raised:
         convert({"numbers": [1.0]})
     assert raised.value.culprit == f"device {Q}, through {__name__}:wrong"
+
+
+@pytest.mark.parametrize(
+    ("option", "given"),
+    [
+        ("--speed", {"speed": 1.0}),
+        ("--from", {"resume": (Path("run.mcap"), 1.0)}),
+        ("--video", {"video": Path("run.mp4")}),
+        ("--viewer", {"viewer": True}),
+    ],
+)
+def test_what_no_robot_can_do_is_refused_before_it_is_asked(
+    option: str, given: dict[str, Any]
+) -> None:
+    options, built = Options(directory=Path("built")), behind(Ros2("n"))
+    assert timed(options, built).real_time
+    with pytest.raises(UsageError, match=option):
+        timed(replace(options, **given), built)
