@@ -6,6 +6,7 @@ subsystem that sent what a device cannot take; never the one who merely met it.
 
 from __future__ import annotations
 
+import os
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from types import FrameType, TracebackType
@@ -234,12 +235,20 @@ def text_of(value: object) -> str:
     return text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 3]}..."
 
 
+_PACKAGE = os.path.dirname(__file__) + os.sep
+_OF_DEVICES = (os.path.join(_PACKAGE, "hosting", ""), os.path.join(_PACKAGE, "ros2", ""))
+"""Folders of what stands between devices and the functions of users: no place to look at."""
+
+
 def place_of(trace: TracebackType | None) -> str:
-    """`function (module.py:line)` where an exception was raised."""
+    """`function (module.py:line)` where an exception was raised; empty if only devices know."""
     found = traceback.extract_tb(trace)
     # The handler that abandons something is not where that was.
     frames = [frame for frame in found if frame.filename != interruption.__file__]
-    if not frames:
+    own = [frame.filename.startswith(_PACKAGE) for frame in frames]
+    while frames and frames[-1].filename.startswith(_OF_DEVICES):
+        frames.pop()
+    if not frames or (len(frames) < len(own) and own[len(frames) - 1]):
         return ""
     last = frames[-1]
     file = last.filename.rsplit("/", 1)[-1]

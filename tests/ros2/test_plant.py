@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,11 @@ from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import Setup
 from specc_runtime.loading import timed
 from specc_runtime.options import Options, UsageError
+from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.ros2.binding import CLOCK, Ros2, Ros2Published, Ros2Topic
+from specc_runtime.ros2.messages import value_of
 from specc_runtime.ros2.plant import Ros2Plant, conversions
+from specc_runtime.sampling import Sensor
 from specc_runtime.system import System
 
 from tests.hosting.rig import DEVICES, HERE, log, system, until
@@ -33,6 +37,16 @@ def behind(ros2: Ros2) -> System:
     made = system(sporadic=True)
     assert made.plant is not None
     return replace(made, plant=replace(made.plant, ros2=ros2))
+
+
+def test_what_is_wrong_with_a_message_has_no_place_in_a_program(tmp_path: Path) -> None:
+    topic = Ros2Topic(Q, "/q", "sensor_msgs/JointState", "joints", "position", joints=("q1",))
+    made = plant(tmp_path, Ros2("n"), values={Q: {"name": ["q2"], "position": [0.0]}})
+    made._decode[Q] = partial(value_of, topic)
+    with pytest.raises(DeviceFailed, match="has no joint q1: it has q2") as raised:
+        Sensor(SensorBinding(Q, sporadic=True), made.sample).update(0.0)
+    assert raised.value.place == ""
+    made.close()
 
 
 def test_ages_are_counted_in_simulated_time_and_its_pauses_are_told(tmp_path: Path) -> None:
@@ -86,6 +100,10 @@ def test_a_function_of_through_that_raises_is_blamed(*, commanded: bool) -> None
     with pytest.raises(DeviceFailed, match="IndexError: list index out of range") as raised:
         convert({"numbers": [1.0]})
     assert raised.value.culprit == f"device {Q}, through {__name__}:wrong"
+    assert raised.value.place.startswith("wrong (test_plant.py:")
+    with pytest.raises(DeviceFailed, match="'numbers'") as raised:
+        convert({})
+    assert raised.value.place.startswith("wrong (test_plant.py:")
 
 
 @pytest.mark.parametrize(
