@@ -282,7 +282,9 @@ class Author:
             return rng.choice((f"({a} and {b})", f"({a} or {b})", f"(not {a})"))
         way = rng.randrange(5)
         if way == 0:
-            return f"(elapsed {rng.choice(('>=', '>'))} 0.{rng.randrange(1, 4)}[s])"
+            numbers = [text for text, kind in role.values if kind == "int"]
+            patience = rng.choice((f"0.{rng.randrange(1, 4)}[s]", f"{rng.choice(numbers)} * 0.1[s]"))
+            return f"(elapsed {rng.choice(('>=', '>'))} {patience})"
         if way == 1 and role.arrivals:
             return f"fresh({rng.choice(role.arrivals)})"
         if way < 4 and role.many:

@@ -182,7 +182,7 @@ class Composition:
     @property
     def is_timed(self) -> bool:
         """Whether time in a state matters at all."""
-        return any(turns for walker in self.walkers for turns in walker.turns.values())
+        return any(walker.clocks.is_timed for walker in self.walkers)
 
     def _made(
         self, phase: int, parts: Sequence[Part], before: int, visible: Visible

@@ -1,44 +1,142 @@
-"""The periods in a state at which conditions on time alone change their truth."""
+"""Time in a state: counted, or in classes between the periods at which a condition turns."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import NamedTuple
 
 from specc.model import expr as m
 from specc.model.types import Bool
+from specc.proof import InputName
 from specc.proof.clock import Timer, Turns
 from specc.proof.numbering import Numbering
-from specc.tools.explore.partial import Known
+from specc.tools.explore.abstraction import Kept, conditions_of
+from specc.tools.explore.partial import Known, Value, filled
+
+MOST_COUNTED = 10_000
+"""Periods up to which a comparison of time with kept values is followed."""
 
 
-class Timing:
-    """Asks the clock of proofs about the expressions of a subsystem."""
+class Timed(NamedTuple):
+    """When conditions turn, by identity (`Known.turns`), and the last period at which one does."""
 
-    def __init__(self, known: Known) -> None:
-        """`known` are the values known at all times; turns that are found are added to it."""
-        self._timer = Timer(Numbering(known.lets, known.constants, known.period_s))
-        self._found = known.turns
-        self._lets: dict[str, frozenset[int]] = {}
-        for name, value in known.lets.items():
-            self._lets[name] = self.of([value])
+    turns: dict[int, tuple[m.Expr, Turns]]
+    last: int
 
-    def of(self, exprs: Iterable[m.Expr]) -> frozenset[int]:
-        """The periods at which a part of some expressions turns, directly or through lets."""
-        return frozenset(turn for expr in exprs for turn in self._of(expr))
+
+_Compared = tuple[tuple[m.Expr, ...], list[InputName], list[str]]
+"""Comparisons of time with kept values, and the inputs and memory that they read."""
+
+
+class Clocks:
+    """The clock of one machine.
+
+    If `exact`, it counts periods up to the last turn: it is twice their number, plus 1 where more
+    may have passed. Otherwise it is a class: how many of the turns have passed that are the same at
+    all times.
+    """
+
+    def __init__(self, kept: Kept, static: Known, *, exact: bool) -> None:
+        """`static` are the values known at all times; turns that are found are added to it."""
+        self.exact = exact
+        self._kept, self._static = kept, static
+        self._timer = Timer(Numbering(static.lets, static.constants, static.period_s))
+        self._of_lets: dict[str, frozenset[int]] = {}
+        for name, value in static.lets.items():
+            self._of_lets[name] = frozenset(self._of(value))
+        self._turns: dict[str, tuple[int, ...]] = {}
+        self._compared: dict[str, _Compared] = {}
+        for state in kept.subsystem.states:
+            asked = [item.value for item in state.behaviour.assignments]
+            asked += [axiom.that for axiom in kept.subsystem.axioms]
+            asked += conditions_of(kept.subsystem, state.name)
+            turns = {turn for expr in asked for turn in self._of(expr)}
+            self._turns[state.name] = tuple(sorted(turns))
+            found = tuple(self._with_kept(asked))
+            rests = kept.rests.all(found)
+            self._compared[state.name] = found, sorted(rests.values), sorted(rests.memory)
+        self._known: dict[tuple[str, tuple[Value | None, ...]], Timed] = {}
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether a condition depends on the time in a state."""
+        return any(self._turns.values()) or any(found for found, *_ in self._compared.values())
+
+    # When conditions turn.
+
+    def _timed(self, state: str, known: Known) -> Timed:
+        """When the conditions of a state turn, with the values that time is compared with."""
+        compared, inputs, memory = self._compared[state]
+        values = (*map(known.inputs.get, inputs), *map(known.memory.get, memory))
+        if (state, values) not in self._known:
+            self._known[state, values] = self._found(state, compared, known)
+        return self._known[state, values]
+
+    def _found(self, state: str, compared: Iterable[m.Expr], known: Known) -> Timed:
+        values = replace(self._static, inputs=known.inputs, memory=known.memory, _lets={})
+        found, last = dict(self._static.turns), [1, *self._turns[state]]
+        for expr in compared:
+            turns = self._timer.turns(filled(expr, values))
+            if turns is not None and max(turns.at, default=0) <= MOST_COUNTED:
+                found[id(expr)] = expr, turns
+                last += turns.at
+        return Timed(found, max(last))
 
     def _of(self, expr: m.Expr) -> Iterator[int]:
+        """The periods at which a part turns, directly or through lets, whatever is kept."""
         if isinstance(expr, m.LetRef):
-            yield from self._lets.get(expr.name, ())
-        elif (found := self._turns(expr)) is not None:
+            yield from self._of_lets.get(expr.name, ())
+        elif (found := self._always(expr)) is not None:
             yield from found.at
         else:
             for part in m.children(expr):
                 yield from self._of(part)
 
-    def _turns(self, expr: m.Expr) -> Turns | None:
+    def _always(self, expr: m.Expr) -> Turns | None:
         if not isinstance(expr.type, Bool) or isinstance(expr, (m.Truth, m.ConstantRef)):
             return None
         found = self._timer.turns(expr)
         if found is not None:
-            self._found[id(expr)] = expr, found
+            self._static.turns[id(expr)] = expr, found
         return found
+
+    def _with_kept(self, exprs: Iterable[m.Expr]) -> Iterator[m.Expr]:
+        """The comparisons of time with values that are kept, directly or through lets."""
+        for expr in exprs:
+            rests = self._kept.rests.of(expr)
+            if not rests.clock or id(expr) in self._static.turns:
+                continue
+            if isinstance(expr, m.LetRef):
+                yield from self._with_kept([self._static.lets[expr.name]])
+            elif not isinstance(expr, m.Compare):
+                yield from self._with_kept(m.children(expr))
+            elif rests.values <= self._kept.inputs and rests.values | rests.memory:
+                yield expr
+
+    # The clock.
+
+    def begin(self, state: str) -> int:
+        """The clock of a state just entered; with classes, the class of one period later."""
+        return 0 if self.exact else sum(turn <= 1 for turn in self._turns[state])
+
+    def after(self, state: str, clock: int, known: Known) -> tuple[int, ...]:
+        """The possible clocks at the next time stamp, with the values known then."""
+        if not self.exact:
+            return tuple(range(clock, len(self._turns[state]) + 1))
+        last = self._timed(state, known).last
+        passed, more = clock // 2 + 1, clock % 2
+        if passed >= last:
+            return (2 * last + 1,)
+        if not more:
+            return (2 * passed,)
+        # Compared with other values, more had passed: any of these numbers.
+        return (*range(2 * passed, 2 * last, 2), 2 * last + 1)
+
+    def lasting(self, state: str, clock: int, known: Known) -> Known:
+        """The known values when a state has lasted; only the values in `known` are known."""
+        if not self.exact:  # a class counts the turns that passed
+            turns, periods = self._static.turns, self._turns[state][clock - 1] if clock else 1
+        else:
+            turns, periods = self._timed(state, known).turns, clock // 2
+        return replace(known, turns=turns, periods=periods, _lets={})

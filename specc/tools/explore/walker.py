@@ -19,7 +19,7 @@ from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
 from specc.tools.explore.partial import Known, filled, negated, static
 from specc.tools.explore.regions import leaves
 from specc.tools.explore.symmetry import renamed
-from specc.tools.explore.timing import Timing
+from specc.tools.explore.timing import Clocks
 from specc.tools.explore.values import ABSENT, Numbers, Values
 
 OVER = -1
@@ -81,7 +81,6 @@ class Walker:
         self.subsystem = kept.subsystem
         self.name = self.subsystem.qualified_name
         self.values = values
-        self.exact = exact
         self.inputs = tuple(key for key in self.subsystem.inputs if key in kept.inputs)
         self.slots = {key: index for index, key in enumerate(self.inputs)}
         self.events = {key for key, element in self.subsystem.inputs.items() if element.event}
@@ -89,6 +88,7 @@ class Walker:
         self._memory = tuple(i for i in self.subsystem.memory if i.name in kept.memory)
         self.memory_slots = {item.name: slot for slot, item in enumerate(self._memory)}
         self.static = static(self.subsystem, abstraction.facts.system)
+        self.clocks = Clocks(kept, self.static, exact=exact)
         others = [key for key in self.subsystem.inputs if key not in kept.inputs]
         self._steady = {key for key in others if abstraction.is_steady(self.name, key)}
         self._measured = {key for key in others if abstraction.sender_of(self.name, key) is None}
@@ -155,10 +155,10 @@ class Walker:
         memory = {i.name: n for i, n in zip(self._memory, local.memory, strict=True)}
         new = {key for key, slot in self.slots.items() if buffers[slot] % 2}
         answers = frozenset(a for a in local.answers if not self._rests(a).inputs & new)
-        clocks = self._clocks(local)
+        now = self._known(buffers, memory)
+        clocks = self.clocks.after(local.state, local.clock, now)
         for clock in clocks:
-            known = self._known(buffers, memory)
-            known.periods = self._periods(local.state, clock)
+            known = self.clocks.lasting(local.state, clock, now)
             broken = self._assumptions(known)
             if broken:
                 yield self._failed(local, broken)
@@ -255,7 +255,9 @@ class Walker:
         entered = clock < 0 or not source
         behaviour = self.subsystem.state(branch.target).behaviour
         known = self._known(buffers, memory, first=not source)
-        known.periods = 0 if entered else self._periods(branch.target, clock)
+        known.periods = 0
+        if not entered:
+            known = self.clocks.lasting(branch.target, clock, known)
         written = dict[InputName, tuple[int, ...]]()
         for item in behaviour.assignments:
             key, value = (item.peer, item.name), item.value
@@ -271,7 +273,7 @@ class Walker:
             answers = frozenset()
         free += tuple(f"what `{name}` is" for (_, name), n in written.items() if len(n) > 1)
         lost = self._lost(buffers, source, branch.target)
-        clock = self._begin(branch.target) if entered else clock
+        clock = self.clocks.begin(branch.target) if entered else clock
         for numbers in product(*written.values()):
             values = dict(zip(written, numbers, strict=True))
             kept = tuple(values.get(("", name), number) for name, number in memory.items())
@@ -349,34 +351,6 @@ class Walker:
             changes = rests.clock or rests.lags
             if part != m.TRUE and not changes and rests.inputs <= self.slots.keys():
                 yield self._formulas.of(part)
-
-    # Time in a state: counted, or in classes between the periods at which a condition turns.
-
-    @cached_property
-    def turns(self) -> dict[str, tuple[int, ...]]:
-        """For each state, the periods at which a condition on the time in it changes its truth."""
-        timing, found = Timing(self.static), {}
-        for state in self.subsystem.states:
-            asked = [item.value for item in state.behaviour.assignments]
-            asked += [axiom.that for axiom in self.subsystem.axioms]
-            asked += conditions_of(self.subsystem, state.name)
-            found[state.name] = tuple(sorted(timing.of(asked)))
-        return found
-
-    def _clocks(self, local: Local) -> tuple[int, ...]:
-        """The possible clocks at the next time stamp: counted to the last turn, or a class."""
-        found = self.turns[local.state]
-        if self.exact:
-            return (min(local.clock + 1, found[-1] if found else 1),)
-        return tuple(range(local.clock, len(found) + 1))
-
-    def _begin(self, state: str) -> int:
-        """The clock of a state just entered; with classes, the class of one period later."""
-        return 0 if self.exact else sum(turn <= 1 for turn in self.turns[state])
-
-    def _periods(self, state: str, clock: int) -> int:
-        """A number of periods that represents a clock; a class counts the turns that passed."""
-        return clock if self.exact else self.turns[state][clock - 1] if clock else 1
 
 
 def _name(leaf: m.Input | m.MemoryRef) -> str:
