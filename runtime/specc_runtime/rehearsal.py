@@ -119,8 +119,8 @@ class Rehearsal:
 
 def record(
     rehearsal: Rehearsal, reports: Reports, duration_s: float, options: Mapping[str, Any]
-) -> None:
-    """Record such a run, with these options of a run.
+) -> list[str]:
+    """Record such a run, with these options of a run; gives the verdicts on the requirements.
 
     Raises OutputLost, UsageError if that cannot be written.
     """
@@ -134,6 +134,7 @@ def record(
     try:
         with np.errstate(all="ignore"):
             session.run()
+        return [each["verdict"] for each in session.report().requirements]
     finally:
         recorder.close()
 

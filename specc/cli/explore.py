@@ -55,12 +55,12 @@ def run_explore(options: Namespace) -> int:
 
 
 def _recorded(options: Namespace, built: Build | None, found: Exploration) -> Sequence[Recorded]:
-    """The recordings of the findings, if they are wanted."""
+    """The recordings of `found.traced`, if they are wanted."""
     if built is None:
         return ()
     from specc.cli.traces import recorded
 
-    return recorded(found.findings, built, options.spec, Path(options.traces))
+    return recorded(found.traced, built, options.spec, Path(options.traces))
 
 
 def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
@@ -75,7 +75,7 @@ def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
         lines.append(f"not everything was explored in {budget} steps: --budget allows for more")
     elif not found.broken_off:
         lines.append(f"all in all: {found.status}")
-    for finding, trace in zip(found.findings, kept, strict=bool(kept)):
+    for finding, trace in zip(found.traced, kept, strict=bool(kept)):
         said = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {said}")
     return "".join(f"{line}\n" for line in lines)
@@ -117,13 +117,11 @@ def _as_json(
             "verdict": r.verdict,
             "asked": r.asked,
             "rests_on": list(r.rests_on),
+            **_kept(r.finding, found, kept),
         }
         for r in found.requirements
     ]
-    told = [_finding(finding) for finding in found.findings]
-    for each, trace in zip(told, kept, strict=bool(kept)):
-        each["recording"] = trace.file or None
-        each["lacks"] = trace.lacks
+    told = [_finding(finding) | _kept(finding, found, kept) for finding in found.findings]
     return streams.as_json(
         VERSION,
         system,
@@ -134,6 +132,15 @@ def _as_json(
         interrupted=interrupted,
         findings=told,
     )
+
+
+def _kept(finding: Finding | None, found: Exploration, kept: Sequence[Recorded]) -> dict[str, Any]:
+    """The recording of a trace, if recordings are wanted."""
+    about = [each.about for each in found.traced]
+    if not kept or finding is None or finding.about not in about:
+        return {}
+    trace = kept[about.index(finding.about)]
+    return {"recording": trace.file or None, "lacks": trace.lacks}
 
 
 def _finding(finding: Finding) -> dict[str, Any]:

@@ -99,9 +99,17 @@ def _record(finding: Finding, built: Build, rehearsal: Any, options: dict[str, A
         return str(error)
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
     # A monitor has to see that what is required does not come.
-    required = [r for r in built.result.system.requirements if r.that in finding.about]
+    every = built.result.system.requirements
+    required = [r for r in every if (r.that, r.place) == finding.about[1:]]
     ahead_s = max((float(reach_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)
     duration_s = float(way.time_s) + after_s
-    called("rehearsal", "record", rehearsal, found, duration_s, options)
-    return ""
+    became = called("rehearsal", "record", rehearsal, found, duration_s, options)
+    return next((_unseen(said) for r, said in zip(every, became, strict=True) if r in required), "")
+
+
+def _unseen(verdict: str) -> str:
+    """Why the run of a violation does not show it, if its monitor does not see it."""
+    if verdict == "violated":
+        return ""
+    return f"in the run that follows it the requirement is {verdict}"

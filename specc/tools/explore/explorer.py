@@ -107,6 +107,12 @@ class Exploration:
         return f"complete{but if undecided else ''}"
 
     @property
+    def traced(self) -> list[Finding]:
+        """The findings, and the violations that requirements rest on (`Judged.finding`)."""
+        rest = (each.finding for each in self.requirements if each.verdict == "open")
+        return [*self.findings, *filter(None, rest)]
+
+    @property
     def is_short(self) -> bool:
         """Whether more steps would explore more."""
         asked = any(judged.verdict == "not explored" for judged in self.requirements)

@@ -36,15 +36,20 @@ Verdict = Literal["proved", "violated", "may be violated", "open", "not decided"
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """The verdict on a requirement, and the conditions on which a violation rests."""
+    """The verdict on a requirement, and the trace on which it is violated, if there is one."""
 
     requirement: Requirement
     verdict: Verdict
-    rests_on: tuple[str, ...] = ()
+    finding: Finding | None = None
     why: str = "it is about values that are not known"
     """The reason of `not decided`."""
     asked: bool = True
     """Whether some run may ask it; if not, it holds vacuously."""
+
+    @property
+    def rests_on(self) -> tuple[str, ...]:
+        """The conditions on which a violation rests."""
+        return self.finding.way.free if self.finding else ()
 
     def words(self) -> str:
         """The verdict."""
@@ -127,7 +132,7 @@ def judged(
         verdict = _verdict(graphs, index, requirement, way)
         place = len(group.requirements) + [*probes].index(index) if index in probes else -1
         is_asked = not (verdict == "proved" and place >= 0 and _is_proved(graphs, place))
-        said.append(Judged(requirement, verdict, way.way.free if way else (), asked=is_asked))
+        said.append(Judged(requirement, verdict, way, asked=is_asked))
         if way is not None and verdict != "open":
             findings.append(replace(way, is_confirmed=exactly or way.way.is_decided))
     return said, findings, [graph for graph, _ in told]
