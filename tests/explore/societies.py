@@ -283,7 +283,9 @@ class Author:
         way = rng.randrange(5)
         if way == 0:
             numbers = [text for text, kind in role.values if kind == "int"]
-            patience = rng.choice((f"0.{rng.randrange(1, 4)}[s]", f"{rng.choice(numbers)} * 0.1[s]"))
+            patience = rng.choice(
+                (f"0.{rng.randrange(1, 4)}[s]", f"{rng.choice(numbers)} * 0.1[s]")
+            )
             return f"(elapsed {rng.choice(('>=', '>'))} {patience})"
         if way == 1 and role.arrivals:
             return f"fresh({rng.choice(role.arrivals)})"

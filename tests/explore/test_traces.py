@@ -15,13 +15,20 @@ from tests.recording.runs import messages
 from tests.seeds import short
 
 CASES = sorted(Path(__file__).parent.glob("cases/*.yaml"))
+BOUNDED = Path(__file__).parent / "bounded"
 LOST = Path(__file__).parent / "cases/event-not-looked-at.yaml"
+
+
+def explored(spec: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    """What exploring says, with recordings."""
+    main(["explore", str(spec), "--traces", str(out), "--format", "json"])
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
 
 
 def traced(spec: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> list[dict[str, Any]]:
     """The findings with their recordings."""
-    main(["explore", str(spec), "--traces", str(out), "--format", "json"])
-    found: list[dict[str, Any]] = json.loads(capsys.readouterr().out)["findings"]
+    found: list[dict[str, Any]] = explored(spec, out, capsys)["findings"]
     return found
 
 
@@ -181,3 +188,29 @@ def test_what_is_sent_has_other_names_in_the_code(
     (finding,) = traced(tmp_path / "spec.yaml", tmp_path / "traces", capsys)
     assert finding["code"] == "W1001"
     assert Path(finding["recording"]).is_file()
+
+
+@pytest.mark.parametrize("case", ["too_tight", "stretched", "stop_button"])
+def test_a_violation_that_rests_on_conditions_is_a_run_that_replays(
+    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = BOUNDED / f"{case}.yaml"
+    (required,) = explored(spec, tmp_path / "traces", capsys)["requirements"]
+    assert bool(required["rests_on"]) == (case != "stop_button")
+    assert required["lacks"] == ""
+    assert main(["replay", required["recording"], "--spec", str(spec), "--check"]) == 1
+    assert "\nviolated always" in capsys.readouterr().out
+
+
+def test_a_violation_that_no_run_shows_is_told_with_the_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exploring does not know that (t - 1)**2 is never less than zero."""
+    text = (BOUNDED / "too_tight.yaml").read_text(encoding="utf-8")
+    spec = tmp_path / "spec.yaml"
+    never = "x.probe.t * x.probe.t > 2[K] * x.probe.t - 2[K**2] or elapsed"
+    spec.write_text(text.replace("x.probe.t > 450[K] or elapsed", never), encoding="utf-8")
+    (required,) = explored(spec, tmp_path / "traces", capsys)["requirements"]
+    assert (required["verdict"], required["recording"]) == ("open", None)
+    assert required["lacks"].endswith("whatever measurements were tried")
+    assert not list((tmp_path / "traces").iterdir())

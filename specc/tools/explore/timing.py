@@ -133,10 +133,10 @@ class Clocks:
         # Compared with other values, more had passed: any of these numbers.
         return (*range(2 * passed, 2 * last, 2), 2 * last + 1)
 
-    def lasting(self, state: str, clock: int, known: Known) -> Known:
-        """The known values when a state has lasted; only the values in `known` are known."""
-        if not self.exact:  # a class counts the turns that passed
-            turns, periods = self._static.turns, self._turns[state][clock - 1] if clock else 1
-        else:
-            turns, periods = self._timed(state, known).turns, clock // 2
-        return replace(known, turns=turns, periods=periods, _lets={})
+    def set(self, known: Known, state: str, clock: int) -> None:
+        """Set the time in a state in what is known."""
+        known._lets.clear()
+        if self.exact:
+            known.turns, known.periods = self._timed(state, known).turns, clock // 2
+        else:  # a class counts the turns that passed
+            known.periods = self._turns[state][clock - 1] if clock else 1

@@ -155,10 +155,10 @@ class Walker:
         memory = {i.name: n for i, n in zip(self._memory, local.memory, strict=True)}
         new = {key for key, slot in self.slots.items() if buffers[slot] % 2}
         answers = frozenset(a for a in local.answers if not self._rests(a).inputs & new)
-        now = self._known(buffers, memory)
-        clocks = self.clocks.after(local.state, local.clock, now)
+        known = self._known(buffers, memory)
+        clocks = self.clocks.after(local.state, local.clock, known)
         for clock in clocks:
-            known = self.clocks.lasting(local.state, clock, now)
+            self.clocks.set(known, local.state, clock)
             broken = self._assumptions(known)
             if broken:
                 yield self._failed(local, broken)
@@ -257,7 +257,7 @@ class Walker:
         known = self._known(buffers, memory, first=not source)
         known.periods = 0
         if not entered:
-            known = self.clocks.lasting(branch.target, clock, known)
+            self.clocks.set(known, branch.target, clock)
         written = dict[InputName, tuple[int, ...]]()
         for item in behaviour.assignments:
             key, value = (item.peer, item.name), item.value
