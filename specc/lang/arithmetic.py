@@ -30,14 +30,10 @@ _SUMS = {"+": "cannot be added", "-": "cannot be subtracted"}
 def binary(ctx: Context, node: ast.BinOp, hint: Type | None) -> Expr:
     """An operator between two expressions."""
     match node.op:
-        case ast.Add():
-            return _sum(ctx, node, "+", hint)
-        case ast.Sub():
-            return _sum(ctx, node, "-", hint)
-        case ast.Mult():
-            return _product(ctx, node, "*")
-        case ast.Div():
-            return _product(ctx, node, "/")
+        case ast.Add() | ast.Sub():
+            return _sum(ctx, node, "+" if isinstance(node.op, ast.Add) else "-", hint)
+        case ast.Mult() | ast.Div():
+            return _product(ctx, node, "*" if isinstance(node.op, ast.Mult) else "/")
         case ast.Pow():
             return _power(ctx, node)
     return _composition(ctx, node, hint)

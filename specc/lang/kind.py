@@ -44,12 +44,12 @@ class Kind:
     member; where it consists of numbers, of this one."""
     taken: Callable[[Any, Any, Of], Value]
     """The value that data of a recording stands for; `...` for data of another type."""
-    annotation: Callable[[Any, Python], str]
-    """Its type in generated code."""
     contract: Callable[[Any, Python], str]
     """What checks its values where they come from outside (`specc_runtime.contracts`)."""
     form: Callable[[Any, Python], str]
     """How its values are recorded (`specc_runtime.forms`)."""
+    annotation: Callable[[Any, Python], str] = lambda type, py: py.named(type)
+    """Its type in generated code."""
 
     # More about values.
 

@@ -198,7 +198,6 @@ KINDS: dict[type[Type], Kind] = {
         taken=lambda type, data, of: data if data in type.members else ...,
         words=lambda type: type.members,
         shapes=lambda type: ("String",),
-        annotation=lambda type, py: py.named(type),
         contract=lambda type, py: _call(py, "as_member", *map(repr, type.members)),
         form=lambda type, py: py.own("TEXT"),
         sort="item",
@@ -307,7 +306,6 @@ KINDS: dict[type[Type], Kind] = {
         rebuilt=lambda type, value, of: Fields(**_fields(type, value, of)),
         data=_fields,
         taken=_of_fields,
-        annotation=lambda type, py: py.named(type),
         contract=lambda type, py: _record(type, py, "as_record"),
         form=lambda type, py: _record(type, py, "record"),
     ),
@@ -315,7 +313,6 @@ KINDS: dict[type[Type], Kind] = {
         first=lambda type, number: Token(type.name),
         others=lambda type, value: iter((Token(f"another {type.name}"),)),
         taken=lambda type, data, of: Gone(),
-        annotation=lambda type, py: py.named(type),
         contract=lambda type, py: _call(
             py, "as_instance", py.named(type) if type.python else "object"
         ),
