@@ -60,7 +60,7 @@ def _recorded(options: Namespace, built: Build | None, found: Exploration) -> Se
         return ()
     from specc.cli.traces import recorded
 
-    return recorded(found.traced, built, options.spec, Path(options.traces))
+    return recorded(found, built, options.spec, Path(options.traces))
 
 
 def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:

@@ -16,9 +16,8 @@ from specc.frozen import frozen
 from specc.model.requirement import reach_s
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from specc.pipeline import Build
+    from specc.tools.explore.explorer import Exploration
     from specc.tools.explore.findings import Finding
 
 _INTERRUPTED = "interrupted"
@@ -39,28 +38,25 @@ class Recorded:
         return self.lacks == _INTERRUPTED
 
 
-def recorded(
-    findings: Sequence[Finding], built: Build, spec: str, directory: Path
-) -> list[Recorded]:
-    """Record the traces of findings in a directory, each in a file of its own.
+def recorded(found: Exploration, built: Build, spec: str, directory: Path) -> list[Recorded]:
+    """Record the traces of `found.traced` in a directory, each in a file of its own.
 
     Raises:
         Refused: a file cannot be written, or what writes them is not installed.
     """
-    if not findings:
+    if not found.traced:
         return []
     try:
         directory.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix=".specc-", dir=directory) as scratch:
-            return list(_recorded(findings, built, spec, Path(scratch)))
+            return list(_recorded(found, built, spec, Path(scratch)))
     except OSError as error:
         reason = (error.strerror or "unknown reason").lower()
         raise Refused(f"cannot write to {directory}: {reason}") from error
 
 
-def _recorded(
-    findings: Sequence[Finding], built: Build, spec: str, scratch: Path
-) -> Iterator[Recorded]:
+def _recorded(found: Exploration, built: Build, spec: str, scratch: Path) -> Iterator[Recorded]:
+    findings, resting = found.traced, len(found.traced) - len(found.findings)
     package, base = scratch / "generated" / built.system, Path(os.path.dirname(spec))
     for diagnostic in output.write(package, built.files):
         raise Refused(diagnostic.message)
@@ -73,7 +69,9 @@ def _recorded(
     for number, finding in enumerate(findings, 1):
         file = scratch / f"{number}-{finding.code}.mcap"
         try:
-            lacks = _record(finding, built, rehearsal, {"record": file, "texts": texts})
+            options = {"record": file, "texts": texts}
+            shared = resting if number > len(found.findings) else 1
+            lacks = _record(finding, built, rehearsal, options, shared)
         except KeyboardInterrupt:
             yield from [Recorded(lacks=_INTERRUPTED)] * (len(findings) - number + 1)
             return
@@ -86,7 +84,9 @@ def _recorded(
         yield Recorded(str(kept))
 
 
-def _record(finding: Finding, built: Build, rehearsal: Any, options: dict[str, Any]) -> str:
+def _record(
+    finding: Finding, built: Build, rehearsal: Any, options: dict[str, Any], shared: int
+) -> str:
     """Record a run that goes as the trace of a finding; says why if there is none."""
     from specc.tools.explore.concrete import reports
     from specc.tools.explore.reported import NotConcreteError
@@ -94,7 +94,7 @@ def _record(finding: Finding, built: Build, rehearsal: Any, options: dict[str, A
     assert built.result.system is not None
     way = finding.way
     try:
-        found = reports(way, built.result.system, rehearsal)
+        found = reports(way, built.result.system, rehearsal, shared)
     except NotConcreteError as error:
         return str(error)
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)

@@ -23,7 +23,7 @@ from specc.tools.explore.trace import Step, Trace
 Reports = dict[str, list[tuple[int, Any]]]
 """For each sensor its reports, each with the base tick from which it holds; `...`: no new value."""
 MOST_STEPS, TO_BEGIN = 1_000_000, 200
-"""Of subsystems, in the rehearsals of one trace; for how many of them each one counts itself."""
+"""Of subsystems, in the rehearsals of one finding; for how many of them each one counts itself."""
 MOST_MOMENTS, MOST_SENSORS = 8, 8
 """How long before a step reports are changed; of how many sensors that it depends on."""
 MOST_SENT = 8
@@ -80,13 +80,13 @@ class Stray:
         return self.tick, -self.others
 
 
-def reports(way: Trace, system: System, rehearsal: Rehearsal) -> Reports:
-    """Find measurements with which a run follows a trace.
+def reports(way: Trace, system: System, rehearsal: Rehearsal, shared: int = 1) -> Reports:
+    """Find measurements with which a run follows a trace; so many traces share the steps.
 
     Raises:
         NotConcreteError: no such measurements were found.
     """
-    values = Values(system)
+    values, most = Values(system), MOST_STEPS // shared
     known: Reports = {name: [(0, values.of(name)[0])] for name in rehearsal.sensors}
     for name in values.silent & known.keys():
         known[name].append((1, ...))
@@ -97,8 +97,8 @@ def reports(way: Trace, system: System, rehearsal: Rehearsal) -> Reports:
     ways = list(_ways(known, stray, expected, values))
     furthest = ways[0].stray
     while ways:
-        if expected.steps >= MOST_STEPS:
-            raise NotConcreteError(f"{furthest.words}, as far as {MOST_STEPS} steps reach")
+        if expected.steps >= most:
+            raise NotConcreteError(f"{furthest.words}, as far as {most} steps reach")
         # Half of the trials go to the furthest run, the others to the one with the fewest trials.
         tried = [each for each in ways if each.stray is furthest]
         if expected.runs % 2 or not tried:

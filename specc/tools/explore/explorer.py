@@ -108,7 +108,7 @@ class Exploration:
 
     @property
     def traced(self) -> list[Finding]:
-        """The findings, and the violations that requirements rest on (`Judged.finding`)."""
+        """The findings, then the violations that rest on conditions and are none."""
         rest = (each.finding for each in self.requirements if each.verdict == "open")
         return [*self.findings, *filter(None, rest)]
 
