@@ -33,6 +33,9 @@ from specc.tools.explore.trace import Trace, trace
 
 Verdict = Literal["proved", "violated", "may be violated", "open", "not decided", "not explored"]
 
+MOST_NAMED = 3
+"""Measurements that a verdict names."""
+
 
 @dataclass(frozen=True, slots=True)
 class Judged:
@@ -41,8 +44,8 @@ class Judged:
     requirement: Requirement
     verdict: Verdict
     finding: Finding | None = None
-    why: str = "it is about values that are not known"
-    """The reason of `not decided`."""
+    why: str = ""
+    """The reason of `not decided`, if it lies in the formula and not in the values."""
     asked: bool = True
     """Whether some run may ask it; if not, it holds vacuously."""
 
@@ -56,12 +59,24 @@ class Judged:
         if self.verdict == "open":
             return f"rests on {listed(self.rests_on, 'and')}"
         if self.verdict == "not decided":
-            return f"not decided, since {self.why}"
+            return f"not decided, since {self.why or _unknown(self.requirement)}"
         if not self.asked:
             return "proved, but never asked"
         if self.verdict == "violated":
             return "violated in every run, unless a step fails by then"
         return self.verdict
+
+
+def _unknown(requirement: Requirement) -> str:
+    """Which values of a requirement no exploring knows."""
+    measured = ("reported", "observed")
+    found = dict.fromkeys(f"`{x.name}`" for x in requirement.readings if x.kind in measured)
+    if not found:
+        return "it is about values that are not known"
+    named = [*found][:MOST_NAMED]
+    if len(found) > len(named):
+        named.append(f"{len(found) - len(named)} more")
+    return f"{listed(named, 'and')} {'is' if len(found) == 1 else 'are'} measured"
 
 
 @dataclass(slots=True)
