@@ -189,6 +189,7 @@ def test_what_is_said_of_societies_holds(seeds: Sequence[int], tmp_path: Path) -
 
 
 @pytest.mark.parametrize("seeds", [range(4, 7), pytest.param(range(8), marks=pytest.mark.long)])
+@pytest.mark.long
 def test_an_explorer_that_never_loses_anything_is_noticed(
     seeds: range, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -53,7 +53,8 @@ OTHER_WORDS = {
 
 def words(module: Path) -> set[str]:
     """The names of functions that are texts in a module."""
-    nodes = ast.walk(ast.parse(module.read_text(encoding="utf-8")))
+    source = module.read_text(encoding="utf-8")
+    nodes = ast.walk(ast.parse(source if any(f'"{name}"' in source for name in NAMES) else ""))
     texts = {node.value for node in nodes if isinstance(node, ast.Constant)}
     return {text for text in texts if isinstance(text, str)} & NAMES
 

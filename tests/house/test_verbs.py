@@ -21,7 +21,8 @@ OTHER_WORDS = {
 
 def words(module: Path) -> set[str]:
     """The verbs that are texts, or names of arguments, in a module."""
-    nodes = list(ast.walk(ast.parse(module.read_text(encoding="utf-8"))))
+    source = module.read_text(encoding="utf-8")
+    nodes = ast.walk(ast.parse(source if any(verb in source for verb in VERBS) else ""))
     texts = {node.value for node in nodes if isinstance(node, ast.Constant)}
     return {text for text in texts if isinstance(text, str)} & VERBS.keys()
 

@@ -13,28 +13,31 @@ OTHERS = {
 """Who else reads the name at the other end of a port, and what for."""
 
 
-def reads_other_ends(module: Path) -> bool:
-    """Whether a module reads the name of the part at the other end of a port."""
-    nodes = ast.walk(ast.parse(module.read_text(encoding="utf-8")))
-    return any(isinstance(node, ast.Attribute) and node.attr == "other_end" for node in nodes)
+def naming(word: str) -> dict[str, list[ast.AST]]:
+    """The nodes of all modules in whose texts the word is."""
+    texts = {
+        module.relative_to(SPECC).as_posix(): module.read_text(encoding="utf-8")
+        for module in SPECC.rglob("*.py")
+    }
+    return {name: [*ast.walk(ast.parse(text))] for name, text in texts.items() if word in text}
 
 
 def test_one_module_knows_what_is_at_the_other_end_of_a_buffer() -> None:
-    readers = {m.relative_to(SPECC).as_posix() for m in SPECC.rglob("*.py") if reads_other_ends(m)}
+    readers = {
+        name
+        for name, nodes in naming("other_end").items()
+        if any(isinstance(node, ast.Attribute) and node.attr == "other_end" for node in nodes)
+    }
     assert readers == {WIRES, *OTHERS}
 
 
 def test_no_other_module_asks_ports_for_their_sender() -> None:
     """`Wires.sender` has two arguments, `Subsystem.sender` one."""
-
-    def calls(module: Path) -> list[ast.Call]:
-        nodes = ast.walk(ast.parse(module.read_text(encoding="utf-8")))
-        return [n for n in nodes if isinstance(n, ast.Call) and len(n.args) == 1]
-
     found = {
-        m.relative_to(SPECC).as_posix()
-        for m in SPECC.rglob("*.py")
-        for call in calls(m)
+        name
+        for name, nodes in naming(".sender(").items()
+        for call in nodes
+        if isinstance(call, ast.Call) and len(call.args) == 1
         if isinstance(call.func, ast.Attribute) and call.func.attr == "sender"
     }
     assert found <= {"analysis/dataflow.py", "lower/ages.py"}, "these ask DataFlow, by a node"

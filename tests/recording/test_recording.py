@@ -120,6 +120,7 @@ def test_a_recording_changes_no_record(recorded: Path, tmp_path: Path) -> None:
     assert with_it == without
 
 
+@pytest.mark.long
 def test_ctrl_c_leaves_a_finished_file(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     process = begun(*ENDLESS, file)

@@ -354,6 +354,7 @@ def test_of_what_is_decided_nothing_is_kept_and_nothing_missed() -> None:
     assert again.verdict == "met"
 
 
+@pytest.mark.long
 def test_requirements_share_the_values_that_snapshots_have(tmp_path: Path) -> None:
     sizes = []
     for count in (1, 4):
