@@ -120,7 +120,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             cpu_s, tick_s = _measured(Path(scratch), height, width, options.seconds)
             rows.append((f"{height} x {width} x 3", f"{1e3 * cpu_s:.2f}", f"{1e3 * tick_s:.2f}"))
     head = ("image", "CPU, ms an image", "tick with an image, ms")
-    print(table("Main process, by image of 20 Hz from host to worker", head, rows))
+    print(
+        table("Main process, by image of 20 Hz from host to worker, without recording", head, rows)
+    )
 
 
 def _measured(scratch: Path, height: int, width: int, duration_s: float) -> tuple[float, float]:

@@ -66,7 +66,7 @@ class Block:
 def _grow(descriptor: int, size: int) -> None:
     """Make it so large, in whole pages."""
     size = max(1, -(-size // _PAGE)) * _PAGE
-    if hasattr(os, "posix_fallocate"):  # no memory is an error here, and a signal later
+    if hasattr(os, "posix_fallocate"):  # a lack of room is an error here, and a signal later
         before = os.fstat(descriptor).st_size
         os.posix_fallocate(descriptor, before, size - before)
     os.ftruncate(descriptor, size)

@@ -34,7 +34,6 @@ def _near_form(type: Type) -> Form | str:
     return "" if type.is_array else _CLOSE
 
 
-_AN_ANGLE = "takes an angle, `real[rad]`"
 _exact = partial(BuiltinFunction, rounds=False, may_fail=False, overflows=False)
 
 

@@ -286,3 +286,10 @@ def test_a_folder_of_ones_own_shadows_nothing_of_the_host(tmp_path: Path) -> Non
     with pytest.raises(PlantError) as raised:
         HostedPlant(system(), Setup("probe:Devices", {}, (str(tmp_path),), sys.executable))
     assert "specc_runtime/hosting'" not in str(raised.value)
+
+
+def test_an_element_for_which_there_was_no_safe_output_is_named(tmp_path: Path) -> None:
+    made = plant(tmp_path, system(silence_s=1.0))
+    told = made._silent("a.E.d", 2.0, {"a.E.d.u": ("", "value: no number"), "a.E.d.v": ("v", "")})
+    assert "but none for a.E.d.u: the run was silent for 2 s" in told
+    made.close()

@@ -69,6 +69,20 @@ def test_ages_are_counted_in_simulated_time_and_its_pauses_are_told(tmp_path: Pa
     made.close()
 
 
+def test_the_end_is_not_kept_waiting_for_a_tick(tmp_path: Path) -> None:
+    made = plant(tmp_path, Ros2("n"))
+    looks = iter([False, True, True])
+    waited_s: list[float] = []
+
+    class Noting(WallClock):
+        def wait(self, duration_s: float) -> None:
+            waited_s.append(duration_s)
+
+    made.clock_of_run(Noting(), lambda: next(looks)).wait(1000.0)
+    assert 0.0 < sum(waited_s) < 1.0
+    made.close()
+
+
 def test_a_message_that_cannot_be_published_ends_no_run(tmp_path: Path) -> None:
     topic = Ros2Topic("~/a/d", "~/a/d", "std_msgs/Int64", "scalar", "data", commanded=True)
     ros2 = Ros2("n", published=(Ros2Published("a.d", "value", topic),))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from specc_runtime.faults import DeviceFailed
+from specc_runtime.hosting.courier import Outcome
 from specc_runtime.hosting.devices import Array
 from specc_runtime.hosting.keeper import CLOSE_S, WILL_S
 from specc_runtime.hosting.memory import KEPT
@@ -184,7 +185,7 @@ class HostedPlant:
         """What an element has that has nothing new."""
         if reading.is_sporadic or reading.value is NO_SAMPLE:
             return NO_SAMPLE
-        old_s = time.monotonic() - reading.measured_s
+        old_s = self._age_s(reading.measured_s)
         if old_s > reading.kept_s:
             raise PlantError(f"there has been no new value for {old_s:.3g} s")
         return Sample(reading.value, old_s)
@@ -292,15 +293,18 @@ class HostedPlant:
             elif kind == "asked" and self._asked is None:
                 self._asked = signal.Signals(data[0]).name, time.monotonic() + ASKED_S
             elif kind == "willed" and self._ended is None and not self._is_leaving:
-                self._ended = PlantError(self._silent(data[0], data[1]))
+                self._ended = PlantError(self._silent(*data))
         channel.flush()
         if channel.is_over:
             self._ended = PlantError(f"the device host ended: {self._host.ending()}")
 
-    def _silent(self, device: str, silent_s: float) -> str:
+    def _silent(self, device: str, silent_s: float, outcome: Outcome) -> str:
+        missing = ", ".join(name for name, (by, _) in outcome.items() if not by)
         return (
-            f"{device} got its safe outputs from the device host: the run was silent for "
-            f"{silent_s:.3g} s, its `silence` is {self._silence_s[device]:g} s"
+            f"{device} got its safe outputs from the device host"
+            + (f", but none for {missing}" if missing else "")
+            + f": the run was silent for {silent_s:.3g} s, its `silence` is "
+            f"{self._silence_s[device]:g} s"
         )
 
     def _failure(self, name: str) -> str:

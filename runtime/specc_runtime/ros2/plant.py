@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from specc_runtime.clock import WallClock
+from specc_runtime.clock import EndingClock, WallClock
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.wire import plain
@@ -47,9 +47,9 @@ class Ros2Plant(HostedPlant):
         self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
 
     def clock_of_run(self, clock: WallClock, is_over: Callable[[], bool]) -> WallClock:
-        """The clock of the run: `clock`, or simulated time where ROS has that."""
+        """The clock of the run: `clock` until the end, or simulated time where ROS has that."""
         if not self._is_simulated:
-            return clock
+            return EndingClock(clock, is_over)
 
         def goes_on() -> bool:
             self._host.memory.beat_s = time.monotonic()

@@ -173,7 +173,7 @@ class Ways:
     def _values(self, side: m.Expr, op: str, other: Value) -> Iterable[Value]:
         """Values of a side that are in a relation to the other side's."""
         sort = kind(side.type).sort
-        if isinstance(side, m.Clock):
+        if isinstance(side, m.Clock) and sort == "real":
             period, whole = self._meaning.period_s, int(other / self._meaning.period_s)
             near = (n * period for n in (whole, whole + 1, whole - 1, whole + 2))
             return [time for time in near if m.COMPARED[op](time, other)]

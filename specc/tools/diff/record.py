@@ -244,7 +244,8 @@ def shown(value: object, unit: str = "") -> str:
     if isinstance(value, Fraction):
         return ms(value) if unit == "s" else f"{float(value):g} Hz"
     if isinstance(value, tuple):
-        return ", ".join(map(str, value)) or "none"
+        parts = (": ".join(map(str, v)) if isinstance(v, tuple) else str(v) for v in value)
+        return ", ".join(parts) or "none"
     return "none" if value is None or value == "" else str(value)
 
 

@@ -42,9 +42,11 @@ class Action:
         self._number = 0
         """Of the last goal."""
         self._handle: Any = None
-        self._is_asked = False
-        """Whether the server has not answered yet to the last goal."""
-        self._cancelling: Any = None
+        self._unanswered: set[int] = set()
+        """Goals to which the server has not answered yet."""
+        self._unwanted: set[int] = set()
+        """Goals of these that are cancelled as soon as they are accepted."""
+        self._cancelling: list[Any] = []
         self._status = ""
         self._wanted = node.create_guard_condition(self._pursue)
         self._forget()
@@ -71,12 +73,12 @@ class Action:
     @property
     def is_settled(self) -> bool:
         """Whether its server has answered, so that nobody has to wait for that."""
-        is_told = self._cancelling is None or self._cancelling.done()
-        return is_told and not (self._goals or self._is_asked)
+        is_told = all(future.done() for future in self._cancelling)
+        return is_told and not (self._goals or self._unanswered)
 
     def look(self) -> None:
         """Tell the status if it has changed, or that the server of a goal is gone."""
-        if self._handle is None:
+        if self._handle is None and not self._unanswered:
             return
         if not self.is_there:
             for part, element in self._parts.items():
@@ -84,7 +86,8 @@ class Action:
                     why = f"nobody serves the action {self.name} any more"
                     self._put(element, DeviceError(why))
             self._handle = None
-        elif self._handle.status < len(STATUSES):
+            self._unanswered.clear()
+        elif self._handle is not None and self._handle.status < len(STATUSES):
             self._tell("status", STATUSES[max(1, self._handle.status)])
 
     def _tell(self, part: str, value: Any) -> None:
@@ -104,7 +107,13 @@ class Action:
             if goal is not None:
                 self._send(goal)
             elif self._handle is not None:
-                self._cancelling = self._handle.cancel_goal_async()
+                self._cancel(self._handle)
+            else:
+                self._unwanted |= self._unanswered
+
+    def _cancel(self, handle: Any) -> None:
+        self._cancelling = [future for future in self._cancelling if not future.done()]
+        self._cancelling.append(handle.cancel_goal_async())
 
     def _send(self, goal: Any) -> None:
         self._handle = None
@@ -118,17 +127,17 @@ class Action:
 
         def answered(future: Any) -> None:
             handle = future.result()
+            self._unanswered.discard(number)
+            if number in self._unwanted and handle.accepted:
+                self._cancel(handle)
             if self._number != number:
                 return
-            self._is_asked = False
             if not handle.accepted:
                 self._tell("status", REJECTED)
                 return
             self._follow(handle, number)
-            if self._sent is None:  # cancelled before it was accepted
-                self._cancelling = handle.cancel_goal_async()
 
-        self._is_asked = True
+        self._unanswered.add(number)
         self._client.send_goal_async(goal, feedback).add_done_callback(answered)
 
     def _follow(self, handle: Any, number: int) -> None:
