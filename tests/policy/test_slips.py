@@ -69,7 +69,7 @@ def test_repairs_change_nothing_else(count: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [2])
 def test_repairs_of_many_slips_change_nothing_else(seed: int, tmp_path: Path) -> None:
     done, faults = wrong_repairs(specifications(tmp_path), seed, 300)
     assert not faults

@@ -56,7 +56,7 @@ class Architecture:
     """Steps of exploring."""
     is_short: bool = False
     """Exploring ends at this bound."""
-    runs: int = 10
+    runs: int = 5
     """How many runs of the ten that the page tells of the long tests repeat."""
     figures: tuple[Figure, ...] = ()
     """What the page says of its runs."""
@@ -206,7 +206,7 @@ ARCHITECTURES = (
         ),
         budget=200_000,
         is_short=True,
-        runs=2,  # half a minute each; bench/architectures.py makes all ten
+        runs=1,  # half a minute each
         figures=(
             Figure(
                 "at least (?P<least>[0-9.]+) cm above", "within(59[s], state(irp.c) == S9", 0, 100
@@ -235,7 +235,7 @@ ARCHITECTURES = (
         fault_in="lib/irp_at_table.yaml",
         budget=150_000,
         is_short=True,
-        runs=2,  # half a minute each; bench/architectures.py makes all ten
+        runs=1,  # half a minute each
         figures=(Figure("than (?P<least>[0-9.]+) m, and no box", "always(norm(plant.hand_1", 0.3),),
     ),
 )
