@@ -7,6 +7,7 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, cast
 
 from specc_runtime.blame import Blame
@@ -97,6 +98,9 @@ class Executor:
             clock or WallClock(),
             processes,
         )
+        if self._real is not None:
+            for track in self._tracks.values():
+                track.runner.begins = partial(_note_begin, track, self._real)
         self._ages = any(track.ageing is not None for track in self._tracks.values())
         self._blame = Blame(system, self._tracks)
         self._due = Due(due, self._tracks, self._sensors, system.tick_s)
@@ -216,10 +220,9 @@ class Executor:
         for track in due:
             to_come.discard(track.name)
             if real is not None:
-                is_apart = self._due.is_apart(track, now_s := real.now_s)
+                is_apart = self._due.is_apart(track, real.now_s)
                 if track.name in told_late or not is_apart:
                     continue
-                track.began_s = now_s
             if track.ageing is not None:
                 track.ageing.begin(tick, late)
             track.start(tick)
@@ -367,6 +370,11 @@ class Executor:
         except Fault as fault:
             self._abandoned |= isinstance(fault, StepAbandoned)
             self.faults.append(self._blame.of_step(fault, track, self._tick_s))
+
+
+def _note_begin(track: Track, real: RealTime) -> None:
+    """Right before a step, for the process may be stopped between the decision and the step."""
+    track.began_s = real.now_s
 
 
 def _check(system: System, plant: Plant | None) -> None:

@@ -180,6 +180,8 @@ class Runner(ABC):
     """
 
     durations: Quantiles | None = None
+    begins: Callable[[], None] | None = None
+    """Called in a run in real time when a step begins."""
 
     def __init__(
         self,
@@ -213,6 +215,8 @@ class Runner(ABC):
         return None
 
     def _step(self) -> Outcome:
+        if self.begins is not None:
+            self.begins()
         begin_s = self._now_s()
         outcome = outcome_of(self.subsystem, self._sensed)
         self._took(self._now_s() - begin_s)

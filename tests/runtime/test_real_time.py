@@ -116,6 +116,21 @@ def test_a_step_too_close_to_the_last_one_is_skipped_and_what_it_sent_is_seen() 
     assert driven.of("b")[5].visible_s == pytest.approx(0.06)
 
 
+def test_a_step_that_is_held_up_after_it_was_decided_counts_from_its_own_begin() -> None:
+    clock, began_s = DrivenClock(), []
+    late = node("late", compute=lambda one: began_s.append(clock.now_s()))
+
+    def held_up(periods: int, skip: Callable[[int], None] = late.skip) -> None:
+        skip(periods)
+        clock.busy(0.9 * TICK_S)
+
+    vars(late)["skip"] = held_up
+    built = system(node("a", compute=busy(clock, 5, 2.5 * TICK_S)), late, tick_s=TICK_S)
+    Driven(built, clock).until(12).finish()
+    assert any(b - a > 1.8 * TICK_S for a, b in itertools.pairwise(began_s))
+    assert all(b - a > 0.499 * TICK_S for a, b in itertools.pairwise(began_s))
+
+
 def test_what_is_sampled_in_a_gap_is_sampled_at_its_end() -> None:
     class Plant:
         time_s = 0.0
