@@ -20,6 +20,7 @@ def test_tables_of_processes(tmp_path: Path) -> None:
     assert (tmp_path / "build_1" / "irp_picking" / "system.py").is_file()
 
 
+@pytest.mark.long
 def test_tables_of_phases(tmp_path: Path) -> None:
     with anew():
         lines = compile_time.phases(tmp_path, sizes=[4], repeats=1).splitlines()

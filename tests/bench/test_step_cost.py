@@ -42,6 +42,7 @@ def test_tables_of_a_short_run(flagship: Path) -> None:
     ]
 
 
+@pytest.mark.long
 def test_random_inputs_reach_every_state_of_the_flagship(flagship: Path) -> None:
     text = step_cost.without_operators(flagship, steps=3000, budget_s=0.0)
     states = {line.split()[0]: int(line.split()[1]) for line in text.splitlines()[3:]}

@@ -111,6 +111,7 @@ def what_is_said_to_be_impossible_is(seed: int) -> None:
         )
 
 
+@pytest.mark.long
 def test_what_is_known_of_a_specification_keeps_no_memory_of_the_solver(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -75,7 +75,7 @@ def hostile(part: Any) -> Iterator[Any]:
 
 
 SPECS = [*hostile(spec())]
-FEW, SOME = 16, 3
+FEW, SOME = 24, 3
 
 
 def assert_harmless(text: str, form: str = "") -> None:

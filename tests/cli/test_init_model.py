@@ -183,6 +183,7 @@ def test_a_weight_is_carried_by_masses(tmp_path: Path) -> None:
     assert weight == pytest.approx(-9.81 * middles.sum(), rel=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("wholly")
 def test_it_is_the_same_each_time_and_in_another_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -420,6 +421,7 @@ def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert spec.read_text() == before
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("wholly")
 def test_a_pose_beyond_its_ranges_is_put_inside(tmp_path: Path, farthest: dict[str, float]) -> None:
     """Where the model begins outside of a range, a scene moves it in, and says so."""

@@ -184,6 +184,7 @@ def test_parameters_are_set_by_what_they_are_of(
     assert built.files == expected.files
 
 
+@pytest.mark.long
 def test_a_file_of_definitions_and_of_a_description_has_one_value() -> None:
     from specc.pipeline import build
 

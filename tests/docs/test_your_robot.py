@@ -58,6 +58,7 @@ def test_what_is_shown_of_the_example_is_in_it() -> None:
     assert len(shown) > len(missing) > 0
 
 
+@pytest.mark.long
 def test_the_commands_answer_as_shown(folder: Path) -> None:
     """Those of `specc` and scripts run in this process, others in a shell."""
     for step in STEPS:

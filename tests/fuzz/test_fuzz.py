@@ -22,7 +22,7 @@ from specc import pipeline
 @pytest.mark.parametrize(
     ("seed", "files"),
     [
-        (1, 25),
+        (1, 15),
         pytest.param(1, 100, marks=pytest.mark.long),
         pytest.param(2, 600, marks=pytest.mark.long),
     ],

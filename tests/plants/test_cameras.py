@@ -133,6 +133,7 @@ def test_both_renderers_see_the_same(seed):
     assert np.mean(difference[table & (error < 1e-3)] > 30) < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("renderer", RAYS_FIRST)
 def test_pictures_leave_no_trace_in_later_frames(renderer):
     filmed = scene(renderer, 0)

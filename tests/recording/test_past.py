@@ -223,6 +223,7 @@ def test_a_recording_without_snapshots_is_repeated_from_its_start(tmp_path: Path
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.long
 def test_what_is_recorded_names_no_code_of_its_own(tmp_path: Path) -> None:
     (tmp_path / "plants").symlink_to(CONVEYOR.parent / "plants")
     (tmp_path / "pyproject.toml").write_text(f"[tool.specc]\nallow = ['{CONVEYOR.parent}']\n")
@@ -240,6 +241,7 @@ def test_what_is_recorded_names_no_code_of_its_own(tmp_path: Path) -> None:
     assert "--from: the specification goes on from 2 s" in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.no_replay("replayed here")
 def test_a_fault_is_met_again(tmp_path: Path) -> None:
     (tmp_path / "plants").symlink_to(CONVEYOR.parent / "plants")

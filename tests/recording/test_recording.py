@@ -232,6 +232,7 @@ def test_a_damaged_record_hides_no_later_one(recorded: Path, tmp_path: Path) -> 
     assert (saved.damaged, saved.messages) == (1, whole.messages)
 
 
+@pytest.mark.long
 @pytest.mark.no_replay("no recording")
 def test_a_clean_file_takes_the_place_of_recordings_only(recorded: Path, tmp_path: Path) -> None:
     spec = tmp_path / "spec.yaml"
@@ -303,7 +304,7 @@ def test_misuse_is_told_before_the_run(
     assert words in done.stderr and "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("size", short([100, 30_000], 1))
+@pytest.mark.parametrize("size", short([100, 30_000]))
 @pytest.mark.no_replay("cut before the first step")
 def test_a_full_disk_is_told_and_leaves_what_was_written(size: int, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"

@@ -198,8 +198,7 @@ def _same_otherwise(one: Path, other: Path) -> bool:
     "at",
     [
         1.617,
-        4.505,
-        *(pytest.param(at, marks=pytest.mark.long) for at in (0.93, 1.62, 2.0, 3.999)),
+        *(pytest.param(at, marks=pytest.mark.long) for at in (0.93, 1.62, 2.0, 3.999, 4.505)),
     ],
 )
 def test_a_run_that_another_one_goes_on_from_between_two_steps(at: float, tmp_path: Path) -> None:

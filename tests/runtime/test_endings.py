@@ -172,6 +172,7 @@ def test_an_operator_that_changes_the_limits_of_python_is_a_fault(tmp_path: Path
         assert sys.getrecursionlimit() == before
 
 
+@pytest.mark.long
 def test_signals_after_the_first_change_nothing(tmp_path: Path) -> None:
     slow = "def hold(q):\n    time.sleep(0.3)\n    return 3.0"
     package = hinge(tmp_path, drive=SLOW, hold=slow)
@@ -291,6 +292,7 @@ def test_a_plant_that_hangs_is_named_and_one_signal_is_enough(
         assert fault["fault"] == "PlantFailed" and "still computing 0.5 s after" in fault["message"]
 
 
+@pytest.mark.long
 def test_a_second_interrupt_of_specc_run_names_the_step(tmp_path: Path) -> None:
     """At 10 Hz the step is in a worker thread."""
     spec = SPEC.replace("rate: 100 Hz", "rate: 10 Hz").replace("rate: 50 Hz", "rate: 10 Hz")
@@ -446,6 +448,7 @@ def test_a_limit_of_cycles_without_cycles_is_wrong_usage(
     assert "--cycle-limit: the run does not count cycles; add --cycles" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_what_holds_the_interpreter_is_named(tmp_path: Path) -> None:
     package = hinge(tmp_path, drive=HOLDS)
     with begun(package, *ENDLESS) as process:
@@ -525,6 +528,7 @@ def test_an_output_that_nobody_reads(tmp_path: Path) -> None:
     assert report(package)["ended"] == "completed"
 
 
+@pytest.mark.long
 def test_a_report_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
     package = hinge(tmp_path)
 

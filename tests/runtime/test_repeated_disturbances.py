@@ -85,6 +85,7 @@ def test_a_condition_is_waited_for_again(tmp_path: Path) -> None:
     assert slower == 1
 
 
+@pytest.mark.long
 def test_a_run_goes_on_between_repetitions(tmp_path: Path) -> None:
     disturb = (
         "at: '0.2[s]', every: ['0.2[s]', '0.4[s]'], probability: 0.7, lasts: '0.1[s]',"

@@ -112,6 +112,7 @@ def test_an_empty_formula_is_refused() -> None:
     assert (done.returncode, "--stop-when: the formula is empty" in done.stderr) == (2, True)
 
 
+@pytest.mark.long
 def test_a_run_goes_on_from_one_that_was_stopped(tmp_path: Path) -> None:
     """As one that never was; and a formula that held before the moment does not end it."""
     file = tmp_path / "run.mcap"

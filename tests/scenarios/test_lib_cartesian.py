@@ -195,6 +195,7 @@ def run(spec: Path) -> tuple[dict[str, int], np.ndarray]:
     return taken, q
 
 
+@pytest.mark.long
 def test_an_arm_goes_straight_to_poses_and_keeps_its_bounds(tmp_path: Path) -> None:
     taken, q = run(going(tmp_path))
     assert taken["moving terminal interrupted -> braking"] == 2

@@ -193,6 +193,7 @@ def columns(record: Path, signal: str) -> tuple[np.ndarray, np.ndarray]:
     return table[:, 0], table[:, 1:]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("n", SIZES)
 def test_an_arm_of_any_size_keeps_its_bounds(n: int, tmp_path: Path) -> None:
     record, report = tmp_path / "run.mcap", tmp_path / "report.json"

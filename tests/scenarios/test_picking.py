@@ -11,6 +11,7 @@ from tests.scenarios.runs import FLAGSHIP, run
 from tests.sweep.runs import swept, table
 
 
+@pytest.mark.long
 def test_a_beginning_without_faults_is_the_same_with_worker_and_with_operators_examined() -> None:
     """The short form of the tests below, in which the objects are seen and the arm moves."""
     code, threaded = run(FLAGSHIP, "--seed", "0", "--duration", "0.45")

@@ -35,7 +35,7 @@ def violated(*options: str, seconds: int = 20) -> list[str]:
     return [name for name in LIMITS.values() if any(f"({name}," in that for that in found)]
 
 
-@pytest.mark.parametrize("seconds", short([8, 20], 0))
+@pytest.mark.parametrize("seconds", short([8, 20]))
 def test_each_reacts_within_the_age_of_what_it_acts_on(
     seconds: int, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -95,6 +95,7 @@ def test_a_table_out_of_proportion_is_refused(capsys: pytest.CaptureFixture[str]
     assert "2 runs" in capsys.readouterr().out
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("begun")
 def test_what_is_told_and_drawn_of_a_folder_is_bounded(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -153,6 +153,7 @@ def test_three_constants_have_no_picture(tmp_path: Path) -> None:
     assert plot(cells_of(ROWS, []), [], tmp_path / "none") == []
 
 
+@pytest.mark.long
 def test_columns_that_begin_alike_or_are_no_mathematics_have_a_picture_each(tmp_path: Path) -> None:
     columns = [f"{'ä' * 300} $\\frac{{{end}" for end in "ab"]
     rows = [{**row, **dict.fromkeys(columns, row["d [kg/s]"])} for row in ROWS]

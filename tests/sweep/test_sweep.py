@@ -57,6 +57,7 @@ def test_rows_are_what_single_runs_report_whoever_makes_them(counts: str, tmp_pa
     }
 
 
+@pytest.mark.long
 def test_a_run_that_fails_is_a_row_with_its_reason(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     options = ("--set", "mode=1,2,3,0", "--seeds", "0:1", "--duration", "1", "--limit", "4")
@@ -76,6 +77,7 @@ def test_a_run_that_fails_is_a_row_with_its_reason(tmp_path: Path) -> None:
         assert f"  seed 0 with mode={mode}: {again}\n" in done.stdout
 
 
+@pytest.mark.long
 def test_operators_keep_nothing_from_one_run_to_the_next(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     swept(tmp_path, spec, "--set", "mode=5", "--seeds", "0:3", "--duration", "1", "--workers", "1")
@@ -152,6 +154,7 @@ def test_a_run_that_a_limit_ended_is_made_again_with_a_longer_one(tmp_path: Path
     assert len(lines(tmp_path)) == 2
 
 
+@pytest.mark.long
 def test_a_run_in_which_nothing_was_decided_is_no_success(tmp_path: Path) -> None:
     spec = ROOT / "specs/architectures/sense_plan_act.yaml"
     done = swept(tmp_path, spec, "--seeds", "0:1", "--duration", "0.1")
@@ -162,6 +165,7 @@ def test_a_run_in_which_nothing_was_decided_is_no_success(tmp_path: Path) -> Non
     assert swept(tmp_path, spec, "--seeds", "0:1", "--duration", "0.1").returncode == 0
 
 
+@pytest.mark.long
 def test_a_value_that_is_spelled_otherwise_is_the_same_run(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     for values in ("0.1,2", "0.10,2000[mm]"):
@@ -170,6 +174,7 @@ def test_a_value_that_is_spelled_otherwise_is_the_same_run(tmp_path: Path) -> No
     assert len(lines(tmp_path)) == 2
 
 
+@pytest.mark.long
 def test_more_seeds_and_values_are_added_to_what_is_there(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     few = ("--duration", "1", "--workers", "1")

@@ -9,6 +9,8 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 from specc.tools.diff import compare
 from tests.tools.diff.conftest import Reader
 
@@ -128,6 +130,7 @@ def test_pairs(read: Reader) -> None:
 OTHER_WAY = {"weaker": "stronger", "stronger": "weaker"}
 
 
+@pytest.mark.long
 def test_edited_pairs(read: Reader) -> None:
     text, wrong = conditioned(PLAIN), []
     base = read(text)

@@ -114,6 +114,7 @@ def texts() -> list[str]:
     return [document.source.text for document in documents if document.ok]
 
 
+@pytest.mark.long
 @drawn(st.data(), few=25, many=80)
 def test_laws_hold_with_comments_anywhere(chosen: st.DataObject) -> None:
     lines = chosen.draw(st.sampled_from(texts())).split("\n")

@@ -94,6 +94,7 @@ def absurd(length: str) -> bytes:
     return f"Content-Length: {length}\r\n\r\n{{}}".encode()
 
 
+@pytest.mark.long
 def test_what_is_no_message_is_refused_as_json_rpc_says(tmp_path: Path) -> None:
     texts = [body(text) for text, _ in NO_MESSAGES]
     sent = b"".join([*map(framed, BEGIN), *texts, absurd("9" * 12), *map(framed, END)])
@@ -116,6 +117,7 @@ def test_a_header_that_nobody_means_is_passed_over(length: str, tmp_path: Path) 
     assert (ended.returncode, ended.stderr) == (0, b"")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ends_when_the_process_of_its_client_is_gone(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as client:

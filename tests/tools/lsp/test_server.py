@@ -200,6 +200,7 @@ def test_ends_with_its_client(folder: Path) -> None:
     assert ended.returncode == 0
 
 
+@pytest.mark.long
 def test_says_how_to_install_what_is_missing() -> None:
     program = (
         "import sys; sys.modules['pygls'] = None\n"

@@ -64,6 +64,7 @@ def errors(client: Client, uri: str) -> set[str]:
     return {item.get("code", "") for item in client.diagnostics(uri) if item["severity"] == 1}
 
 
+@pytest.mark.long
 def test_shutdown_is_answered_while_a_check_runs(tmp_path: Path) -> None:
     with meddled(tmp_path) as client:
         client.open(client.folder / "slow.yaml", SLOW)
@@ -129,6 +130,7 @@ MALFORMED: list[tuple[str, Any]] = [
 ]
 
 
+@pytest.mark.long
 def test_malformed_requests_get_invalid_params(client: Client) -> None:
     for method, params in MALFORMED:
         with pytest.raises(ServerError) as refused:

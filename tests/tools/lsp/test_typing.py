@@ -48,6 +48,7 @@ server.PAUSE_S = 2.0
 """
 
 
+@pytest.mark.long
 def test_what_is_typed_without_a_pause_is_analysed_once(tmp_path: Path) -> None:
     log = tmp_path / "log"
     (tmp_path / "sitecustomize.py").write_text(COUNTING.format(log=str(log)))

@@ -42,6 +42,7 @@ def _table(text: str) -> list[list[str]]:
     return list(csv.reader(io.StringIO(text)))
 
 
+@pytest.mark.long
 def test_the_timeline_of_all_machines(tmp_path: Path) -> None:
     done = _plot(tmp_path, KEPT)
     assert (done.returncode, done.stderr) == (0, "")
@@ -332,6 +333,7 @@ def test_a_specification_of_a_stranger_is_read_within_bounds(tmp_path: Path) -> 
         ]
 
 
+@pytest.mark.long
 def test_the_picture_of_the_page_is_that_of_the_command(tmp_path: Path) -> None:
     page = (KEPT.parents[2] / "docs/runs.md").read_text()
     command = page.split("$ specc plot run.mcap ", 1)[1].split("\n", 1)[0]
