@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Any, ClassVar, Literal
 
 from specc_runtime.buffers import slots
@@ -101,3 +102,14 @@ class Subsystem(ABC):
 def contents(buffer: object) -> dict[str, object]:
     """The elements of a buffer that have a value, by name."""
     return {name: getattr(buffer, name) for name in slots(buffer) if hasattr(buffer, name)}
+
+
+def input_name(subsystem: Subsystem, attribute: str) -> str:
+    """An input as the specification names it, which only the module of its layouts knows."""
+    package = type(subsystem).__module__.rpartition(".")[0]
+    try:
+        elements = import_module(f"{package}.layouts").LAYOUTS[subsystem.name].x
+    except (Exception, SystemExit):  # noqa: BLE001  # there is none, or codecs raise anything
+        return f"input {attribute}"
+    names = (".".join(("x", *e.name)) for e in elements if e.attribute == attribute)
+    return next(names, f"input {attribute}")

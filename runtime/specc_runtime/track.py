@@ -15,7 +15,7 @@ from specc_runtime.faults import AxiomViolated, DeviceFailed, Fault, StepAbandon
 from specc_runtime.interruption import Abandoned
 from specc_runtime.records import StepRecord
 from specc_runtime.sampling import Port, compute_deferred
-from specc_runtime.subsystem import Subsystem, contents
+from specc_runtime.subsystem import Subsystem, contents, input_name
 from specc_runtime.system import Scheduled
 from specc_runtime.timing import Quantiles
 from specc_runtime.workers import Workers
@@ -310,7 +310,8 @@ def _fault(subsystem: Subsystem, error: BaseException) -> Fault:
     else:
         module = type(subsystem).__module__
         if isinstance(error, AttributeError) and error.obj is subsystem.x:
-            absent = LookupError(f"input {error.name} has no value")
+            name = input_name(subsystem, error.name or "")
+            absent = LookupError(f"{name} has no value")
             error = absent.with_traceback(error.__traceback__)
         kind = StepAbandoned if isinstance(error, Abandoned) else StepFailed
         fault = kind(subsystem.name, subsystem.state, error, module)

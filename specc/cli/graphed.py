@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-import shlex
 from argparse import Namespace
 from importlib import import_module
 from pathlib import Path
 
 from specc.cli import streams
-from specc.cli.placing import placing, reason, refuse_taken
+from specc.cli.placing import Refused, placing, refuse_taken
 from specc.pipeline import check_spec
 from specc.source import real_path
 from specc.tools.importers.writing import PEERS, SpecNames
@@ -21,26 +20,8 @@ _WAIT_S = 2.0
 _MOST_TOPICS = 200
 
 
-class Refused(Exception):
-    """Nothing is written; the message says why."""
-
-
-def init(options: Namespace) -> int:
-    """Write a specification for what there is on the graph; never overwrites a file."""
-    try:
-        spec = _new(options)
-    except Refused as refused:
-        streams.say(f"specc: {refused}")
-        return 2
-    except OSError as error:
-        streams.say(f"specc: {reason(error)}; nothing was written")
-        return 2
-    named = shlex.quote(str(spec))
-    streams.show(f"{spec}\n\nspecc status {named}\nspecc run {named} --cycles 1\n")
-    return 0
-
-
-def _new(options: Namespace) -> Path:
+def write(options: Namespace) -> list[Path]:
+    """Write a specification for what there is on the graph. Raises Refused, OSError."""
     wish = Path(options.ros2)
     is_file = wish.suffix in (".yaml", ".yml")
     system = SpecNames(PEERS).new(wish.stem if is_file else options.ros2)
@@ -50,14 +31,13 @@ def _new(options: Namespace) -> Path:
         raise Refused(f"nothing can be called {agent!r}; {legal} would do")
     refuse_taken({spec: ""})
     wait_s = options.wait or _WAIT_S
-    devices = Devices(_graph(options.python or "", wait_s))
+    python = _from_anywhere(options.python or "")
+    devices = Devices(_graph(python, wait_s))
     for line in left_out({name: why for why, names in devices.left_out.items() for name in names}):
         streams.say(f"specc: left out: {line}")
     if not devices.every:
         raise Refused(_nothing(devices, wait_s))
-    text = proposal(
-        devices, system, agent, f"specc init --ros2 {wish.name}", python=options.python or ""
-    )
+    text = proposal(devices, system, agent, f"specc init --ros2 {wish.name}", python=python)
     errors = [
         d
         for d in check_spec(str(spec), texts={real_path(str(spec)): text}).diagnostics
@@ -70,7 +50,12 @@ def _new(options: Namespace) -> Path:
         )
     with placing() as new:
         new.put({spec: text})
-    return spec
+    return [spec]
+
+
+def _from_anywhere(python: str) -> str:
+    """A program that is named by its place, as runs find it that are started elsewhere."""
+    return os.path.abspath(python) if os.sep in python else python
 
 
 def _graph(python: str, wait_s: float) -> Graph:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.placing import placing, reason, refuse_taken
+from specc.cli.placing import Refused, placing, refuse_taken
 from specc.cli.rewrite import rewrite
 from specc.diagnostics import Diagnostic
 from specc.mjcf import Model, ModelError, read_model
@@ -41,28 +40,13 @@ PLANTS = "plants"
 _MOST_SHOWN = 5
 
 
-class Refused(Exception):
-    """Nothing is written; the message says why."""
+def write(options: Namespace) -> list[Path]:
+    """Write a specification for a model, and the model below `PLANTS` where it lies outside.
 
-
-def init(options: Namespace) -> int:
-    """Write a specification for a model, and the model beside it where it lies outside."""
-    try:
-        adds = options.agent is not None and os.path.isfile(options.directory)
-        written = _added(options) if adds else _new(options)
-    except Refused as refused:
-        streams.say(f"specc: {refused}")
-        return 2
-    except OSError as error:
-        streams.say(f"specc: {reason(error)}; nothing was written")
-        return 2
-    for place in written[:_MOST_SHOWN]:
-        streams.show(f"{place}\n")
-    if len(written) > _MOST_SHOWN:
-        streams.show(f"and {len(written) - _MOST_SHOWN} more files below {PLANTS}\n")
-    named = shlex.quote(str(written[0]))
-    streams.show(f"\nspecc status {named}\nspecc run {named}\n")
-    return 0
+    Returns the files that were written, the specification first. Raises Refused, OSError.
+    """
+    adds = options.agent is not None and os.path.isfile(options.directory)
+    return _added(options) if adds else _new(options)
 
 
 def _new(options: Namespace) -> list[Path]:

@@ -14,6 +14,10 @@ Content = str | Path
 Files = Mapping[Path, Content]
 
 
+class Refused(Exception):
+    """Nothing is written; the message says why."""
+
+
 class Taken(OSError):
     """There is something at a place already; the message names it."""
 
@@ -77,11 +81,12 @@ def refuse_taken(files: Files) -> None:
         raise Taken(f"{', '.join(taken[:3])} {verb} already")
 
 
-def reason(error: OSError) -> str:
-    """Why files cannot be written, with the place if the system names one."""
-    if isinstance(error, Taken):
+def reason(error: OSError | Refused) -> str:
+    """Why nothing is written, with the place if the system names one."""
+    if isinstance(error, Refused):
         return str(error)
-    return f"cannot write: {error}"
+    why = str(error) if isinstance(error, Taken) else f"cannot write: {error}"
+    return f"{why}; nothing was written"
 
 
 def _make_folders(folder: Path, made: list[Path]) -> None:

@@ -8,48 +8,55 @@ from argparse import Namespace
 from pathlib import Path
 
 from specc.cli import streams
-from specc.cli.placing import placing, reason
+from specc.cli.placing import Refused, placing, reason
 from specc.diagnostics import nearest
 from specc.resources import specs_dir
 
+_MOST_SHOWN = 5
+
 
 def init(options: Namespace) -> int:
-    """Copy a skeleton into a directory, created if it does not exist; never overwrites a file.
+    """Write a specification into a directory, created if it does not exist, and say how to go on.
 
-    With a model, the specification is written from that; with ROS 2, from its graph.
+    It is a skeleton, or made from a model or from what ROS 2 has. Never overwrites a file.
     """
-    if refusal := _misplaced(options):
-        streams.say(f"specc: {refusal}")
+    try:
+        places = _written(options)
+    except (Refused, OSError) as error:
+        streams.say(f"specc: {reason(error)}")
         return 2
+    for place in places[:_MOST_SHOWN]:
+        streams.show(f"{place}\n")
+    if len(places) > _MOST_SHOWN:
+        streams.show(f"and {len(places) - _MOST_SHOWN} more files beside it\n")
+    named = shlex.quote(str(places[0]))
+    cycles = "" if options.model is not None else " --cycles 1"
+    streams.show(f"\nspecc status {named}\nspecc run {named}{cycles}\n")
+    return 0
+
+
+def _written(options: Namespace) -> list[Path]:
+    """Write the files; the specification comes first. Raises Refused, OSError."""
+    if refusal := _misplaced(options):
+        raise Refused(refusal)
     if options.model is not None:
         from specc.cli import modelled
 
-        return modelled.init(options)
+        return modelled.write(options)
     if options.ros2 is not None:
         from specc.cli import graphed
 
-        return graphed.init(options)
+        return graphed.write(options)
     directory, name = options.directory, options.skeleton or "joint"
     target = Path(directory)
     if name not in names() or not directory or (os.path.exists(target) and not target.is_dir()):
-        streams.say(f"specc: {_refusal(directory, name)}")
-        return 2
+        raise Refused(_refusal(directory, name))
     source = specs_dir() / "skeletons" / name
     # The specification is the first, and so comes last.
     files = sorted(filter(Path.is_file, source.rglob("*")), key=lambda path: path.suffix != ".yaml")
-    places = {target / path.relative_to(source): path for path in files}
-    try:
-        with placing() as new:
-            new.put(places)
-    except OSError as error:
-        streams.say(f"specc: {reason(error)}; nothing was written")
-        return 2
-    for place in places:
-        streams.show(f"{place}\n")
-    spec = next(place for place in places if place.suffix == ".yaml")
-    named = shlex.quote(str(spec))
-    streams.show(f"\nspecc status {named}\nspecc run {named} --cycles 1\n")
-    return 0
+    with placing() as new:
+        new.put(places := {target / path.relative_to(source): path for path in files})
+    return list(places)
 
 
 def _misplaced(options: Namespace) -> str:

@@ -100,8 +100,8 @@ def _ros2(definition: Ros2Def, where: Where, findings: Findings, definitions: De
 
 def _qos(definition: QosDef) -> tuple[tuple[str, str | int], ...]:
     """The options that are given, in their order."""
-    names = ("reliability", "durability", "depth")
-    return tuple((name, value) for name in names if (value := getattr(definition, name)))
+    options = {name: getattr(definition, name) for name in ("reliability", "durability", "depth")}
+    return tuple((name, value) for name, value in options.items() if value not in ("", None))
 
 
 def _binding(

@@ -128,7 +128,7 @@ class QosDef(Part):
     durability: Literal["", "volatile", "transient_local"] = key(
         "", "Whether the last messages are kept for those who come late."
     )
-    depth: int = key(0, "How many messages are kept; one, where nothing is said.")
+    depth: int | None = key(None, "How many messages are kept; one, where nothing is said.")
 
 
 class TfDef(Part):

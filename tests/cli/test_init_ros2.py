@@ -109,6 +109,21 @@ def test_files_have_the_names_that_are_given(
     assert Path("robot.yaml").read_bytes() == before
 
 
+@pytest.mark.parametrize(
+    ("said", "written"),
+    [
+        ("ros/bin/python3", "{here}/ros/bin/python3"),
+        ("../py", "{above}/py"),
+        ("python3", "python3"),
+    ],
+)
+def test_the_python_is_found_from_anywhere(said: str, written: str, seen: Data) -> None:
+    """A name is looked for on the path, a place is that of the one who calls."""
+    assert main(["init", "cell", "--ros2", "arm", "--python", said]) == 0
+    python = data(Path("cell/arm.yaml").read_text())["plant"]["ros2"]["python"]
+    assert python == written.format(here=Path.cwd(), above=Path.cwd().parent)
+
+
 def test_nothing_is_written_without_topics(
     seen: Data, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -49,7 +49,7 @@ def test_what_is_wrong_with_a_message_has_no_place_in_a_program(tmp_path: Path) 
     made.close()
 
 
-def test_ages_are_counted_in_simulated_time_and_its_pauses_are_told(tmp_path: Path) -> None:
+def test_ages_are_counted_in_simulated_time_and_waiting_is_told(tmp_path: Path) -> None:
     ros2 = Ros2("n", use_sim_time=True)
     far_s = time.monotonic() + 500.0
     made = plant(tmp_path, ros2, (CLOCK,), values={Q: 1.0, CLOCK: far_s})
@@ -65,7 +65,8 @@ def test_ages_are_counted_in_simulated_time_and_its_pauses_are_told(tmp_path: Pa
     assert 490.0 < made.sample(Q).age_s < 500.0  # stubs measure by the clock of the machine
     assert made.waits_for() == []
     pace.wait(1.0)
-    assert told[0] == [f"/clock stands still at {far_s:g} s"]
+    waits = f"the next tick is at {far_s + 1.0:.6g} s, and /clock is at {far_s:.6g} s"
+    assert told[0] == [waits]
     made.close()
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from specc_runtime.processes import channel
 
 MISDEED, FIRST = "SPECC_TEST_MISDEED", 20
 """What an operator does once it is given a number from there on."""
@@ -59,6 +60,10 @@ def _recurse() -> None:
     _recurse()
 
 
+def _crowd() -> None:
+    channel.LARGEST_BYTES = 1000
+
+
 _MISDEEDS = {
     "": lambda: None,
     "raise": _raise,
@@ -74,6 +79,7 @@ _MISDEEDS = {
     "print": lambda: print("from an operator"),
     "ask": lambda: input(),
     "recurse": _recurse,
+    "crowd": _crowd,
 }
 
 

@@ -7,8 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from specc_runtime.faults import StepFailed
 from specc_runtime.interruption import Abandoned
+from specc_runtime.loading import load_system
 from specc_runtime.options import UsageError
+from specc_runtime.track import outcome_of
 
 from tests.commands import forgotten
 from tests.runtime.apart import FAR, SPEC, Run, built, children, misdeed
@@ -19,6 +22,14 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     folder = tmp_path_factory.mktemp("apart")
     with forgotten(folder):
         yield built(folder)
+
+
+def test_an_input_without_a_value_is_named_as_in_the_specification(package: Path) -> None:
+    near = load_system(package).scheduled("near.c").subsystem
+    for attribute, name in (("far_n", "x.far.n"), ("far_m", "input far_m")):
+        fault = outcome_of(near, (), lambda attribute=attribute: getattr(near.x, attribute))
+        assert isinstance(fault, StepFailed)
+        assert fault.message == f"LookupError: {name} has no value"
 
 
 def _memory(run: Run) -> list[object]:
@@ -57,6 +68,16 @@ def test_a_process_that_ends_is_a_fault(package: Path) -> None:
     )
     assert fault["message"] == "its process ended with exit code 3"
     assert "near_n" in fault["inputs"]
+
+
+def test_what_is_too_large_to_cross_is_a_fault(package: Path) -> None:
+    """An array goes by the memory of both, which does not grow for ever."""
+    with misdeed("crowd"), Run(package, FAR) as run:
+        run.to(200)
+    (fault,) = run.faults
+    assert (fault["fault"], fault["culprit"]) == ("StepFailed", f"subsystem {FAR}")
+    assert re.search(r"too large .*\(0\.0 MB, and at most 0\.0 MB may cross", fault["message"])
+    assert "give it no `budget`" in fault["message"]
 
 
 def test_a_step_that_hangs_is_told_and_left(package: Path) -> None:

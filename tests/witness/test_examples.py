@@ -14,13 +14,17 @@ from bench.seeding.fault import Seed
 from bench.seeding.score import Bed
 from specc.analysis import Decided, Facts
 from specc.analysis.examples import Examples
+from specc.model.expr import Clock
 from specc.model.system import System
-from specc.model.types import Real, Vector
+from specc.model.types import Bool, Real, Vector
 from specc.model.units import METRE
 from specc.pipeline import compile_spec, read_spec
 from specc.proof import Witness
-from specc.proof.search import SearchBudget
+from specc.proof.search import Meaning, SearchBudget
 from specc.proof.search.example import worded
+from specc.proof.search.search import Ways
+from specc.proof.search.situation import Freedom
+from specc.proof.search.trying import Thresholds
 from tests.lower.test_law import systems
 from tests.witness.runs import CASES as SMALL
 from tests.witness.runs import ROOT
@@ -155,3 +159,17 @@ def test_examples_of_random_machines(examples: int) -> None:
         suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
     )(given(systems(decided=False))(has_examples))()
     assert outcomes["found"]
+
+
+def test_a_truth_of_the_clock_is_compared_with_truths() -> None:
+    """`entered` is a clock as `elapsed` is, and no time."""
+    system = read_spec(str(ROOT / "specs" / "conveyor_gate.yaml")).system
+    assert system is not None
+    meaning = Meaning(system, system.subsystems[0])
+    start = meaning.blank(0.0)
+    ways = Ways(meaning, Freedom(frozenset(), frozenset()), Thresholds((), meaning, start))
+    entered = Clock("entered", type=Bool())
+    for wanted in (True, False):
+        assert list(ways._values(entered, "==", wanted)) == [wanted]
+        assert list(ways._values(entered, "!=", wanted)) == [not wanted]
+        assert all(type(value) is bool for value in ways._values(entered, "==", wanted))

@@ -16,6 +16,8 @@ from specc_runtime.blocks import Block
 
 LARGE_BYTES = 4096
 """Arrays from this size on go through the memory."""
+LARGEST_BYTES = 1 << 28
+"""Of one message: as much as the largest value of a device has."""
 INLINE_BYTES = 32_768
 """Of a message that goes through the socket."""
 _INLINE, _BLOCK = b"i", b"b"
@@ -26,6 +28,10 @@ _ALIGNED = 64
 
 class Gone(Exception):
     """The process at the other end has ended."""
+
+
+class TooLarge(Exception):
+    """A message has more bytes than may cross, or than there is memory for."""
 
 
 class Channel:
@@ -40,7 +46,10 @@ class Channel:
         """What came beside messages: whoever takes one out closes it."""
 
     def send(self, message: Any, *descriptors: int) -> None:
-        """Send a message, and files beside it. Raises Gone, and what pickling raises."""
+        """Send a message, and files beside it.
+
+        Raises Gone, and what pickling raises; TooLarge, and then nothing was sent.
+        """
         large: list[memoryview] = []
 
         def is_small(buffer: pickle.PickleBuffer) -> bool:
@@ -65,7 +74,12 @@ class Channel:
         lengths = [memoryview(part).nbytes for part in parts]
         table = b"".join(map(_LENGTH.pack, (len(parts), *lengths)))
         ends = _ends(len(table), lengths)
-        self._written.hold(ends[-1], 2 * ends[-1])
+        if ends[-1] > LARGEST_BYTES:
+            raise TooLarge(f"{_mb(ends[-1])}, and at most {_mb(LARGEST_BYTES)} may cross at once")
+        try:
+            self._written.hold(ends[-1], min(2 * ends[-1], LARGEST_BYTES))
+        except OSError as error:
+            raise TooLarge(f"{_mb(ends[-1])}: {error.strerror}") from error
         memory = self._written.bytes
         memory[: len(table)] = table
         for part, length, end in zip(parts, lengths, ends, strict=True):
@@ -107,6 +121,10 @@ class Channel:
         self._socket.close()
         self._written.close()
         self._read.close()
+
+
+def _mb(size: int) -> str:
+    return f"{size / 1e6:.1f} MB"
 
 
 def _ends(begin: int, lengths: list[int]) -> list[int]:

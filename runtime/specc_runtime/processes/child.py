@@ -15,20 +15,20 @@ import sys
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
 from specc_runtime.blocks import Block
 from specc_runtime.buffers import freeze
-from specc_runtime.faults import Fault
+from specc_runtime.faults import Fault, StepFailed
 from specc_runtime.forms import Layout
 from specc_runtime.hosting.memory import Extent
 from specc_runtime.hosting.views import Views
 from specc_runtime.interruption import Abandoned
 from specc_runtime.loading import load_layouts, load_system
 from specc_runtime.options import UsageError
-from specc_runtime.processes.channel import Channel, Gone
+from specc_runtime.processes.channel import Channel, Gone, TooLarge
 from specc_runtime.processes.crossing import Changes, Receiver, Sender
 from specc_runtime.processes.fault_data import Told, told
 from specc_runtime.setting import decoders
@@ -169,7 +169,20 @@ class _Worker:
             for stream in (sys.stdout, sys.stderr):
                 with suppress(OSError, ValueError, AttributeError):
                     stream.flush()
+            self._send(left_behind)
+
+    def _send(self, left_behind: Left) -> None:
+        """Tell what a step left behind; a fault in its place if that is too large."""
+        try:
             self._channel.send(left_behind)
+        except TooLarge as error:
+            subsystem = self._subsystem
+            fault = StepFailed(subsystem.name, subsystem.state, error)
+            fault.message = (
+                f"what the step leaves behind is too large for a process of its own ({error}): "
+                "let it send less at once, or give it no `budget`"
+            )
+            self._channel.send(replace(left_behind, outcome=told(fault), y={}, memory={}))
 
     def _left(self, order: Order) -> Left:
         subsystem, given = self._subsystem, order

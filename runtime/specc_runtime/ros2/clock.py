@@ -19,7 +19,7 @@ class RosClock(WallClock):
     whether to wait any longer. A time that is before an earlier one is told to `failed`, once.
     """
 
-    __slots__ = ("_failed", "_goes_on", "_is_over", "_last_s", "_newest", "is_waiting")
+    __slots__ = ("_failed", "_goes_on", "_is_over", "_last_s", "_newest", "awaited_s")
 
     def __init__(
         self,
@@ -30,8 +30,8 @@ class RosClock(WallClock):
         self._newest, self._goes_on, self._failed = newest, goes_on, failed
         self._last_s = newest()
         self._is_over = False
-        self.is_waiting = False
-        """Whether a time is waited for."""
+        self.awaited_s: float | None = None
+        """The time that is waited for, if any."""
 
     def now_s(self) -> float:
         """Simulated time, s."""
@@ -50,7 +50,7 @@ class RosClock(WallClock):
     def wait(self, duration_s: float) -> None:
         """Let simulated time pass, however long that takes."""
         until_s = self.now_s() + duration_s
-        self.is_waiting = True
+        self.awaited_s = until_s
         while not self._is_over and self.now_s() < until_s and self._goes_on():
             time.sleep(_LOOK_S)
-        self.is_waiting = False
+        self.awaited_s = None

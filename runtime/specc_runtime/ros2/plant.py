@@ -62,8 +62,10 @@ class Ros2Plant(HostedPlant):
 
     def waits_for(self) -> list[str]:
         """What keeps the run, if it has to be told."""
-        is_waiting = self._pace is not None and self._pace.is_waiting
-        return [f"/clock stands still at {self._clock_s:g} s"] if is_waiting else []
+        awaited_s = None if self._pace is None else self._pace.awaited_s
+        if awaited_s is None:
+            return []
+        return [f"the next tick is at {awaited_s:.6g} s, and /clock is at {self._clock_s:.6g} s"]
 
     def _newest_s(self) -> float:
         """Simulated time, s, as it was told last; never raises."""

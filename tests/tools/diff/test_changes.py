@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from specc.tools.diff import Difference
 from tests.tools.diff.conftest import BASE, Differ, edited
 
+CASES = Path(__file__).parents[2] / "cases"
 Edit = tuple[str, str]
 Found = tuple[str, str, str, str, str]
 
@@ -207,3 +210,12 @@ def test_what_a_text_refers_to_may_have_changed(differ: Differ) -> None:
     assert "what it refers to has changed" in there.note
     assert there.only_old == ()
     assert there.only_new == (("d < gap (old)", "false"), ("d < gap (new)", "true"))
+
+
+def test_pairs_of_names_are_told_as_they_are_written(differ: Differ) -> None:
+    text = (CASES / "plant" / "ok-ros2.yaml").read_text(encoding="utf-8")
+    assert "{B: base_link," in text
+    (found,) = differ(text, text.replace("{B: base_link,", "{B: bb,")).differences
+    assert (found.old, found.new) == tuple(
+        f"B: {name}, E: tool0, S: ft_frame, K: camera" for name in ("base_link", "bb")
+    )
