@@ -13,6 +13,7 @@ from specc.frozen import frozen
 from specc.model.fsm import Behaviour
 from specc.model.system import Agent, Device, Element, Port, Subsystem
 from specc.reachable import grouped
+from specc.source import Place
 
 Direction = Literal["x", "y"]
 Output = tuple[str, tuple[str, str]]
@@ -79,6 +80,13 @@ class Wires:
     def part(self, name: str) -> Subsystem | Device | None:
         """The subsystem or device of a qualified name; None if there is none."""
         return self.devices.get(name) or self.subsystems.get(name)
+
+    def named(self, subsystem: Subsystem, port: Port) -> Place | None:
+        """The definition that has the name of the peer: an agent, not its control subsystem."""
+        other = self.part(port.other_end)
+        if other is None or other.agent == subsystem.agent:
+            return other.place if other else None
+        return next((a.place for a in self._agents if a.name == other.agent), None)
 
     @cached_property
     def _every(self) -> list[Wire]:

@@ -70,16 +70,26 @@ class Meaning:
     expr: Expr | None
 
 
+@frozen
+class Use:
+    """A name in a text of a file, and what it names: the place of a definition."""
+
+    place: Place
+    of: Place
+
+
 @dataclass(slots=True)
 class Findings:
     """Collects diagnostics, so that all that is wrong is reported in one go.
 
-    `meanings` has every expression that was read, for editors, and `kept` what they found earlier.
+    `meanings` has every expression that was read, for editors, `uses` names beside those that the
+    scopes of expressions have, and `kept` what editors found earlier.
     `withheld` counts errors that only follow from others and are not reported.
     """
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
     meanings: list[Meaning] = field(default_factory=list)
+    uses: list[Use] = field(default_factory=list)
     withheld: int = 0
     kept: Kept | None = None
     depth: int = 0

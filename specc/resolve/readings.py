@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Literal
 
@@ -13,12 +14,14 @@ from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.many import Root
 from specc.lang.parse import nodes_of, span
 from specc.model.binding import PLANT
+from specc.model.expr import Span
 from specc.model.requirement import Reading
 from specc.model.system import Agent, Device, Element, Plant, Subsystem
 from specc.model.types import Bool, Enum
 from specc.model.wires import Direction, Wires
 from specc.resolve.context import suggestion
 from specc.resolve.groups import Groups
+from specc.source import Place
 
 
 @frozen
@@ -47,14 +50,18 @@ class Names(ast.NodeTransformer):
     def __init__(
         self, text: str, world: World, readings: dict[str, Reading], others: Sequence[str]
     ) -> None:
-        """`others` are names that no value of an agent begins with."""
+        """`others` are names that no value of an agent begins with.
+
+        `uses` are the names that were found, by their columns, each with what it names.
+        """
+        self.uses: dict[Span, Place] = {}
         agents, plant = world.agents, world.plant
         self._text = text
         self._others = set(others)
-        self._agents = {agent.name for agent in agents}
-        self._groups = world.many.get("", ())
+        self._agents = {agent.name: agent.place for agent in agents}
+        self._groups, self._seen = world.many.get("", {}), world.many.get(PLANT, {})
         self._observed = {item.name: item for item in plant.observed} if plant else {}
-        self._roots = {*self._agents, PLANT} if plant else self._agents
+        self._roots = {*self._agents, PLANT} if plant else {*self._agents}
         self._wires = world.wires
         self._subsystems, self._devices = self._wires.subsystems, self._wires.devices
         self._readings = readings
@@ -67,7 +74,7 @@ class Names(ast.NodeTransformer):
             self.generic_visit(node)
             return node
         argument = node.args[0]
-        steps = _steps(argument)
+        steps = self._path(argument)
         if name == "state":
             owner = self._subsystem(".".join(steps) or _quoted(self._text, argument), argument)
             states = Enum("", tuple(state.name for state in owner.states))
@@ -78,6 +85,62 @@ class Names(ast.NodeTransformer):
         return self._named(
             node, replace(known, name=f"present({known.name})", type=Bool(), asks_presence=True)
         )
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        """States of a subsystem stand beside `state(agent.subsystem)`."""
+        self._note_states(node)
+        self.generic_visit(node)
+        return node
+
+    def _note_states(self, node: ast.Compare) -> None:
+        sides = [node.left, *node.comparators]
+        for side in sides:
+            match side:
+                case ast.Call(func=ast.Name(id="state"), args=[of]):
+                    owner = self._subsystems.get(".".join(_steps(of)))
+                    states = {s.name: s.place for s in owner.states} if owner else {}
+                    for name in (n for s in sides for n in getattr(s, "elts", (s,))):
+                        self._note(name, states.get(getattr(name, "id", "")))
+
+    def _path(self, node: ast.expr) -> list[str]:
+        """The names of `a.b.c`, with a note of agent and subsystem; none of anything else."""
+        steps = _steps(node)
+        owner = self._subsystems.get(".".join(steps[:2]))
+        agent = self._agents.get(steps[0]) if steps else None
+        self._note(node, agent, owner.place if owner else None)
+        return steps
+
+    def _note(self, node: ast.expr, *of: Place | None) -> None:
+        """Note what the first names of `a.b.c` name; what stands for another text has no name."""
+        parts = [node]
+        while isinstance(parts[0], ast.Attribute):
+            parts.insert(0, parts[0].value)
+        for part, place in zip(parts, of, strict=False):
+            begin, end = span(part)
+            name = getattr(part, "id", "")
+            if isinstance(part, ast.Attribute) and span(part.value)[1] < end:
+                name, begin = part.attr, end - len(part.attr)
+            if place and name == self._text[begin:end]:
+                self.uses[begin, end] = place
+
+    def note_others(self, tree: ast.expr) -> None:
+        """Note what names name in a formula that has an error somewhere."""
+        for node in nodes_of(tree):
+            with suppress(ExprError):
+                if isinstance(node, ast.Compare):
+                    self._note_states(node)
+                elif isinstance(node, ast.Attribute) and (steps := self._path(node)):
+                    self._reading(steps, node)
+
+    def note_groups(self, tree: ast.expr) -> None:
+        """Note the names that one `for` gives to many, which are written out later."""
+        for node in nodes_of(tree):
+            match node:
+                case ast.Name(id=name) if members := self._groups.get(name):
+                    self._note(node, self._agents.get(next(iter(members.values()))))
+                case ast.Attribute(ast.Name(id="plant"), name) if name in self._seen:
+                    item = self._observed.get(next(iter(self._seen[name].values())))
+                    self._note(node, None, item.place if item else None)
 
     def refuse_unknown_groups(self, tree: ast.expr) -> None:
         """Report what a quantifier goes over that is neither written out nor a constant."""
@@ -106,7 +169,7 @@ class Names(ast.NodeTransformer):
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         """A value of a subsystem or device; components and fields of it stay as they are."""
-        steps = _steps(node)
+        steps = self._path(node)
         self._refuse_unknown(steps, node)
         if not steps or steps[0] not in self._roots or len(steps) > self._length(steps):
             self.generic_visit(node)
@@ -150,6 +213,7 @@ class Names(ast.NodeTransformer):
         item = memory.get(steps[2])
         if item is None:
             raise self._unknown("memory element", steps[2], memory, node, owner, "E0201")
+        self._note(node, None, None, item.place)
         return Reading(name, "memory", *_of(owner, item.name), item.type, item.place)
 
     def _of_buffer(self, name: str, owner: Subsystem, steps: list[str], node: ast.expr) -> Reading:
@@ -160,10 +224,12 @@ class Names(ast.NodeTransformer):
             raise self._unknown(
                 f"{'input' if side == 'x' else 'output'} buffer", peer, peers, node, owner, "E0204"
             )
+        self._note(node, None, None, None, self._wires.named(owner, port))
         item = port.element(element)
         if item is None:
             known = [e.name for e in port.elements]
             raise self._unknown("element", element, known, node, owner, "E0203")
+        self._note(node, None, None, None, None, item.place)
         place = item.type, item.place
         if side == "y":
             return Reading(name, "sent", *_of(owner, peer, element), *place)
@@ -180,6 +246,7 @@ class Names(ast.NodeTransformer):
         item = self._observed.get(seen)
         if item is None:
             raise self._unknown("value to observe", seen, self._observed, node, None, "E0203")
+        self._note(node, None, item.place)
         return Reading(name, "observed", "", (seen,), item.type, item.place)
 
     def _of_device(self, name: str, steps: list[str], node: ast.expr) -> Reading:
@@ -187,11 +254,13 @@ class Names(ast.NodeTransformer):
         if device is None:
             wanted = ".".join(steps[:3])
             raise self._unknown("device", wanted, self._devices, node, None, "E0220")
+        self._note(node, None, None, device.place)
         ways: tuple[tuple[Literal["sent", "reported"], Direction, tuple[Element, ...]], ...]
         ways = ("sent", "y", device.x), ("reported", "x", device.y)
         for kind, direction, elements in ways:
             item = next((e for e in elements if e.name == steps[3]), None)
             if item is not None:
+                self._note(node, None, None, None, item.place)
                 for wire in self._wires.users(device.qualified_name, direction, item.name):
                     found = _of(wire.subsystem, wire.port.peer, item.name)
                     return Reading(name, kind, *found, item.type, item.place)

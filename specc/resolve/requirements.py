@@ -31,7 +31,7 @@ from specc.model.requirement import (
 from specc.model.requirement import expressions as expressions_in
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
-from specc.resolve.context import Meaning, Where
+from specc.resolve.context import Meaning, Use, Where
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
 from specc.resolve.named import Lets, refuse_names
@@ -107,6 +107,8 @@ class Formulas:
             return read()
         except ExprErrors as failure:
             self.expressions.findings.meanings.append(Meaning(at, reader.text, reader.scope, None))
+            reader.note_others()
+            self._note_uses(reader, at)
             for error in failure.errors:
                 self.expressions.report(at, reader.text, error)
         return None
@@ -122,6 +124,11 @@ class Formulas:
         shown = tuple(dict.fromkeys(_as_written(part, text, names) for part in parts))
         whole = Logic("and", shown, type=Bool(), span=(0, len(text)))
         self.expressions.findings.meanings.append(Meaning(at, text, reader.scope, whole))
+        self._note_uses(reader, at)
+
+    def _note_uses(self, reader: _Reader, at: Where) -> None:
+        found = reader.uses.items()
+        self.expressions.findings.uses += [Use(at.place.within(*s), of) for s, of in found]
 
 
 def _as_written(expr: Expr, text: str, names: frozenset[str]) -> Expr:
@@ -160,9 +167,11 @@ class _Reader:
         self.text = text
         self._lets = known.lets
         self._many = world.many
+        self._read: list[ast.expr] = []
         self._definitions = expressions.definitions
         self.scope = constant_scope(expressions.definitions)
         self._names = Names(text, world, self.readings, self.scope.names())
+        self.uses = self._names.uses
 
     def requirement(self) -> tuple[Formula, bool]:
         """The formula, without an outer `always(...)`, and whether there was one.
@@ -193,10 +202,18 @@ class _Reader:
         expr = self._condition(tree, None)
         return Atom(expr) if isinstance(expr.type, Bool) else expr
 
+    def note_others(self) -> None:
+        """Note what names name beside an error, which may be in the first part of the text."""
+        for tree in self._read:
+            self._names.note_others(tree)
+
     def _tree(self) -> ast.expr:
-        tree = self._lets.written_out(parse_formula(self.text))
+        self._read = [parse_formula(self.text)]
+        tree = self._lets.written_out(self._read[0])
+        self._names.note_groups(tree)
         for root, groups in self._many.items():
             tree = spread(tree, groups, root)
+        self._read = [tree]
         self._names.refuse_unknown_groups(tree)
         return tree
 

@@ -5,14 +5,14 @@ It is made from the texts, and from what the compiler took their expressions for
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from specc.frozen import frozen
 from specc.model.expr import Expr, walk
 from specc.model.system import System
-from specc.resolve.context import Meaning
+from specc.resolve.context import Findings, Meaning, Use
 from specc.schema.places import split
 from specc.source import Node, Place, Route, SourceFile, Sources
 from specc.tools.lsp.references import Links, Reference, links_of, references_of
@@ -40,6 +40,7 @@ class Index:
     meanings: Mapping[Key, Meaning]
     files: Mapping[str, FileSymbols]
     links: Links
+    uses: Collection[Use]
     _occurrences: dict[str, tuple[Occurrence, ...]] = field(default_factory=dict)
 
     def text(self, path: str) -> str:
@@ -58,7 +59,8 @@ class Index:
         if source is None:
             return ()
         if path not in self._occurrences:
-            found = references_of(source, self.files, self.meanings, self.links)
+            uses = (use for use in self.uses if use.place.file == path)
+            found = references_of(source, self.files, self.meanings, self.links, uses)
             self._occurrences[path] = tuple(
                 Occurrence(*source.offsets(reference.place), reference.symbol, reference)
                 for reference in found
@@ -123,14 +125,15 @@ class Index:
         return found
 
 
-def build_index(sources: Sources, system: System | None, meanings: Iterable[Meaning]) -> Index:
+def build_index(sources: Sources, system: System | None, found: Findings) -> Index:
     """The index of some files, as far as they could be understood."""
     files = {source.path: collect(source) for source in sources}
     links = links_of(system)
     _attach(files, links)
     for source in sources:
         _tie(files[source.path], source)
-    return Index(sources, system, _by_place(meanings), files, links)
+    uses = dict.fromkeys(found.uses)
+    return Index(sources, system, _by_place(found.meanings), files, links, uses)
 
 
 def _by_place(meanings: Iterable[Meaning]) -> dict[Key, Meaning]:

@@ -113,7 +113,7 @@ class Analysis:
     @cached_property
     def index(self) -> Index:
         """The symbols; made when somebody asks for them."""
-        return build_index(self.loader.sources, self.system, self.loader.findings.meanings)
+        return build_index(self.loader.sources, self.system, self.loader.findings)
 
 
 @frozen

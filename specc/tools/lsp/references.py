@@ -10,11 +10,11 @@ from specc.frozen import frozen
 from specc.model.system import Subsystem, System
 from specc.model.types import Enum, Type
 from specc.model.wires import Wires
-from specc.resolve.context import Meaning
+from specc.resolve.context import Meaning, Use
 from specc.schema.keys import Role, SymbolKind
 from specc.schema.places import TRACED, role_of, split
 from specc.source import Node, Place, Route, SourceFile
-from specc.tools.lsp.formulas import Paths, paths_in, paths_of
+from specc.tools.lsp.formulas import Paths, paths_of
 from specc.tools.lsp.structure import (
     Mention,
     guesses,
@@ -86,7 +86,7 @@ class Links:
     """States of the subsystem that the task counts; so with its memory."""
     memory: dict[str, Key] = field(default_factory=dict)
     paths: Paths = field(default_factory=Paths)
-    """What requirements name."""
+    """What requirements may name."""
     in_python: dict[str, str] = field(default_factory=dict)
     """Enums whose members Python code knows by their names -> the code."""
 
@@ -107,7 +107,7 @@ def links_of(system: System | None) -> Links:
         _connections(links, subsystem, wires)
     _bindings(links, system, wires)
     _task(links, system)
-    links.paths = paths_of(system, links.named)
+    links.paths = paths_of(system)
     return links
 
 
@@ -135,8 +135,8 @@ def _connections(links: Links, subsystem: Subsystem, wires: Wires) -> None:
         if other is None:
             continue
         links.peers.setdefault(key_of(port.place), key_of(other.place))
-        agent = links.agents.get(other.agent) if other.agent != subsystem.agent else None
-        links.named.setdefault(key_of(port.place), agent or key_of(other.place))
+        if named := wires.named(subsystem, port):
+            links.named.setdefault(key_of(port.place), key_of(named))
         far = {e.name: e for e in wire.elements}
         for element in port.elements:
             if element.name in far and element.place != far[element.name].place:
@@ -183,11 +183,13 @@ def references_of(
     files: Mapping[str, FileSymbols],
     meanings: Mapping[Key, Meaning],
     links: Links,
+    uses: Iterable[Use],
 ) -> Iterator[Reference]:
-    """The names of symbols in a file, definitions among them."""
+    """The names of symbols in a file, definitions among them; `uses` are of that file."""
     if source.spans is not None:
         reader = _Reader(source.path, source.spans, files, meanings, links)
         yield from reader.definitions()
+        yield from (found for use in uses for found in reader.at(use.place, key_of(use.of)))
         for route, key, node in values(source.spans):
             if key is not None:
                 yield from reader.in_key(route)
@@ -211,6 +213,11 @@ class _Reader:
         for symbol in own.top.values():
             if symbol.kind == "member":
                 yield Reference(symbol.place, symbol, defines=True)
+
+    def at(self, place: Place, key: Key) -> Iterator[Reference]:
+        """A name at a place, if a symbol is defined under the key."""
+        if (symbol := self._at(key)) is not None:
+            yield Reference(place, symbol, type=symbol.type)
 
     def in_key(self, route: Route) -> Iterator[Reference]:
         """Names in keys: targets of functions, peers, arguments of parameters, bound elements."""
@@ -246,11 +253,6 @@ class _Reader:
         owner = split(route)[0]
         if role is None or role.form == "path":
             return
-        if role.form == "formula":
-            for key, begin, end in paths_in(text, self.links.paths):
-                if (symbol := self._at(key)) is not None:
-                    place = Place(self.path, route, "value", begin, end)
-                    yield Reference(place, symbol, type=symbol.type)
         meaning = self.meanings.get((self.path, route))
         if meaning is not None and meaning.expr is not None:
             yield from self._all(route, owner, mentions(meaning.expr, meaning.text))

@@ -164,3 +164,23 @@ def test_what_may_follow_is_proposed(
     found = labels(known, path, SYSTEM, old, new)
     assert set(there.split()) <= found
     assert not set(absent.split()) & found
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("base.c.last > 0", "base.c.lost > 0"),  # a name that is not there
+        ("always(gap(plant.at)", "always(gap(plant.at) + gap("),  # no formula at all
+        ("within(9[s],", "withn(9[s],"),
+    ],
+)
+def test_an_error_in_a_formula_leaves_other_names_known(tmp_path: Path, old: str, new: str) -> None:
+    text = SYSTEM.replace(old, new)
+    known, path = edited(tmp_path / "fleet.yaml", text)
+    for at, line in [
+        ("or\n      base.c.x.rovers_1.|n", "x: {rovers: {|n: int}}"),
+        ("state(base.c) == |S0", "states: {|S0: hear}"),
+        ("E.wheel.|s <", "y: {|s: {type"),
+    ]:
+        found = answers.definition(known, path, place(text, at))
+        assert place(text, line) in [stretch.start for stretch in found], at
