@@ -23,9 +23,9 @@ def answer(parser: Parser) -> None:
     if ASKS in os.environ:
         import argcomplete
 
-        chosen = [
-            word for word in os.environ.get("COMP_LINE", "").split() if word in parser.commands
-        ]
-        for word in chosen[:1]:
-            parser.commands[word].prepare()
+        chosen = parser
+        for word in os.environ.get("COMP_LINE", "").split():
+            if word in chosen.commands:
+                chosen = chosen.commands[word]
+                chosen.prepare()
         argcomplete.autocomplete(parser)

@@ -19,7 +19,7 @@ class Parser(argparse.ArgumentParser):
     The options of a command may be known only once it is chosen: `late` adds them.
     """
 
-    late: Callable[[argparse.ArgumentParser], None] | None = None
+    late: Callable[[Parser], None] | None = None
     commands: Mapping[str, Parser] = MappingProxyType({})
     is_mixed = False
     """Whether an argument that may be left out may also stand behind options."""
