@@ -14,8 +14,9 @@ from typing import Literal
 
 from specc.analysis.reads import Dependences, Text, text_of, texts
 from specc.frozen import frozen
+from specc.lang.bounds import bounded
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.ranges import ANY, Range
+from specc.lang.ranges import Range
 from specc.lang.row import BuiltinFunction
 from specc.model.expr import (
     Binary,
@@ -177,7 +178,7 @@ class Misfits:
                 continue
             if self._value(inner) is not None:
                 continue
-            least, most = self._bounds(whole)
+            least, most = bounded(whole, self._known)
             if least > value if is_least else most < value:
                 because = limit, inner
                 return [Misfit("bounds", outer, text, because, self._origin(text, limit), value)]
@@ -233,13 +234,9 @@ class Misfits:
                 return self._sum(left, times / value)
         return {self._numbering.number(expr): times}
 
-    def _bounds(self, expr: Expr) -> Range:
+    def _known(self, expr: Expr) -> Range | None:
         value = self._value(expr)
-        if value is not None:
-            return value, value
-        if isinstance(expr, Builtin) and (range_ := FUNCTIONS[expr.name].range) and _picks(expr):
-            return range_(*map(self._bounds, expr.args))
-        return ANY
+        return None if value is None else (value, value)
 
     def _itself(self, text: Text, expr: Expr, bound: Depths) -> Iterator[Misfit]:
         match expr:

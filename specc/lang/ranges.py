@@ -24,6 +24,16 @@ HALF_TURNS: Range = (-math.nextafter(math.pi, 4.0), math.nextafter(math.pi, 4.0)
 """Half a turn in both directions, to one of the two floats that are next to it."""
 
 
+def union(*of: Range) -> Range:
+    """Whatever one of them is."""
+    return least(*of)[0], greatest(*of)[1]
+
+
+def unchanged(a: Range) -> Range:
+    """`a`."""
+    return a
+
+
 def _spanned(*ends: float) -> Range:
     return ANY if any(map(math.isnan, ends)) else (min(ends), max(ends))
 
@@ -90,7 +100,7 @@ def _equal(a: Range, b: Range) -> Range:
 
 
 def _not(a: Range) -> Range:
-    return not a[1], not a[0]
+    return a[1] <= 0, a[0] <= 0  # of what is not known, too
 
 
 def choice(test: Range, then: Range, otherwise: Range) -> Range:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Any, NamedTuple, Protocol
@@ -92,8 +91,6 @@ class BuiltinFunction:
     """The least and greatest value that the result ever has."""
     range: Operation | None = None
     """The least and greatest value of the result by those of the arguments."""
-    no_larger: bool = False
-    """Whether its result is never larger than its largest argument, up to sign."""
     chooses: bool = False
     """Whether its result is one of its arguments."""
     picks: int = 0
@@ -128,8 +125,3 @@ class BuiltinFunction:
     def is_followed(self) -> bool:
         """Whether proofs have its result by the values of its arguments."""
         return self.term is not None or self.compares
-
-    @property
-    def least(self) -> float | None:
-        """The least value that the result ever has; None if there is none."""
-        return None if self.within[0] == -math.inf else self.within[0]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import partial
 from operator import add, mul, sub, truediv
@@ -34,9 +33,6 @@ class Sign:
     """What the left side, and the right one, may be so that the result is a wanted one."""
     range: Operation | None = None
     """The least and greatest value of the result by those of the operands."""
-    largest: Callable[[float, float, float | None], float] = lambda a, b, written: math.inf
-    """A bound of the size of the result by those of the operands, and by the number on the right
-    if it is written out."""
     commutes: bool = False
     may_fail: bool = False
     """Whether it raises for some numbers, so that it is computed only where it is needed."""
@@ -71,19 +67,6 @@ def _bounded(a: Any, b: Any, times: int) -> bool:
     return True
 
 
-def _largest_power(base: float, size: float, written: float | None) -> float:
-    is_small = base < 1e30 and written is not None and 0 <= written < 10
-    return float(max(1.0, base) ** size) if is_small else math.inf
-
-
-def _sum(a: float, b: float, written: float | None) -> float:
-    return a + b
-
-
-def _size(a: float, b: float, written: float | None) -> float:
-    return 0.0 if 0.0 in (a, b) else a * b
-
-
 def _subtrahend(value: Any, left: Any) -> Any:
     return elementwise(sub, left, value)
 
@@ -104,18 +87,17 @@ _added, _subtracted = partial(elementwise, add), partial(elementwise, sub)
 _multiplied = partial(elementwise, _times)
 
 SIGNS = {
-    "+": Sign("sum", _added, (_subtracted, _subtracted), ranges.sum_of, _sum, commutes=True),
-    "-": Sign("sum", _subtracted, (_added, _subtrahend), ranges.difference, _sum),
-    "*": Sign("product", _multiplied, (_divided, _divided), ranges.product, _size, commutes=True),
+    "+": Sign("sum", _added, (_subtracted, _subtracted), ranges.sum_of, commutes=True),
+    "-": Sign("sum", _subtracted, (_added, _subtrahend), ranges.difference),
+    "*": Sign("product", _multiplied, (_divided, _divided), ranges.product, commutes=True),
     "/": Sign(
         "product",
         partial(elementwise, truediv),
         (_dividend, None),
         ranges.quotient,
-        lambda a, b, written: a / abs(written) if written else math.inf,
         may_fail=True,
         shows=1,
     ),
-    "**": Sign("power", _power, (None, None), ranges.power, _largest_power, may_fail=True, shows=1),
+    "**": Sign("power", _power, (None, None), ranges.power, may_fail=True, shows=1),
     "@": Sign("product", _applied, (_before, lambda value, X: _applied(inverse(X), value))),
 }

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 
-from specc.lower.terms import Term, fixed, largest_of, place_type, shows, term
+from specc.lang.ranges import Range
+from specc.lower.terms import Term, fixed, place_type, range_of, shows, term
 from specc.model import expr as e
 from specc.model.system import Let
 from specc.model.types import Bool, Int, Real, Type
@@ -152,13 +153,13 @@ class TermTable:
                 is_constant, is_settled = False, name in self._settled
             case _:
                 is_constant, is_settled = fixed(node, args)
-        largest = self._largest(node, args)  # may make terms, so before this one has its number
-        return term(len(self._terms), node, args, (is_constant, is_settled), largest)
+        range_ = self._range(node, args)  # may make terms, so before this one has its number
+        return term(len(self._terms), node, args, (is_constant, is_settled), range_)
 
-    def _largest(self, node: e.Expr, args: tuple[Term, ...]) -> float:
+    def _range(self, node: e.Expr, args: tuple[Term, ...]) -> Range:
         if isinstance(node, (e.ConstantRef, e.Clock)) and node.name in self._constants:
-            return self._raw(self._constants[node.name]).largest
-        return largest_of(node, args)
+            return self._raw(self._constants[node.name]).range
+        return range_of(node, args)
 
 
 def _payload(node: e.Expr) -> object:

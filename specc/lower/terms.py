@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
+from specc.lang import ranges
+from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.ranges import ANY, Range
 from specc.lang.signs import SIGNS
 from specc.model import expr as e
 from specc.model.system import Let
@@ -53,8 +55,8 @@ class Term:
     """Whether a comparison with such a value is in it."""
     is_costly: bool = False
     """Whether computing it again costs more than handing its value on."""
-    largest: float = math.inf
-    """No component is larger than this, up to sign; infinite where nothing is known."""
+    range: Range = ANY
+    """What all components lie between."""
     is_raw: bool = False
     """A result of arithmetic that has not been checked: it may not be finite."""
 
@@ -62,6 +64,11 @@ class Term:
     def type(self) -> Type:
         """Type of its values."""
         return self.node.type
+
+    @property
+    def largest(self) -> float:
+        """No component is larger than this, up to sign; infinite where nothing is known."""
+        return max(-self.range[0], self.range[1])
 
     @property
     def is_kept(self) -> bool:
@@ -87,7 +94,7 @@ def in_order(terms: Iterable[Term]) -> list[Term]:
 
 
 def term(
-    order: int, node: e.Expr, args: tuple[Term, ...], fixed: tuple[bool, bool], largest: float
+    order: int, node: e.Expr, args: tuple[Term, ...], fixed: tuple[bool, bool], range: Range
 ) -> Term:
     """The term of a node over its operands. `fixed`: whether it is constant, and settled."""
     is_constant, is_settled = fixed
@@ -106,9 +113,9 @@ def term(
         perhaps=perhaps,
         is_rounded=_is_rounded(node, args),
         rests_on_rounding=_compares_rounded(node, args),
-        largest=largest,
-        is_raw=_is_raw(node, args, largest),
+        range=range,
     )
+    made.is_raw = _is_raw(made)
     made.is_costly = not made.bound and not is_settled and _is_costly(node, perhaps)
     if made.is_costly:
         made.keep()
@@ -214,12 +221,13 @@ def shows(node: e.Expr) -> range:
     return range(0)
 
 
-def _is_raw(node: e.Expr, args: Sequence[Term], largest: float) -> bool:
+def _is_raw(made: Term) -> bool:
     """Whether a term is the result of arithmetic that has to be looked at before it is used.
 
     Arrays always are, since they become read-only then; a number is unless it stays below
     `largest`, or is no larger than a finite one that it was made from.
     """
+    node, args, largest = made.node, made.args, made.largest
     if not _is_real(node.type):
         return False
     if any(args[place].is_raw for place in shows(node)):
@@ -240,27 +248,15 @@ def _shrinks(op: str, args: Sequence[Term]) -> bool:
     """Whether the result is no larger than one of the operands."""
     if op == "*":
         return any(arg.largest <= 1.0 for arg in args)
-    return op == "/" and _magnitude(args[1]) >= 1.0
+    return op == "/" and ranges.absolute(args[1].range)[0] >= 1.0
 
 
-def largest_of(node: e.Expr, args: Sequence[Term]) -> float:
-    """A bound of the size of the number, or of all components, that a term stands for."""
-    sizes = [arg.largest for arg in args]
+def range_of(node: e.Expr, args: Sequence[Term]) -> Range:
+    """What the number, or all components, that a term stands for lie between."""
     match node:
-        case e.Number(value=value):
-            return abs(float(value)) if abs(value) < FAR else math.inf
         case e.Clock(name="elapsed") | e.Lag(name="age"):
-            return LONGEST_S
-        case e.Binary(op=op, right=right):
-            written = right.value if isinstance(right, e.Number) else None
-            return SIGNS[op].largest(sizes[0], sizes[1], written)
-        case e.Choice():
-            return max(sizes[1:])
-        case e.Builtin(name=name) if FUNCTIONS[name].no_larger:
-            return max(sizes)
-        case e.Unary(op="-") | e.Component() | e.Items() if sizes:
-            return max(sizes)
-    return math.inf
+            return 0.0, LONGEST_S
+    return bounds(node, [arg.range for arg in args])
 
 
 def place_type(node: e.Expr, place: int) -> Type | None:
@@ -273,11 +269,6 @@ def place_type(node: e.Expr, place: int) -> Type | None:
         case e.Items(type=ListOf(element=element)):
             return element
     return None
-
-
-def _magnitude(term: Term) -> float:
-    """The size of a number that is written out; 0 for any other."""
-    return abs(float(term.node.value)) if isinstance(term.node, e.Number) else 0.0
 
 
 def _is_real(type_: Type) -> bool:

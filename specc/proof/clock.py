@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
-from specc.lang import ranges
+from specc.lang.bounds import operation_of
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.lang.ranges import Operation, Range
-from specc.lang.signs import SIGNS
 from specc.limits import spend
 from specc.model.expr import (
     Among,
@@ -202,17 +201,3 @@ class Timer:
 
     def _is_known(self, expr: Expr) -> bool:
         return self._numbering.value(self._numbering.number(expr)) is not None
-
-
-def operation_of(expr: Expr) -> Operation | None:
-    """How the range of an expression follows from those of its parts; None if it is not known."""
-    match expr:
-        case Binary(op=sign):
-            return SIGNS[sign].range
-        case Unary(op="-"):
-            return ranges.negative
-        case Unary(op=word) | Compare(op=word) | Logic(op=word):
-            return ranges.CONDITIONS[word]
-        case Builtin(name=name):
-            return FUNCTIONS[name].range
-    return ranges.choice if isinstance(expr, Choice) else None

@@ -10,14 +10,16 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 
+from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.ranges import ANY, Range
+from specc.lang.ranges import ANY, NOT_NEGATIVE, Range
 from specc.lang.signs import SIGNS
 from specc.model.expr import (
     LENGTH,
     Binary,
     BoundVariable,
     Builtin,
+    Choice,
     Clock,
     Component,
     ConstantRef,
@@ -41,6 +43,7 @@ Scalar = float | bool | str
 Depths = Mapping[str, int]
 """Variable of a quantifier -> how many quantifiers are around its own."""
 
+_NUMBERS = (Unary, Binary, Builtin, Choice, Clock, Lag, Component, Items)
 _MOST_BITS = 4096
 """Whole numbers beyond this size are not computed: powers of powers are soon larger than memory."""
 
@@ -61,6 +64,7 @@ class Numbering:
         self._constant_values = constants
         self._numbers: dict[object, int] = {}
         self._values: dict[int, Scalar] = {}
+        self._ranges: dict[int, Range] = {}
         # By identity, with the expression itself so that no other one takes its identity.
         self._seen: dict[int, tuple[Expr, int]] = {}
         self._constants: dict[str, int] = {}
@@ -138,38 +142,13 @@ class Numbering:
         """A number for what two values have to do with each other, whatever their order."""
         return self._of(("pair", min(a, b), max(a, b)))
 
-    def least(self, expr: Expr, bound: Depths | None = None) -> float | None:
-        """A lower bound of a number by what it is."""
-        match expr:
-            case Builtin(name=name, args=(several,)) if name == LENGTH:
-                return float(isinstance(several.type, ListOf) and several.type.nonempty)
-            case Clock() | Lag():
-                return 0.0
-            case Builtin():
-                return self._least_result(expr, bound)
-            case Binary(op="**", right=Number(value=power)) if power > 0 and power % 2 == 0:
-                return 0.0
-            case Binary(op="*", left=a, right=b) if self.number(a, bound) == self.number(b, bound):
-                return 0.0
-        return None
-
-    def _least_result(self, expr: Builtin, bound: Depths | None) -> float | None:
-        """A lower bound of the result of a function, by those of the arguments."""
-        function = FUNCTIONS[expr.name]
-        if function.range is None:
-            return function.least
-        ranges = [self._at_least(arg, bound) for arg in expr.args]
-        try:
-            found = max(function.within[0], function.range(*ranges)[0])
-        except (ArithmeticError, ValueError):
-            return function.least
-        return None if found == -math.inf else found
-
-    def _at_least(self, arg: Expr, bound: Depths | None) -> Range:
-        if isinstance(arg, Number):
-            return arg.value, arg.value
-        least = self.least(arg, bound)
-        return ANY if least is None else (least, math.inf)
+    def range_of(self, expr: Expr, bound: Depths | None = None) -> Range:
+        """The least and greatest value of a number, as far as it follows from what it is."""
+        number = self.number(expr, bound)
+        value = self._values.get(number)
+        if isinstance(value, (int, float)):
+            return value, value
+        return self._ranges.get(number, ANY)
 
     def _compound(self, expr: Expr, parts: list[int]) -> int:
         known = [self._values.get(part) for part in parts]
@@ -186,7 +165,24 @@ class Numbering:
         if isinstance(expr, Binary) and SIGNS[expr.op].commutes:
             parts = sorted(parts)
         whole = isinstance(expr, Binary) and isinstance(expr.type, Int)  # 2 * n, unlike 2.0 * n
-        return self._of((type(expr).__name__, whole, *labels(expr), *parts))
+        number = self._of((type(expr).__name__, whole, *labels(expr), *parts))
+        if number not in self._ranges and isinstance(expr, _NUMBERS):
+            self._ranges[number] = self._range(expr, parts, known)
+        return number
+
+    def _range(self, expr: Expr, parts: list[int], known: list[Scalar | None]) -> Range:
+        match expr:
+            case Clock() | Lag():
+                return NOT_NEGATIVE
+            case Builtin(name=name, args=(several,)) if name == LENGTH:
+                return float(isinstance(several.type, ListOf) and several.type.nonempty), math.inf
+            case Binary(op="*") if parts[0] == parts[1]:
+                return NOT_NEGATIVE
+        ranges = (
+            (value, value) if isinstance(value, (int, float)) else self._ranges.get(part, ANY)
+            for part, value in zip(parts, known, strict=True)
+        )
+        return bounds(expr, list(ranges))
 
     def _known(self, value: Scalar) -> int:
         # 0.0 and -0.0 are equal, but not the same divisor.

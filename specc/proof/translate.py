@@ -6,6 +6,7 @@ choice of a member came out, `all(P)` is `not any(not P)`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Collection as Names
 from dataclasses import replace
@@ -264,7 +265,8 @@ class Translator:
             whole = whole and isinstance(right.type, Int)
             quantity, y = Quantity("difference", (a, b), whole, None), 0.0
         else:
-            quantity = Quantity("value", (a,), whole, self._numbering.least(left, bound))
+            least, _ = self._numbering.range_of(left, bound)
+            quantity = Quantity("value", (a,), whole, None if least == -math.inf else least)
         asked, holds = _QUESTIONS[op]
         return quantity, (asked, y), holds
 

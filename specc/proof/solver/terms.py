@@ -258,11 +258,11 @@ class Terms:
             time = z3.RealVal(str(step)) * z3.ToReal(self.periods())
             error = time / 2**53
             self.laws.append(z3.And(term - time <= error, time - term <= error))
-        least = self._numbering.least(expr)
-        if least is not None:
+        least, greatest = self._numbering.range_of(expr)
+        if least > -math.inf:
             self.laws.append(term >= constant(least))
-        if isinstance(expr, Builtin) and (most := FUNCTIONS[expr.name].within[1]) < math.inf:
-            self.laws.append(term <= constant(most))
+        if greatest < math.inf:
+            self.laws.append(term <= constant(greatest))
         return term
 
     def periods(self) -> Any:

@@ -12,6 +12,7 @@ from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeGuard
 
+from specc.lang.bounds import bounded
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.kinds import kind
 from specc.lang.ranges import Range
@@ -25,7 +26,7 @@ from specc.model.types import (
 )
 from specc.proof import InputName
 from specc.proof.clock import Turns
-from specc.tools.explore.regions import Region, leaves, ranged
+from specc.tools.explore.regions import Region, leaves
 
 SOME: Final = "some"
 """An unknown value that is present (not None)."""
@@ -173,7 +174,7 @@ def _clock(expr: m.Clock, known: Known) -> m.Expr:
 def _compare(expr: m.Compare, known: Known) -> m.Expr:
     made = _computed(m.mapped(expr, lambda part: filled(part, known)))
     if isinstance(made, m.Compare) and known.is_unclear(made):
-        least, greatest = ranged(made, known.range_of)
+        least, greatest = bounded(made, known.range_of)
         return _truth(bool(least)) if least == greatest else made
     return made
 

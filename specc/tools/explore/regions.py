@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from specc.lang.ranges import ANY, Range
 from specc.model import expr as m
 from specc.model.types import Int, Real
-from specc.proof.clock import operation_of
 
 
 class Region(NamedTuple):
@@ -55,22 +53,6 @@ def _inside(low: float, high: float, *, whole: bool) -> Region:
         return Region(math.nextafter(low, math.inf), math.nextafter(high, -math.inf))
     least = low if math.isinf(low) else math.floor(low) + 1
     return Region(least, high if math.isinf(high) else math.ceil(high) - 1)
-
-
-def ranged(expr: m.Expr, known: Callable[[m.Expr], Range | None]) -> Range:
-    """The range of an expression of numbers or truth values; `known` gives that of leaves."""
-    if (leaf := known(expr)) is not None:
-        return leaf
-    if isinstance(expr, (m.Number, m.Truth)):
-        return expr.value, expr.value
-    operation = operation_of(expr)
-    if operation is None:
-        return ANY
-    try:
-        found = operation(*(ranged(part, known) for part in m.children(expr)))
-    except (ArithmeticError, ValueError, TypeError):
-        return ANY
-    return ANY if any(map(math.isnan, found)) else found
 
 
 def is_number(expr: m.Expr) -> bool:

@@ -6,10 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from specc.lang.bounds import bounded
 from specc.model import expr as m
 from specc.model.types import Int
 from specc.tools.explore.partial import SOME, Known, Value, is_literal, is_some
-from specc.tools.explore.regions import Region, Regions, is_number, ranged
+from specc.tools.explore.regions import Region, Regions, is_number
 
 MOST_VALUES = 32
 """Values that are followed of one element; of later ones only the region is known."""
@@ -69,7 +70,7 @@ class Values:
             return (UNKNOWN if isinstance(expr, m.Nothing) else self._numbers.of(SOME),)
         if known.is_unclear(expr):
             if is_number(expr):
-                return self._in(target, expr, *ranged(expr, known.range_of))
+                return self._in(target, expr, *bounded(expr, known.range_of))
             self.widened.add(target)
         return (self._numbers.of(SOME) if is_some(expr, known) else UNKNOWN,)
 

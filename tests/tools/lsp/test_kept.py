@@ -87,7 +87,7 @@ def test_small_edits_of_the_flagship(seed: int) -> None:
 
 @pytest.mark.parametrize(
     ("seed", "steps"),
-    [(0, 1), *(pytest.param(n, 25, marks=pytest.mark.long) for n in range(FIRST, FIRST + 4))],
+    [(0, 1), *(pytest.param(n, 12, marks=pytest.mark.long) for n in range(FIRST, FIRST + 4))],
 )
 def test_small_edits_of_a_system_and_of_a_description_that_it_uses(
     seed: int, steps: int, tmp_path: Path

@@ -1,0 +1,68 @@
+"""Between which numbers the values of an expression lie, by what is known of its parts.
+
+Proofs, exploration, checks and generated code ask here; they differ in what they know of leaves. A
+truth value is a number, false before true. Of a vector it is what all its components lie between,
+of a pose what all coordinates of its position do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from specc.lang import ranges
+from specc.lang.builtins import FUNCTIONS
+from specc.lang.ranges import ANY, Operation, Range
+from specc.lang.signs import SIGNS
+from specc.model import expr as m
+from specc.model.types import Bool
+
+
+def operation_of(expr: m.Expr) -> Operation | None:
+    """How the range of an expression follows from those of its parts; None if it is not known."""
+    match expr:
+        case m.Binary(op=sign):
+            return SIGNS[sign].range
+        case m.Unary(op="-"):
+            return ranges.negative
+        case m.Unary(op=word) | m.Compare(op=word) | m.Logic(op=word):
+            return ranges.CONDITIONS[word]
+        case m.Builtin(name=name):
+            return FUNCTIONS[name].range
+        case m.Items() | m.Component() | m.Sure():
+            return ranges.union
+    return ranges.choice if isinstance(expr, m.Choice) else None
+
+
+def bounds(expr: m.Expr, parts: Sequence[Range]) -> Range:
+    """The range of an expression by those of its parts."""
+    if isinstance(expr, (m.Number, m.Truth)):
+        return expr.value, expr.value
+    least, greatest = _ever(expr)
+    operation = operation_of(expr)
+    if operation is None:
+        return least, greatest
+    try:
+        low, high = operation(*parts)
+    except (ArithmeticError, ValueError, TypeError):
+        return least, greatest
+    if math.isnan(low) or math.isnan(high):
+        return least, greatest
+    return max(low, least), min(high, greatest)
+
+
+def _ever(expr: m.Expr) -> Range:
+    """What the values lie between whatever the parts are."""
+    if isinstance(expr.type, Bool):
+        return False, True
+    return FUNCTIONS[expr.name].within if isinstance(expr, m.Builtin) else ANY
+
+
+def bounded(expr: m.Expr, known: Callable[[m.Expr], Range | None]) -> Range:
+    """The range of an expression; `known` gives that of a leaf, None for what has to be computed.
+
+    No expression is looked through: a let or a constant is a leaf.
+    """
+    if (leaf := known(expr)) is not None:
+        return leaf
+    return bounds(expr, [bounded(part, known) for part in m.children(expr)])
