@@ -13,8 +13,9 @@ from typing import Literal
 
 from specc.analysis.machine import Machine
 from specc.frozen import frozen
-from specc.model.expr import Expr, Fresh, Input, LetRef, Unary, walk
+from specc.model.expr import Expr, Fresh, Input, LetRef, walk
 from specc.model.fsm import Axiom, State
+from specc.model.logic import negation
 from specc.model.system import Subsystem
 from specc.model.types import Bool
 from specc.model.wires import Wires
@@ -74,7 +75,8 @@ class Arriving:
             new = frozenset[InputName]().union(*(one.inputs for one in way))
             context = list(_context(new, known, asked))
             holds = machine.prover.implies(context, axiom.that, assuming=False)
-            fails = not holds and machine.prover.implies(context, _not(axiom.that), assuming=False)
+            never = negation(axiom.that)
+            fails = not holds and machine.prover.implies(context, never, assuming=False)
             ways.append((way, holds, fails))
         # What takes states of several senders may never happen; none of them breaks it by itself.
         for one in chain.from_iterable(cases):
@@ -131,8 +133,4 @@ def _context(
         if name in new:
             yield fresh
         elif name in known:
-            yield _not(fresh)
-
-
-def _not(expr: Expr) -> Expr:
-    return Unary("not", expr, type=Bool())
+            yield negation(fresh)

@@ -14,14 +14,13 @@ from specc.model.expr import (
     Choice,
     Expr,
     LetRef,
-    Logic,
     Quantifier,
-    Unary,
     children,
     has_free_variable,
     walk,
 )
 from specc.model.fsm import Condition
+from specc.model.logic import joined, negation
 from specc.model.types import Bool
 from specc.proof import Moment
 
@@ -48,12 +47,12 @@ class ConstantPart(NamedTuple):
     @property
     def claim(self) -> Expr:
         """What always holds: the part, or its opposite, wherever the tests around it do."""
-        said = self.expr if self.holds else _opposite(self.expr)
+        said = self.expr if self.holds else negation(self.expr)
         for outer in reversed(self.around):
             if isinstance(outer, Quantifier):
                 said = replace(outer, kind="all", body=said, type=Bool())
             else:
-                said = Logic("or", (_opposite(outer), said), type=Bool())
+                said = joined("or", (negation(outer), said))
         return said
 
 
@@ -126,7 +125,7 @@ class Constancy:
 
         In functions and in the text of a let, which they may name too, it has it at any moment.
         """
-        if part in tests or _opposite(part) in tests:
+        if part in tests or negation(part) in tests:
             return part in tests
         on = self._dependences.of(part)
         if on.literal:
@@ -140,11 +139,11 @@ class Constancy:
         moment: Moment = "conditions" if condition else "start"
         of_any = on.constants & self._parameters
         prover = self._machine.any_prover if of_any else self._machine.prover
-        for fact, holds in ((part, True), (_opposite(part), False)):
+        for fact, holds in ((part, True), (negation(part), False)):
             if self._in_conditions:
                 shown = prover.implies(known, fact, moment, assuming=False)
             else:
-                shown = prover.refutes((*known, _opposite(fact)))
+                shown = prover.refutes((*known, negation(fact)))
             if shown:
                 return holds
         return None
@@ -156,7 +155,7 @@ def _inside(expr: Expr) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
         case Choice(test=test, then=then, otherwise=otherwise):
             yield test, ()
             yield then, (test,)
-            yield otherwise, (_opposite(test),)
+            yield otherwise, (negation(test),)
         case Quantifier(over=over, body=body):
             yield over, ()
             yield body, (expr,)
@@ -173,7 +172,3 @@ def _tests(around: tuple[Expr, ...]) -> tuple[Expr, ...]:
         else:
             found.append(outer)
     return tuple(found)
-
-
-def _opposite(test: Expr) -> Expr:
-    return Unary("not", test, type=Bool())

@@ -27,6 +27,7 @@ from specc.model.expr import (
     children,
 )
 from specc.model.fsm import Axiom, Cause, Condition, Function, State, Transition
+from specc.model.logic import negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Bool, Int, OptionalOf
 from specc.reachable import grouped
@@ -208,8 +209,3 @@ def there(value: Expr) -> Expr:
         return negation(IsNone(value, type=Bool()))
     length = Builtin(LENGTH, (value,), type=Int())
     return Compare("!=", length, Number(0, type=Int()), type=Bool())
-
-
-def negation(condition: Expr) -> Expr:
-    """`not condition`."""
-    return Unary("not", condition, type=Bool())

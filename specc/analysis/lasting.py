@@ -16,12 +16,12 @@ from specc.model.expr import (
     Compare,
     Expr,
     LetRef,
-    Logic,
     Number,
     has_unknown,
     walk,
 )
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
+from specc.model.logic import joined
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
@@ -149,7 +149,7 @@ class Lasting:
         return self._endings[key]
 
     def _found(self, error: Condition, terminal: Condition) -> _Ending | None:
-        either = Logic("or", (error.when, terminal.when), type=Bool())
+        either = joined("or", (error.when, terminal.when))
         for time_s in self._candidates(either):
             now = Compare("==", _ELAPSED, _seconds(time_s), type=Bool())
             if self._prover.implies([now], either):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import Held, Step, must_hold
-from specc.analysis.guards import Guards, Implied, Tests, Use, ended, negation, said, there
+from specc.analysis.guards import Guards, Implied, Tests, Use, ended, said, there
 from specc.analysis.reads import Dependences, nodes, texts
 from specc.model.expr import (
     TRUE,
@@ -34,6 +34,7 @@ from specc.model.expr import (
     has_unknown,
 )
 from specc.model.fsm import Axiom, Condition, Function, State, Transition
+from specc.model.logic import conjuncts, negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import ListOf, OptionalOf, Type
 from specc.proof import InputName, Moment, Prover
@@ -296,13 +297,7 @@ class Values:
 
     def _timeless(self, conditions: Iterable[Expr]) -> Context:
         """The parts of conditions that are as true of the next state, whose clock starts anew."""
-        parts: list[Expr] = []
-        for condition in conditions:
-            match condition:
-                case Logic(op="and", operands=operands):
-                    parts += operands
-                case _:
-                    parts.append(condition)
+        parts = (part for condition in conditions for part in conjuncts(condition))
         return tuple(part for part in parts if not self._dependences.of(part).clock)
 
     def _kept(self, facts: Known, state: str, held: Known, conditions: Context) -> Known:

@@ -13,13 +13,12 @@ from specc.model.expr import (
     Choice,
     Compare,
     Expr,
-    Logic,
     Member,
     MemoryRef,
     Number,
     Truth,
-    Unary,
 )
+from specc.model.logic import joined, negation
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum
 from specc.reachable import reachable
@@ -75,10 +74,10 @@ def _one_of(memory: MemoryRef, leaves: dict[str, list[Expr]]) -> Expr | None:
     each: list[Expr] = []
     for value in values:
         if isinstance(value, Truth):
-            each.append(memory if value.value else Unary("not", memory, type=Bool()))
+            each.append(memory if value.value else negation(memory))
         else:
             each.append(Compare("==", memory, value, type=Bool()))
-    return each[0] if len(each) == 1 else Logic("or", tuple(each), type=Bool())
+    return joined("or", each)
 
 
 def _bound(memory: MemoryRef, leaves: list[Expr]) -> Expr | None:

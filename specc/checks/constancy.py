@@ -10,10 +10,9 @@ from specc.analysis.lasting import Late
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.lang import show
-from specc.model.expr import Unary
 from specc.model.fsm import Condition
+from specc.model.logic import negation
 from specc.model.system import Subsystem
-from specc.model.types import Bool
 from specc.source import Place
 
 # A declared condition, and every part of it, holds in some situation and fails in another.
@@ -50,7 +49,7 @@ def _findings(machine: Machine) -> Iterator[Diagnostic]:
 def _time(machine: Machine, condition: Condition, settled: bool) -> str:
     """The remark that time decides a condition, if it does."""
     when = condition.when
-    never = Unary("not", when, type=Bool()) if settled else when
+    never = negation(when) if settled else when
     if not machine.lasting.is_why(never):
         return ""
     first = ms(1 / machine.subsystem.rate_hz)

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from specc.frozen import frozen
-from specc.model.expr import OPPOSITES, Among, Compare, Expr, Logic, Member, Unary
+from specc.model.expr import Among, Compare, Expr, Member
+from specc.model.logic import joined, opposite
 from specc.model.types import Bool
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of
 from specc.proof.table import Cases, Column, Table
@@ -47,24 +48,13 @@ def condition_for(table: Table, cases: Cases, target: int, asked: frozenset[Atom
         for literal in case:
             bits &= literal.bits
         left &= ~bits
-        found.append(_joined("and", [literal.expr for literal in case]))
-    return _joined("or", found) if found else None
+        found.append(joined("and", [literal.expr for literal in case]))
+    return joined("or", found) if found else None
 
 
 def only(condition: Expr, other: Expr) -> Expr:
     """The condition without what another one has in common with it."""
-    return _joined("and", [condition, opposite(other)])
-
-
-def opposite(condition: Expr) -> Expr:
-    """The negation of a condition as one would write it."""
-    match condition:
-        case Unary(op="not", operand=operand):
-            return operand
-        case Compare(op=op, left=left, right=right):
-            other = OPPOSITES[op]
-            return Compare(other, left, right, type=_BOOL)  # type: ignore[arg-type]  # one of six
-    return Unary("not", condition, type=_BOOL)
+    return joined("and", [condition, opposite(other)])
 
 
 def _smallest(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:
@@ -109,12 +99,6 @@ def _among(item: EnumItem, answered: Sequence[tuple[Atom, bool]]) -> Expr:
         member = Member(members[0], type=item.expr.type)
         return Compare("==", item.expr, member, type=_BOOL)
     return Among(item.expr, frozenset(members), type=_BOOL)
-
-
-def _joined(op: str, parts: Sequence[Expr]) -> Expr:
-    if len(parts) == 1:
-        return parts[0]
-    return Logic(op, tuple(parts), type=_BOOL)  # type: ignore[arg-type]  # and, or
 
 
 # What is said about a fault: a situation that shows it, all that do, the repair of an overlap.

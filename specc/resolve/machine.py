@@ -11,8 +11,6 @@ from specc.model.expr import (
     FALSE,
     TRUE,
     Expr,
-    Logic,
-    Unary,
 )
 from specc.model.fsm import (
     OTHERWISE,
@@ -26,6 +24,7 @@ from specc.model.fsm import (
     State,
     Transition,
 )
+from specc.model.logic import joined, negation
 from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool
@@ -352,10 +351,7 @@ def _spelled_out(rows: Sequence[Transition]) -> Iterator[Transition]:
 
 def none_of(conditions: Sequence[Expr]) -> Expr:
     """The condition that none of some holds."""
-    if not conditions:
-        return TRUE
-    some = conditions[0] if len(conditions) == 1 else Logic("or", tuple(conditions), type=Bool())
-    return Unary("not", some, type=Bool())
+    return negation(joined("or", conditions))
 
 
 def _article(kind: str) -> str:

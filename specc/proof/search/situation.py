@@ -13,6 +13,7 @@ from specc.lang.order import InOrder
 from specc.lang.samples import Value, alike
 from specc.model import expr as m
 from specc.model.expr import Expr
+from specc.model.logic import negation
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Pose, Real
 from specc.proof.verdict import InputName
@@ -32,7 +33,7 @@ def _near(compared: m.Compare) -> m.Expr:
     zeros = 2 if isinstance(compared.left.type, Pose) else 1
     tolerances = (m.Number(0.0, type=Real()),) * zeros
     near = m.Builtin(m.NEAR, (compared.left, compared.right, *tolerances), type=Bool())
-    return near if compared.op == "==" else m.Unary("not", near, type=Bool())
+    return near if compared.op == "==" else negation(near)
 
 
 # What a subsystem sees and remembers in one period, and what expressions are worth then.

@@ -18,6 +18,7 @@ from specc.lang.kinds import kind
 from specc.lang.ranges import Range
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model import expr as m
+from specc.model.logic import joined, negation, truth
 from specc.model.system import Subsystem, System
 from specc.model.types import (
     OptionalOf,
@@ -107,7 +108,7 @@ def filled(expr: m.Expr, known: Known) -> m.Expr:
     """Fill in all known values: the result is a literal, or the residual expression."""
     if known.periods and id(expr) in known.turns:
         _, turns = known.turns[id(expr)]
-        return _truth(turns.first != sum(turn <= known.periods for turn in turns.at) % 2)
+        return truth(turns.first != sum(turn <= known.periods for turn in turns.at) % 2)
     rule = _RULES.get(type(expr))
     if rule is not None:
         return rule(expr, known)
@@ -156,18 +157,14 @@ def _constant(expr: m.ConstantRef, known: Known) -> m.Expr:
 
 def _asked(answers: Mapping[InputName, bool], expr: m.Fresh | m.Present) -> m.Expr:
     answer = answers.get((expr.input.peer, expr.input.element))
-    return expr if answer is None else _truth(answer)
-
-
-def _truth(value: bool) -> m.Expr:
-    return m.TRUE if value else m.FALSE
+    return expr if answer is None else truth(answer)
 
 
 def _clock(expr: m.Clock, known: Known) -> m.Expr:
     if expr.name == "period":
         return m.Number(float(known.period_s), type=expr.type)
     if known.periods is not None and expr.name == "entered":
-        return _truth(known.periods == 0)
+        return truth(known.periods == 0)
     return m.Number(0.0, type=expr.type) if known.periods == 0 else expr
 
 
@@ -175,22 +172,13 @@ def _compare(expr: m.Compare, known: Known) -> m.Expr:
     made = _computed(m.mapped(expr, lambda part: filled(part, known)))
     if isinstance(made, m.Compare) and known.is_unclear(made):
         least, greatest = bounded(made, known.range_of)
-        return _truth(bool(least)) if least == greatest else made
+        return truth(bool(least)) if least == greatest else made
     return made
 
 
 def _unary(expr: m.Unary, known: Known) -> m.Expr:
     operand = filled(expr.operand, known)
-    return negated(operand) if expr.op == "not" else _computed(replace(expr, operand=operand))
-
-
-def negated(expr: m.Expr) -> m.Expr:
-    """`not expr`."""
-    if isinstance(expr, m.Truth):
-        return _truth(not expr.value)
-    if isinstance(expr, m.Unary) and expr.op == "not":
-        return expr.operand
-    return m.Unary("not", expr, type=m.TRUE.type)
+    return negation(operand) if expr.op == "not" else _computed(replace(expr, operand=operand))
 
 
 def _logic(expr: m.Logic, known: Known) -> m.Expr:
@@ -201,9 +189,7 @@ def _logic(expr: m.Logic, known: Known) -> m.Expr:
             parts.append(part)
         elif part.value == end:
             return part
-    if len(parts) < 2:
-        return parts[0] if parts else _truth(not end)
-    return replace(expr, operands=tuple(parts))
+    return joined(expr.op, parts)
 
 
 def _choice(expr: m.Choice, known: Known) -> m.Expr:

@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 from specc.analysis.reads import Dependence
 from specc.model import expr as m
+from specc.model.logic import conjuncts, negation
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
-from specc.tools.explore.partial import Known, filled, negated, static
+from specc.tools.explore.partial import Known, filled, static
 from specc.tools.explore.regions import leaves
 from specc.tools.explore.symmetry import renamed
 from specc.tools.explore.timing import Clocks
@@ -195,7 +196,7 @@ class Walker:
                 if enabled != m.FALSE:
                     self._doubt(enabled, known)
                     yield Branch(index, row.target, (*before, ended, enabled))
-            before.append(negated(ended))
+            before.append(negation(ended))
             if ended == m.TRUE:
                 return
         yield Branch(-1, state, tuple(before))
@@ -346,7 +347,7 @@ class Walker:
 
     def _remembered(self, expr: m.Expr) -> Iterator[int]:
         """The formulas that stay true until an input or memory is renewed, by number."""
-        for part in _conjuncts(expr):
+        for part in conjuncts(expr):
             rests = self.kept.rests.of(part)
             changes = rests.clock or rests.lags
             if part != m.TRUE and not changes and rests.inputs <= self.slots.keys():
@@ -355,16 +356,3 @@ class Walker:
 
 def _name(leaf: m.Input | m.MemoryRef) -> str:
     return leaf.name if isinstance(leaf, m.MemoryRef) else f"x.{leaf.peer}.{leaf.element}"
-
-
-def _conjuncts(expr: m.Expr) -> Iterator[m.Expr]:
-    """The operands of a conjunction, or the negated operands of a negated disjunction."""
-    match expr:
-        case m.Logic(op="and", operands=operands):
-            for part in operands:
-                yield from _conjuncts(part)
-        case m.Unary(op="not", operand=m.Logic(op="or", operands=operands)):
-            for part in operands:
-                yield from _conjuncts(negated(part))
-        case _:
-            yield expr

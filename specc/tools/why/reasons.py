@@ -13,6 +13,7 @@ from specc.lang.samples import Fields, Gone
 from specc.lang.show import show
 from specc.lang.values import angle, position
 from specc.model import expr as m
+from specc.model.logic import joined
 from specc.model.types import (
     Int,
     ListOf,
@@ -62,7 +63,7 @@ class Reasons:
         elif isinstance(expr, m.Quantifier) and isinstance(expr.over, m.Items):
             parts = (m.instance(expr.body, expr.variable, item) for item in expr.over.items)
             op: Any = "and" if expr.kind == "all" else "or"
-            yield from self._why(m.Logic(op, tuple(parts), type=expr.type), wanted, depth)
+            yield from self._why(joined(op, tuple(parts)), wanted, depth)
         elif isinstance(expr, m.Logic):
             yield from self._of_parts(expr, wanted, depth)
         elif isinstance(expr, m.LetRef):
