@@ -15,10 +15,8 @@ from specc.model.expr import (
     Clock,
     Compare,
     Expr,
-    LetRef,
     Number,
     has_unknown,
-    walk,
 )
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
 from specc.model.logic import joined
@@ -26,12 +24,10 @@ from specc.model.system import Subsystem
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
 from specc.proof import Prover, RowVerdict
-from specc.reachable import reachable
 
 _ELAPSED = Clock("elapsed", type=Real(SECOND))
-_LONGEST_S = 1e6
-_MOST_TIMES = 12
-"""Most times of one state at which it is checked whether it has ended."""
+_MOST_TURNS = 24
+"""Most periods of one state in which it is checked whether it has ended."""
 
 
 class Late(NamedTuple):
@@ -77,8 +73,6 @@ class Lasting:
         self._dependences = dependences
         self._verdict = verdict
         self._parameters = {constant.name for constant in subsystem.constants}
-        self._lets = {item.name: item.value for item in subsystem.lets}
-        self._times_of: dict[int, set[float]] = {}
         self._endings: dict[tuple[int, int], _Ending | None] = {}
         self._excluded: dict[tuple[int, Cause, int], bool] = {}
 
@@ -93,13 +87,13 @@ class Lasting:
         behaviour = state.behaviour
         conditions = [behaviour.error, behaviour.terminal]
         asked = [*conditions, *(row.condition for _, row in self._rows(state))]
-        if not any(map(self._times_in, asked)):
+        if not any(self._prover.turning(condition.when) for condition in asked):
             return
         ending = self._ending(behaviour)
         if ending is None:
             return
         ended_by = tuple(compress(conditions, ending.by))
-        end = ending.over_s, ended_by, any(map(self._times_in, ended_by))
+        end = ending.over_s, ended_by, any(self._prover.turning(end.when) for end in ended_by)
         for cause, condition in zip(CAUSES[::-1], conditions, strict=True):
             verdict = self._verdict(state.name, cause)
             if not verdict.decision.possible:
@@ -164,46 +158,10 @@ class Lasting:
         return None
 
     def _candidates(self, ends: Expr) -> list[Fraction]:
-        """The first period, and those about each time that the ends of a state speak of."""
+        """The first period, and those at which time turns a part of what ends a state."""
         period_s = 1 / self._subsystem.rate_hz
-        counts = {1}
-        for time_s in sorted(self._times(ends))[:_MOST_TIMES]:
-            nearest = round(Fraction(time_s) / period_s)
-            counts |= {nearest - 1, nearest, nearest + 1}
-        return [count * period_s for count in sorted(counts) if count > 0]
-
-    def _times_in(self, condition: Condition) -> set[float]:
-        key = id(condition.when)
-        if key not in self._times_of:
-            self._times_of[key] = self._times(condition.when)
-        return self._times_of[key]
-
-    def _times(self, expr: Expr) -> set[float]:
-        """The times that `elapsed` is compared with, in seconds."""
-        lets = reachable(self._named(expr), lambda name: self._named(self._lets[name]))
-        texts = (expr, *(self._lets[name] for name in lets))
-        return {time_s for text in texts for node in walk(text) for time_s in self._compared(node)}
-
-    def _named(self, expr: Expr) -> list[str]:
-        refs = (node.name for node in walk(expr) if isinstance(node, LetRef))
-        return [name for name in refs if name in self._lets]
-
-    def _compared(self, node: Expr) -> Iterator[float]:
-        if not isinstance(node, Compare):
-            return
-        numbering = self._prover.numbering
-        sides = [numbering.looked_through(side) for side in (node.left, node.right)]
-        for side, other in (sides, sides[::-1]):
-            time_s = _time(numbering.value(numbering.number(other)))
-            if isinstance(side, Clock) and side.name == "elapsed" and time_s is not None:
-                yield time_s
-
-
-def _time(value: object) -> float | None:
-    """A number that may be a time in a state, in seconds."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return None
-    return float(value) if 0 <= value < _LONGEST_S else None
+        turns = sorted(self._prover.turning(ends))[:_MOST_TURNS]
+        return [count * period_s for count in sorted({1, *turns})]
 
 
 def _seconds(time_s: Fraction) -> Number:

@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 from specc.lang.bounds import operation_of
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
+from specc.lang.order import InOrder
 from specc.lang.ranges import Operation, Range
 from specc.limits import spend
 from specc.model.expr import (
@@ -22,6 +23,7 @@ from specc.model.expr import (
     Component,
     Expr,
     IsNone,
+    LetRef,
     Logic,
     Number,
     Unary,
@@ -77,6 +79,8 @@ class Timer:
         self._others: set[int] = set()
         self._timings: dict[int, Timing] = {}
         self._turns: dict[int, Turns | None] = {}
+        lets = numbering.lets
+        self._of_lets = InOrder(lets, lambda name: self.turning(lets[name]))
         for value in numbering.named():
             self._enter(value)
             self._timing(value)
@@ -93,6 +97,14 @@ class Timer:
             except (ArithmeticError, UndecidedError):
                 self._turns[number] = None
         return self._turns[number]
+
+    def turning(self, expr: Expr) -> frozenset[int]:
+        """The periods at which time alone turns a condition in an expression, or in its lets."""
+        if isinstance(expr, LetRef) and expr.name in self._of_lets:
+            return self._of_lets[expr.name]
+        if isinstance(expr.type, Bool) and (found := self.turns(expr)) is not None:
+            return frozenset(found.at)
+        return frozenset[int]().union(*map(self.turning, children(expr)))
 
     def before(self, period: int) -> Expr:
         """The condition that the state has lasted fewer periods."""

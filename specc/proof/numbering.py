@@ -60,7 +60,7 @@ class Numbering:
         """`lets` and `constants` in order of dependence; `period_s` if it is known."""
         self.exact_period_s = period_s
         self.period_s = None if period_s is None else float(period_s)
-        self._let_values = lets
+        self.lets = lets
         self._constant_values = constants
         self._numbers: dict[object, int] = {}
         self._values: dict[int, Scalar] = {}
@@ -77,7 +77,7 @@ class Numbering:
     def named(self) -> Iterator[Expr]:
         """The values of constants and lets in order of dependence, so that no chain is deep."""
         yield from self._constant_values.values()
-        yield from self._let_values.values()
+        yield from self.lets.values()
 
     def value(self, number: int) -> Scalar | None:
         """The value of a number that stands for a known one: a number, truth, member or text."""
@@ -86,7 +86,7 @@ class Numbering:
     def looked_through(self, expr: Expr) -> Expr:
         """What a let or a constant stands for; any other expression itself."""
         while isinstance(expr, (LetRef, ConstantRef)):
-            names = self._let_values if isinstance(expr, LetRef) else self._constant_values
+            names = self.lets if isinstance(expr, LetRef) else self._constant_values
             if expr.name not in names:
                 break
             expr = names[expr.name]

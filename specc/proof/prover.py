@@ -46,6 +46,7 @@ class Prover:
         self._solver = Solver(self.numbering)
         self._solvers = [self._solver]
         self._formula = self._translator.formula
+        self.turning = self._translator.timer.turning
         self._always_present = frozenset(always_present)
         self._behaviours = {state.name: state.behaviour for state in subsystem.states}
         self._rows: dict[tuple[str, Cause], tuple[Transition, ...]] = {}

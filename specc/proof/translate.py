@@ -90,12 +90,12 @@ class Translator:
         self._lets = lets
         self._always = always_present
         self.numbering = self._numbering = Numbering(lets, constants, period_s)
-        self._timer = Timer(self._numbering)
+        self.timer = Timer(self._numbering)
         self._memo: dict[tuple[int, int], Formula] = {}
         self._said: dict[object, dict[int, Formula]] = {}
         for value in lets.values():
             # In order of dependence, so that no chain of lets is followed by deep recursion.
-            self._timer.is_unsure(value)
+            self.timer.is_unsure(value)
             for part in (value, *_tests(value)):
                 if isinstance(part.type, Bool):
                     self.formula(part)
@@ -144,7 +144,7 @@ class Translator:
         return self._atomic(expr, bound)
 
     def _atomic(self, expr: Expr, bound: Depths) -> Formula:
-        turns = self._timer.turns(expr)
+        turns = self.timer.turns(expr)
         if turns is not None:
             return self._in_time(expr, turns)
         match expr:
@@ -171,7 +171,7 @@ class Translator:
 
     def _ask(self, variable: Variable, test: object, expr: Expr, holds: bool = True) -> Formula:
         """`expr` as a question about a variable: true when the answer is `holds`."""
-        unsure = self._timer.is_unsure(expr)
+        unsure = self.timer.is_unsure(expr)
         formula = self.make.atom(Atom(variable, test, expr, holds, unsure))
         return formula if holds else self.make.negation(formula)
 
@@ -181,7 +181,7 @@ class Translator:
         formula = self.make.constant(holds)
         for turn in reversed(turns.at):
             holds = not holds
-            asked = (expr, holds) if len(turns.at) == 1 else (self._timer.before(turn), True)
+            asked = (expr, holds) if len(turns.at) == 1 else (self.timer.before(turn), True)
             periods = Quantity("periods", (), True, 1.0)
             before = self.make.atom(Atom(periods, ("<", float(turn)), *asked))
             formula = self.make.choice(before, self.make.constant(holds), formula)
@@ -189,7 +189,7 @@ class Translator:
 
     def _compare(self, whole: Compare, bound: Depths) -> Formula:
         """`left op right`; a choice of values becomes a choice of comparisons."""
-        turns = self._timer.turns(whole)
+        turns = self.timer.turns(whole)
         if turns is not None:
             return self._in_time(whole, turns)
         op, left, right = whole.op, self._look_through(whole.left), self._look_through(whole.right)
