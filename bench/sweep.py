@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from bench.harness.tables import table
-from specc.tools.sweep.running import Job, Place, enter, leave, perform
+from specc.tools.sweep.running import SweepJob, Workspace, enter, leave, perform
 from specc.tools.sweep.sweeping import bundled, inputs_of
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -49,8 +49,8 @@ def alone(folder: Path, seeds: range) -> float:
     assert built.result.system is not None
     inputs = inputs_of(str(SPEC), built.result.sources, built.result.system)
     code = {f"{built.system}/{name}": text for name, text in built.files.items()}
-    enter("alone", Place(folder, bundled(code, inputs)))
-    jobs = [Job("alone", built.system, {}, seed, _EXTENT, 600.0) for seed in seeds]
+    enter("alone", Workspace(folder, bundled(code, inputs)))
+    jobs = [SweepJob("alone", built.system, {}, seed, _EXTENT, 600.0) for seed in seeds]
     perform(jobs[0])
     begun_s = time.perf_counter()
     for job in jobs:

@@ -14,7 +14,7 @@ _MOST = 1_000
 
 
 @dataclass(slots=True)
-class Kept:
+class AnswerCache:
     """The last answer to each question. `spent` bounds the steps of proofs behind all of them."""
 
     spent: int = 0

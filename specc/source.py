@@ -1,7 +1,7 @@
 """Places in specification files: what a pass points at, and where that is in the text.
 
 A pass names a `Place` by keys and indices; `Sources` turns it into a `Span` of lines and columns.
-Nothing here knows YAML: the reader hands over a tree of `Node`s with character offsets.
+Nothing here knows YAML: the reader hands over a tree of `TextNode`s with character offsets.
 """
 
 import os
@@ -61,15 +61,15 @@ class Span:
 
 
 @dataclass(slots=True, eq=False)
-class Node:
+class TextNode:
     """A value in the text: its offsets and, for a mapping or a list, its parts."""
 
     start: int
     end: int
     scalar: str | None = None
     style: ScalarStyle = ""
-    keys: dict[str | int, "Node"] = field(default_factory=dict)
-    values: dict[str | int, "Node"] = field(default_factory=dict)
+    keys: dict[str | int, "TextNode"] = field(default_factory=dict)
+    values: dict[str | int, "TextNode"] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class SourceFile:
 
     path: str
     text: str
-    spans: Node | None = None
+    spans: TextNode | None = None
     row_keys: tuple[str, ...] = ()
 
     @cached_property
@@ -145,7 +145,7 @@ class SourceFile:
         last = min(max(length if place.end is None else place.end, first), length)
         return node.start + offsets[first], node.start + offsets[last]
 
-    def _descend(self, route: Route, key: bool = False) -> tuple[Node | None, bool]:
+    def _descend(self, route: Route, key: bool = False) -> tuple[TextNode | None, bool]:
         """Node at a route and whether the whole route exists; else the key of its last parent."""
         node, name = self.spans, None
         for step in route:
@@ -169,11 +169,11 @@ class SourceFile:
 
 def on_command_line(values: Mapping[str, str]) -> SourceFile:
     """Values given by name on the command line, as a file with a line `name=value` for each."""
-    top, text = Node(0, 0), ""
+    top, text = TextNode(0, 0), ""
     for name, value in values.items():
         begin = len(text) + len(name) + 1
-        top.keys[name] = Node(len(text), begin - 1, name)
-        top.values[name] = Node(begin, begin + len(value), value)
+        top.keys[name] = TextNode(len(text), begin - 1, name)
+        top.values[name] = TextNode(begin, begin + len(value), value)
         text += f"{name}={value}\n"
     return SourceFile(SET, text, top)
 

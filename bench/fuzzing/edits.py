@@ -7,7 +7,7 @@ from random import Random
 
 from bench.fuzzing.texts import ODD_VALUES
 from bench.seeding.sheet import Edit, Sheet
-from specc.source import Node, Route
+from specc.source import Route, TextNode
 
 Change = Callable[[Sheet, list[Route], Random], list[Edit]]
 
@@ -46,7 +46,7 @@ def _swap(sheet: Sheet, routes: list[Route], random: Random) -> list[Edit]:
     return [sheet.replaced(first, sheet.raw(second)), sheet.replaced(second, sheet.raw(first))]
 
 
-def _start(node: Node) -> int:
+def _start(node: TextNode) -> int:
     return node.start
 
 

@@ -16,7 +16,7 @@ from bench.seeding.machine import (
     of_interface,
 )
 from bench.seeding.sheet import Sheet, misspelt
-from specc.source import Node, Route
+from specc.source import Route, TextNode
 
 _POSITION = re.compile(r"\bposition\(([\w.]+)\)")
 _MOVED = re.compile(r"\b(X_\w+) @ ")
@@ -25,7 +25,7 @@ _READS = "E0701 E0702 E0705 W0415 W0416"
 _TYPES = "E0310 E0311 E0312 E0313 E0315 E0316 E0317 E0318 E0320"
 
 
-def _named(sheet: Sheet) -> Iterator[tuple[Route, Node, str]]:
+def _named(sheet: Sheet) -> Iterator[tuple[Route, TextNode, str]]:
     """Buffers that name an interface, with the place and the text of what they name."""
     for machine in machines(sheet):
         for buffer in [*machine.entries("x"), *machine.entries("y")]:

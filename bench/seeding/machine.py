@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from bench.seeding.sheet import Edit, Sheet
-from specc.source import Node, Route
+from specc.source import Route, TextNode
 
 KINDS = ("initial", "terminal", "error")
 CAUSES = KINDS[1:]
@@ -172,7 +172,7 @@ class Machine:
         """Names of memory, lets and the file's constants and parameters."""
         return {*self.get("memory"), *self.get("let"), *constants(self.sheet)}
 
-    def uses(self, name: str) -> list[Node]:
+    def uses(self, name: str) -> list[TextNode]:
         """Where expressions call a name."""
         return [word for _, route in self.expressions() for word in self.sheet.words(route, {name})]
 

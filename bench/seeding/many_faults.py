@@ -8,19 +8,19 @@ from collections.abc import Iterator
 from bench.seeding.fault import Follows, Seed, fault, seed
 from bench.seeding.machine import machines
 from bench.seeding.sheet import Edit, Sheet, misspelt
-from specc.source import Node, Route
+from specc.source import Route, TextNode
 
 _RANGE = re.compile(r"(\d+)\.\.(\d+)")
 _BRACES = re.compile(r"\{(\w+)\}")
 
 
-def _routes(node: Node, route: Route = ()) -> Iterator[tuple[Route, Node]]:
+def _routes(node: TextNode, route: Route = ()) -> Iterator[tuple[Route, TextNode]]:
     yield route, node
     for step, inner in node.values.items():
         yield from _routes(inner, (*route, step))
 
 
-def _ranges(sheet: Sheet) -> Iterator[tuple[Route, Node, str, str]]:
+def _ranges(sheet: Sheet) -> Iterator[tuple[Route, TextNode, str, str]]:
     """Each range of a `for`: route, place, first and last value."""
     for route, node in _routes(sheet.root):
         if len(route) > 1 and route[-2] == "for" and (found := _RANGE.fullmatch(sheet.raw(node))):

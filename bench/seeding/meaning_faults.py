@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from bench.seeding.fault import Follows, Seed, fault, seed
 from bench.seeding.machine import Machine, machines
 from bench.seeding.sheet import Edit, Sheet
-from specc.source import Node, Route
+from specc.source import Route, TextNode
 
 _NEAR = re.compile(r"\bnear\(([^(),]+), ([^(),]+), ([^(),]+)(?:, ([^(),]+))?\)")
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?=\[|\b)")
@@ -16,20 +16,20 @@ _CLAMP = re.compile(r"(min\(max\(.*), ([^(),]+)\), ([^(),]+)\)")
 _DIFFERENCE = re.compile(r"([\w.]+) (?:-|<|>|<=|>=) ([\w.]+)(?![\w.(\[])")
 
 
-def _expressions(sheet: Sheet) -> Iterator[tuple[Machine, str, Route, Node]]:
+def _expressions(sheet: Sheet) -> Iterator[tuple[Machine, str, Route, TextNode]]:
     for machine in machines(sheet):
         for kind, route in machine.expressions():
             yield machine, kind, route, sheet.at(route)
 
 
-def _tolerances(sheet: Sheet, group: int) -> Iterator[tuple[Node, list[int]]]:
+def _tolerances(sheet: Sheet, group: int) -> Iterator[tuple[TextNode, list[int]]]:
     """Numbers of tolerances where they are written, and where else they are used."""
-    known: dict[str, tuple[Node, list[int]]] = {}
+    known: dict[str, tuple[TextNode, list[int]]] = {}
     for _, _, _, node in _expressions(sheet):
         for found in _NEAR.finditer(sheet.raw(node)):
             start, text = node.start + found.start(group), found[group]
             if text and _NUMBER.match(text):
-                yield Node(start, start + len(text), text), []
+                yield TextNode(start, start + len(text), text), []
             elif text and sheet.has(("constants", text)):
                 at = sheet.at(sheet.scalar(("constants", text), "is"))
                 known.setdefault(text, (at, []))[1].append(start)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from specc.read import read_text
-from specc.source import Node, Route
+from specc.source import Route, TextNode
 
 WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
 UNIT = re.compile(r"(?<=[\w.])\[[^\]]*\]")
@@ -30,7 +30,7 @@ class Sheet:
     path: str
     text: str
     data: Any = field(repr=False)
-    root: Node = field(repr=False)
+    root: TextNode = field(repr=False)
 
     @classmethod
     def read(cls, path: Path) -> Sheet:
@@ -41,14 +41,14 @@ class Sheet:
             raise ValueError(f"{path} is not YAML")
         return cls(str(path), text, document.data, document.source.spans)
 
-    def at(self, route: Route) -> Node:
+    def at(self, route: Route) -> TextNode:
         """Place of the value at a route."""
         node = self.root
         for step in route:
             node = node.values[step]
         return node
 
-    def key(self, route: Route) -> Node:
+    def key(self, route: Route) -> TextNode:
         """Place of the key that names the value at a route."""
         return self.at(route[:-1]).keys[route[-1]]
 
@@ -72,16 +72,16 @@ class Sheet:
         steps = data if isinstance(data, dict) else range(len(data) if type(data) is list else 0)
         return [(*route, step) for step in steps]
 
-    def raw(self, node: Node) -> str:
+    def raw(self, node: TextNode) -> str:
         """The characters of a place as they are written."""
         return self.text[node.start : node.end]
 
-    def replaced(self, node: Node, text: str) -> Edit:
+    def replaced(self, node: TextNode, text: str) -> Edit:
         """Other text in place of a value or key."""
         # The text of a folded scalar ends with its line break.
         return Edit(node.start, node.start + len(self.raw(node).rstrip()), text)
 
-    def rewritten(self, node: Node, text: str) -> Edit:
+    def rewritten(self, node: TextNode, text: str) -> Edit:
         """Other text in place of a value or key, in the quotes that it has."""
         quote = self.text[node.start] if self.text[node.start] in "\"'" else ""
         return self.replaced(node, f"{quote}{text}{quote}")
@@ -140,13 +140,13 @@ class Sheet:
         start, end = self._extent(route)
         return self.text[start:end]
 
-    def words(self, route: Route, names: frozenset[str] | set[str]) -> list[Node]:
+    def words(self, route: Route, names: frozenset[str] | set[str]) -> list[TextNode]:
         """Where the text at a route has one of these names, outside of units and of `x.y.z`."""
         node = self.at(route)
         text = self.raw(node)
         units = [match.span() for match in UNIT.finditer(text)]
         return [
-            Node(node.start + match.start(), node.start + match.end(), match[0])
+            TextNode(node.start + match.start(), node.start + match.end(), match[0])
             for match in WORD.finditer(text)
             if match[0] in names and not any(first < match.start() < last for first, last in units)
         ]

@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 from math import lcm
 from typing import NamedTuple
 
-from specc.analysis.dataflow import DataFlow, Measured, Node, Sent
+from specc.analysis.dataflow import DataFlow, InputNode, Measured, Sent
 from specc.analysis.graph import components
 from specc.analysis.rates import LONGEST, base_tick
 from specc.reachable import reachable
@@ -16,7 +16,7 @@ from specc.reachable import reachable
 # Values on their way through one repetition of the timeline.
 
 
-Edges = dict[Node, tuple[tuple[Node, bool], ...]]
+Edges = dict[InputNode, tuple[tuple[InputNode, bool], ...]]
 Need = tuple[int, bool]
 """A time stamp of a reader, and whether only a value that is fresh then counts."""
 
@@ -24,7 +24,7 @@ Need = tuple[int, bool]
 class Trail(NamedTuple):
     """A value on its way: read at `read_s`, computed from one read before, or measured then."""
 
-    node: Node
+    node: InputNode
     read_s: Fraction
     measured_s: Fraction
     before: Trail | None
@@ -48,7 +48,11 @@ class Timeline:
     """Follows values through one repetition of the timeline, in whole ticks."""
 
     def __init__(
-        self, sources: DataFlow, order: list[Node], edges: Edges, periods_s: dict[Node, Fraction]
+        self,
+        sources: DataFlow,
+        order: list[InputNode],
+        edges: Edges,
+        periods_s: dict[InputNode, Fraction],
     ) -> None:
         self._sources = sources
         self._order = order
@@ -67,20 +71,20 @@ class Timeline:
         self._repeats = lcm(*(int(p / self._tick) for p in every))
         self._settled = -(-2 * sum(int(p / self._tick) for p in every) // self._repeats)
 
-    def oldest(self, node: Node, on_arrival: bool) -> Trail | None:
+    def oldest(self, node: InputNode, on_arrival: bool) -> Trail | None:
         """The oldest value once everything has been sent, on the first time stamp that has it."""
         if self._repeats > LONGEST:
             return None
         start = self._settled * self._repeats
         stamps = range(start, start + self._repeats, self._reader[node])
-        wanted: dict[Node, set[Need]] = {n: set() for n in self._order}
+        wanted: dict[InputNode, set[Need]] = {n: set() for n in self._order}
         wanted[node] = {(stamp, on_arrival) for stamp in stamps}
         for n in reversed(self._order):
             for need in wanted[n]:
                 for stamp in self._computed(n, need):
                     for m, arrival in self._edges[n]:
                         wanted[m].add((stamp, arrival))
-        found: dict[tuple[Node, Need], Trail] = {}
+        found: dict[tuple[InputNode, Need], Trail] = {}
         for n in self._order:
             for need in sorted(wanted[n]):
                 trail = self._trail(n, need, found)
@@ -89,7 +93,9 @@ class Timeline:
         trails = [found[node, need] for need in sorted(wanted[node]) if (node, need) in found]
         return max(trails, key=lambda t: (t.age_s, -t.read_s), default=None)
 
-    def _trail(self, n: Node, need: Need, found: dict[tuple[Node, Need], Trail]) -> Trail | None:
+    def _trail(
+        self, n: InputNode, need: Need, found: dict[tuple[InputNode, Need], Trail]
+    ) -> Trail | None:
         read_s = need[0] * self._tick
         if n in self._sporadic:
             return Trail(n, read_s, read_s - self._since_sample_s(n, on_arrival=need[1]), None)
@@ -110,14 +116,14 @@ class Timeline:
         before = min(reads, key=lambda t: t.measured_s)
         return Trail(n, read_s, before.measured_s, before)
 
-    def _since_sample_s(self, n: Node, *, on_arrival: bool) -> Fraction:
+    def _since_sample_s(self, n: InputNode, *, on_arrival: bool) -> Fraction:
         """How old a sample of a sporadic device can be; another reader may have asked for it."""
         source = self._sporadic[n]
         if not on_arrival:
             return source.period_s
         return self._reader[n] * self._tick if source.shared else Fraction(0)
 
-    def _computed(self, n: Node, need: Need) -> range:
+    def _computed(self, n: InputNode, need: Need) -> range:
         """The time stamps at which the value may have been computed that is read."""
         source = self._sources.of(n)
         if not isinstance(source, Sent):
@@ -143,7 +149,7 @@ class Timeline:
 class Held(NamedTuple):
     """A value that is read although its source may have been silent for an unlimited time."""
 
-    node: Node
+    node: InputNode
     source: Sent | Measured
 
 
@@ -154,13 +160,13 @@ class Ages:
         """`periods_s` of the subsystems, by their qualified names."""
         self.sources = sources
         self._periods_s = periods_s
-        self._oldest: dict[Node, Trail | Held | None] = {}
+        self._oldest: dict[InputNode, Trail | Held | None] = {}
         # What was ordered so far, with all upstream of it: a value stands after those behind it.
         self._edges: Edges = {}
-        self._places: dict[Node, int] = {}
-        self._measured: set[Node] = set()
+        self._places: dict[InputNode, int] = {}
+        self._measured: set[InputNode] = set()
 
-    def oldest(self, node: Node) -> Trail | Held | None:
+    def oldest(self, node: InputNode) -> Trail | Held | None:
         """The oldest value that is read, or why there is none; None if no measurement is known.
 
         A device takes a value when it is sent; a subsystem that uses one only where it is fresh
@@ -170,7 +176,7 @@ class Ages:
             self._oldest[node] = self._follow(node)
         return self._oldest[node]
 
-    def behind(self, node: Node) -> dict[str, list[tuple[Node, bool]]]:
+    def behind(self, node: InputNode) -> dict[str, list[tuple[InputNode, bool]]]:
         """State of the sender -> the values that a value is computed from which it sends there.
 
         They have been measured, and it has not passed them before: of those its age is made.
@@ -182,7 +188,7 @@ class Ages:
             for state, reads in self.sources.sent_in(node).items()
         }
 
-    def _follow(self, node: Node) -> Trail | Held | None:
+    def _follow(self, node: InputNode) -> Trail | Held | None:
         self._place(node)
         measured = self._measured
         if node not in measured:
@@ -197,7 +203,7 @@ class Ages:
         periods_s = {n: self._period_s(n) for n in order}
         return Timeline(self.sources, order, edges, periods_s).oldest(node, on_arrival)
 
-    def _period_s(self, node: Node) -> Fraction:
+    def _period_s(self, node: InputNode) -> Fraction:
         """Between two time stamps of a reader; a device reads whenever something is sent."""
         if node.peer:
             return self._periods_s[node.reader]
@@ -205,7 +211,7 @@ class Ages:
         assert isinstance(sent, Sent)
         return self._periods_s[sent.sender.qualified_name]
 
-    def _place(self, node: Node) -> None:
+    def _place(self, node: InputNode) -> None:
         """Order a value, and those upstream of it, that are not ordered yet."""
         new = reachable(
             () if node in self._places else (node,),
@@ -224,11 +230,11 @@ class Ages:
             ):
                 self._measured.add(n)
 
-    def _reads(self, node: Node) -> tuple[tuple[Node, bool], ...]:
+    def _reads(self, node: InputNode) -> tuple[tuple[InputNode, bool], ...]:
         source = self.sources.of(node)
         return source.reads if isinstance(source, Sent) else ()
 
-    def _order(self, edges: Edges) -> list[Node]:
+    def _order(self, edges: Edges) -> list[InputNode]:
         """Every node after those that it is computed from; edges that make a loop are left out."""
         try:
             return list(TopologicalSorter(_targets(edges)).static_order())
@@ -244,7 +250,9 @@ class Ages:
                 edges[n] = tuple(e for e in reads if part[e[0]] != part[n])
             return list(TopologicalSorter(_targets(edges)).static_order())
 
-    def _held(self, order: list[Node], edges: Edges, node: Node, on_arrival: bool) -> Held | None:
+    def _held(
+        self, order: list[InputNode], edges: Edges, node: InputNode, on_arrival: bool
+    ) -> Held | None:
         """The first value on the path to `node` whose age nothing limits."""
         held = {node} if not on_arrival else set()
         held |= {n for reads in edges.values() for n, arrival in reads if not arrival}
@@ -259,5 +267,5 @@ def _may_be_silent(source: Sent | Measured) -> bool:
     return source.unlimited if isinstance(source, Measured) else source.silent is not None
 
 
-def _targets(edges: Edges) -> dict[Node, list[Node]]:
+def _targets(edges: Edges) -> dict[InputNode, list[InputNode]]:
     return {n: [m for m, _ in reads] for n, reads in edges.items()}

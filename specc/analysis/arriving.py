@@ -41,7 +41,7 @@ class Arrived:
 
 
 @frozen
-class Judged:
+class SenderVerdict:
     """What senders say of an assumption: nothing (`""`), that it holds, or that one breaks it.
 
     This one has a state that sends what the assumption excludes, whatever other senders send, or it
@@ -61,14 +61,14 @@ class Arriving:
         self._wires = wires
         self._machines = machines
 
-    def judged(self, machine: Machine, axiom: Axiom) -> Judged:
+    def judged(self, machine: Machine, axiom: Axiom) -> SenderVerdict:
         """Whether an assumption of a machine follows from what its senders do."""
         asked = _asked(axiom.that, machine.subsystem)
         if not asked:
-            return Judged("")
+            return SenderVerdict("")
         cases = [list(each) for each in self._cases(machine.subsystem, asked)]
         if not cases or prod(map(len, cases)) > _MOST:
-            return Judged("")
+            return SenderVerdict("")
         known = frozenset(name for each in cases for one in each for name in one.inputs)
         ways = list[tuple[tuple[Arrived, ...], bool | None, bool | None]]()
         for way in product(*cases):
@@ -82,9 +82,11 @@ class Arriving:
         for one in chain.from_iterable(cases):
             certain = one.state or one.slower
             if certain and all(fails for way, _, fails in ways if any(one is w for w in way)):
-                return Judged("broken", one.state, one.slower)
+                return SenderVerdict("broken", one.state, one.slower)
         tautology = machine.prover.implies((), axiom.that, assuming=False)
-        return Judged("proved" if all(holds for _, holds, _ in ways) and not tautology else "")
+        return SenderVerdict(
+            "proved" if all(holds for _, holds, _ in ways) and not tautology else ""
+        )
 
     def _cases(self, reader: Subsystem, asked: frozenset[InputName]) -> Iterator[list[Arrived]]:
         """For each sender whose times are known, what may arrive from it together."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from specc.analysis.machine import Machine
-from specc.analysis.reads import Text, text_of
+from specc.analysis.reads import ExpressionText, text_of
 from specc.analysis.remembered import known_of_memory
 from specc.lang.order import InOrder
 from specc.model.expr import (
@@ -38,7 +38,7 @@ class ConstantPart(NamedTuple):
     """A part of an expression that always or never holds; of a let, a condition may name it."""
 
     condition: Condition | None
-    text: Text
+    text: ExpressionText
     expr: Expr
     holds: bool
     around: tuple[Expr, ...] = ()
@@ -69,7 +69,7 @@ class Constancy:
             {name: item.value for name, item in lets.items()},
             lambda name: self._in(text_of(lets[name]), lets[name].value, None),
         )
-        self._found: list[tuple[Text, Expr, bool, tuple[Expr, ...]]] = []
+        self._found: list[tuple[ExpressionText, Expr, bool, tuple[Expr, ...]]] = []
         self._in_conditions = True
         self._memory = known_of_memory(subsystem)
         self._parameters = {constant.name for constant in subsystem.constants}
@@ -77,20 +77,22 @@ class Constancy:
 
     def parts(self, condition: Condition) -> Iterator[ConstantPart]:
         """The innermost parts of a condition that are constant; the condition itself may be."""
-        return self._parts(Text(condition.when, condition.place, "when"), condition)
+        return self._parts(ExpressionText(condition.when, condition.place, "when"), condition)
 
     def parts_elsewhere(self) -> Iterator[ConstantPart]:
         """Those of functions, and of the lets that no condition names, as truth tables tell."""
         self._in_conditions = False
         for function in self._subsystem.functions:
             for item in function.assignments:
-                yield from self._parts(Text(item.value, item.place, "is"))
+                yield from self._parts(ExpressionText(item.value, item.place, "is"))
         for let in self._subsystem.lets:
             self._found = []
             self._of_lets[let.name]
             yield from (ConstantPart(None, *found) for found in self._found)
 
-    def _parts(self, text: Text, condition: Condition | None = None) -> Iterator[ConstantPart]:
+    def _parts(
+        self, text: ExpressionText, condition: Condition | None = None
+    ) -> Iterator[ConstantPart]:
         if sum(1 for node in walk(text.expr) if isinstance(node.type, Bool)) > MOST_PARTS:
             return
         self._found = []
@@ -99,7 +101,11 @@ class Constancy:
             yield ConstantPart(condition, *found)
 
     def _in(
-        self, text: Text, expr: Expr, condition: Condition | None, around: tuple[Expr, ...] = ()
+        self,
+        text: ExpressionText,
+        expr: Expr,
+        condition: Condition | None,
+        around: tuple[Expr, ...] = (),
     ) -> bool:
         """Find the constant parts below an expression, or else itself; whether there are any.
 

@@ -90,7 +90,7 @@ def _asked(expr: Expr, holds: bool) -> InputNames:
 # Where the values of inputs come from: who computes them, when, and from which other inputs.
 
 
-class Node(NamedTuple):
+class InputNode(NamedTuple):
     """An element of an input buffer: of a subsystem, or with the peer "" of a device."""
 
     reader: str
@@ -115,7 +115,7 @@ class Sent(NamedTuple):
     """
 
     sender: Subsystem
-    reads: tuple[tuple[Node, bool], ...]
+    reads: tuple[tuple[InputNode, bool], ...]
     silent: State | None
 
 
@@ -155,15 +155,15 @@ class DataFlow:
         self._machines = machines
         self._bindings = bindings
         self._reads = {name: Reads(machine) for name, machine in machines.items()}
-        self._found: dict[Node, Sent | Measured | None] = {}
+        self._found: dict[InputNode, Sent | Measured | None] = {}
 
-    def of(self, node: Node) -> Sent | Measured | None:
+    def of(self, node: InputNode) -> Sent | Measured | None:
         """Where a value comes from; None if that is not known."""
         if node not in self._found:
             self._found[node] = self._sent(node) or self._measured(node)
         return self._found[node]
 
-    def only_on_arrival(self, node: Node) -> bool:
+    def only_on_arrival(self, node: InputNode) -> bool:
         """Whether a subsystem uses a value only where it is fresh."""
         reads = self._reads.get(node.reader)
         own = [read for read in reads.own if read.input == node[1:]] if reads else []
@@ -173,7 +173,7 @@ class DataFlow:
         """What a subsystem reads; None if it has errors."""
         return self._reads.get(subsystem)
 
-    def sent_in(self, node: Node) -> dict[str, frozenset[tuple[Node, bool]]]:
+    def sent_in(self, node: InputNode) -> dict[str, frozenset[tuple[InputNode, bool]]]:
         """State of the sender in which it sends a value -> what the value is computed from."""
         sender, output = self.sender(node) or _NOBODY
         reads = self._reads.get(sender)
@@ -182,7 +182,7 @@ class DataFlow:
         written = self._machines[sender].subsystem.written.get(output, {})
         return {
             state.name: frozenset(
-                (Node(sender, *read.input), read.on_arrival)
+                (InputNode(sender, *read.input), read.on_arrival)
                 for value in written[state.behaviour.name]
                 for read in reads.of(value)
             )
@@ -190,7 +190,7 @@ class DataFlow:
             if state.behaviour.name in written
         }
 
-    def _sent(self, node: Node) -> Sent | None:
+    def _sent(self, node: InputNode) -> Sent | None:
         sender, output = self.sender(node) or _NOBODY
         machine = self._machines.get(sender)
         if machine is None or machine.faulty:
@@ -200,17 +200,17 @@ class DataFlow:
         silent = (state for name, state in reads.running.items() if name not in written)
         values = (value for name in written.keys() & reads.running for value in written[name])
         found = {
-            (Node(sender, *read.input), read.on_arrival)
+            (InputNode(sender, *read.input), read.on_arrival)
             for value in values
             for read in reads.of(value)
         }
         return Sent(machine.subsystem, tuple(sorted(found)), next(silent, None))
 
-    def sender(self, node: Node) -> Output | None:
+    def sender(self, node: InputNode) -> Output | None:
         """The output that is sent to a node; None if none is."""
         return self._wires.sender(node.reader, node[1:])
 
-    def _measured(self, node: Node) -> Measured | None:
+    def _measured(self, node: InputNode) -> Measured | None:
         device = self._wires.devices.get(self._wires.measured(node.reader, node.peer))
         element = next((e for e in device.y if e.name == node.element), None) if device else None
         if device is None or element is None:

@@ -18,8 +18,8 @@ from specc.proof.search import (
     NO_VALUE,
     Freedom,
     Goal,
-    Meaning,
     SearchBudget,
+    Semantics,
     Situation,
     Value,
     first_value,
@@ -44,7 +44,7 @@ class Examples:
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
         self._left = SearchBudget(MOST_IN_ALL)
-        self._meanings: dict[str, Meaning] = {}
+        self._meanings: dict[str, Semantics] = {}
         self._known: dict[object, Example | None] = {}
 
     def text(self, decided: Decided, witness: Witness, facts: str) -> str:
@@ -70,7 +70,7 @@ class Examples:
         """
         name = subsystem.qualified_name
         if name not in self._meanings:
-            self._meanings[name] = Meaning(self._facts.system, subsystem)
+            self._meanings[name] = Semantics(self._facts.system, subsystem)
         meaning = self._meanings[name]
         seen = subsystem
         if is_vague(subsystem, state, cause):  # what is unknown is taken as the witness takes it
@@ -89,7 +89,7 @@ class Examples:
         self,
         every: Sequence[tuple[Goal, ...]],
         about: Sequence[Expr],
-        meaning: Meaning,
+        meaning: Semantics,
         freedom: Freedom,
     ) -> Example | None:
         if self._left.left <= 0:
@@ -118,7 +118,7 @@ def _size(expr: Expr) -> int:
     return size
 
 
-def _start(meaning: Meaning, number: float) -> Situation:
+def _start(meaning: Semantics, number: float) -> Situation:
     """Everything is there, nothing is fresh, a period after the state was entered."""
     at = meaning.blank(number)
     for item in meaning.subsystem.memory:
@@ -127,7 +127,7 @@ def _start(meaning: Meaning, number: float) -> Situation:
     return replace(at, periods=1)
 
 
-def _value(meaning: Meaning, expr: Expr, type_: Type, at: Situation) -> Value:
+def _value(meaning: Semantics, expr: Expr, type_: Type, at: Situation) -> Value:
     """The value of an expression, or any other of its type where it has none."""
     try:
         return meaning.value(expr, at)

@@ -10,14 +10,14 @@ from typing import Any
 from specc.analysis.ages import Ages
 from specc.analysis.arrivals import arrivals_of
 from specc.analysis.arriving import Arriving
-from specc.analysis.dataflow import DataFlow, Node
+from specc.analysis.dataflow import DataFlow, InputNode
 from specc.analysis.machine import Decided, Machine
 from specc.analysis.misfits import Misfits
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.rates import Rates
 from specc.analysis.reads import Dependences
 from specc.analysis.required import known_of_readings
-from specc.kept import Kept
+from specc.kept import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, TooMuchError, take
 from specc.mjcf import Model, ModelError
@@ -40,13 +40,13 @@ class Facts:
         system: System,
         broken: frozenset[str] = frozenset(),
         faulty: frozenset[str] = frozenset(),
-        kept: Kept | None = None,
+        kept: AnswerCache | None = None,
     ) -> None:
         """`kept` has the machines of an earlier analysis."""
         self.system = system
         self.broken = broken | _named_twice(system)
         self.faulty = faulty
-        self._kept = kept or Kept()
+        self._kept = kept or AnswerCache()
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self.wires = Wires(system.agents)
 
@@ -154,15 +154,15 @@ class Facts:
         """What senders say of assumptions about arrival; nothing where rates do not fit."""
         return Arriving(self.wires, {} if self.rates.clash else self._machines)
 
-    def received(self) -> Iterator[tuple[Node, Element]]:
+    def received(self) -> Iterator[tuple[InputNode, Element]]:
         """All elements that subsystems and devices receive, those with errors in them left out."""
         for subsystem in self.subsystems:
             for name, element in subsystem.inputs.items():
-                yield Node(subsystem.qualified_name, *name), element
+                yield InputNode(subsystem.qualified_name, *name), element
         for device in self.system.devices:
             if device.qualified_name not in self.broken:
                 for element in device.x:
-                    yield Node(device.qualified_name, "", element.name), element
+                    yield InputNode(device.qualified_name, "", element.name), element
 
     @cached_property
     def bindings(self) -> tuple[BoundElement, ...]:

@@ -15,7 +15,7 @@ from specc.reachable import fixpoint, grouped, reachable
 
 
 @frozen
-class Component:
+class StrongComponent:
     """States that lead to one another, in the order of the file.
 
     `entered` and `left` say whether edges come from, and go to, other components.
@@ -26,7 +26,9 @@ class Component:
     left: bool
 
 
-def components(states: Sequence[str], edges: Iterable[tuple[str, str]]) -> tuple[Component, ...]:
+def components(
+    states: Sequence[str], edges: Iterable[tuple[str, str]]
+) -> tuple[StrongComponent, ...]:
     """The strongly connected components of a graph, each before those that it leads to.
 
     Edges from or to other states are left out.
@@ -39,7 +41,7 @@ def components(states: Sequence[str], edges: Iterable[tuple[str, str]]) -> tuple
     graph.add_edges_from((a, b) for a, b in edges if a in order and b in order)
     condensed = networkx.condensation(graph)
     return tuple(
-        Component(
+        StrongComponent(
             tuple(sorted(condensed.nodes[node]["members"], key=order.__getitem__)),
             condensed.in_degree(node) > 0,
             condensed.out_degree(node) > 0,
@@ -71,16 +73,18 @@ CAUSES: tuple[Cause, ...] = ("terminal", "error")
 
 
 @frozen
-class Step:
+class RowEdge:
     """A row that can be taken, and the inputs that have a value whenever it is."""
 
     row: Transition
     ensures: frozenset[InputName]
 
 
-def find_steps(subsystem: Subsystem, prove: Callable[[str, Cause], RowVerdict]) -> tuple[Step, ...]:
+def find_steps(
+    subsystem: Subsystem, prove: Callable[[str, Cause], RowVerdict]
+) -> tuple[RowEdge, ...]:
     """The rows whose cause and condition can hold together; `prove` says what of a state."""
-    found: dict[int, Step] = {}
+    found: dict[int, RowEdge] = {}
     for state in subsystem.states:
         for cause in CAUSES:
             verdict = prove(state.name, cause)
@@ -89,11 +93,11 @@ def find_steps(subsystem: Subsystem, prove: Callable[[str, Cause], RowVerdict]) 
                 verdict.rows, decision.satisfiable, decision.ensures, strict=True
             ):
                 if possible:
-                    found[id(row)] = Step(row, ensures)
+                    found[id(row)] = RowEdge(row, ensures)
     return tuple(found[id(row)] for row in subsystem.transitions if id(row) in found)
 
 
-def reached_from(start: str, steps: Iterable[Step]) -> frozenset[str]:
+def reached_from(start: str, steps: Iterable[RowEdge]) -> frozenset[str]:
     """The states that the steps lead to from `start`, itself included."""
     targets = grouped((step.row.source, step.row.target) for step in steps)
     return frozenset(reachable([start], lambda state: targets.get(state, ())))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
-from specc.analysis.reads import Text, text_of
+from specc.analysis.reads import ExpressionText, text_of
 from specc.lang.order import InOrder
 from specc.model.expr import (
     LENGTH,
@@ -40,7 +40,7 @@ K = TypeVar("K")
 """What is known at a point."""
 
 
-class Part(NamedTuple, Generic[K]):
+class GuardedPart(NamedTuple, Generic[K]):
     """A part of an expression, in the text of `let` or, without one, of the expression itself."""
 
     expr: Expr
@@ -68,7 +68,7 @@ class Guards(Generic[K]):
         self._lets = {let.name: let for let in lets}
         self.ranks = {let.name: rank for rank, let in enumerate(lets)}
 
-    def parts(self, expr: Expr, known: K) -> list[Part[K]]:
+    def parts(self, expr: Expr, known: K) -> list[GuardedPart[K]]:
         """The parts of an expression and of the lets that it names, where `known` is known."""
         walk = _Walk(self)
         walk.follow(expr, known, None)
@@ -85,12 +85,12 @@ class Guards(Generic[K]):
 @dataclass(slots=True)
 class _Walk(Generic[K]):
     guards: Guards[K]
-    found: list[Part[K]] = field(default_factory=list)
+    found: list[GuardedPart[K]] = field(default_factory=list)
     named: dict[str, K] = field(default_factory=dict)
     """Lets that are still to be followed, with what is known wherever they are named."""
 
     def follow(self, expr: Expr, known: K, let: Let | None) -> None:
-        self.found.append(Part(expr, known, let))
+        self.found.append(GuardedPart(expr, known, let))
         learn = self.guards.learn
         match expr:
             case Fresh() | Present() | Lag():
@@ -171,33 +171,35 @@ def said(tests: Tests) -> tuple[Expr, ...]:
     return tuple(test if holds else negation(test) for test, holds in tests)
 
 
-class Use(NamedTuple):
+class Evaluation(NamedTuple):
     """An expression that is evaluated, as a part of `owner`.
 
     Functions are executed and conditions are asked in a `state`, these after `tests`; memory is
     initialised in the first period, and assumptions are watched in every later one.
     """
 
-    text: Text
+    text: ExpressionText
     owner: Memory | Axiom | Function | Condition
     state: State | None = None
     tests: Tests = ()
 
 
-def uses(subsystem: Subsystem, rows: Iterable[Transition]) -> Iterator[Use]:
+def uses(subsystem: Subsystem, rows: Iterable[Transition]) -> Iterator[Evaluation]:
     """All expressions that are evaluated if only some rows can be taken."""
     for memory in subsystem.memory:
-        yield Use(text_of(memory), memory)
+        yield Evaluation(text_of(memory), memory)
     for axiom in subsystem.axioms:
-        yield Use(Text(axiom.that, axiom.place, ""), axiom)
+        yield Evaluation(ExpressionText(axiom.that, axiom.place, ""), axiom)
     leaving = grouped((row.source, row) for row in rows)
     for state in subsystem.states:
         for function in state.behaviour.functions:
             for item in function.assignments:
-                yield Use(Text(item.value, item.place, "is"), function, state)
+                yield Evaluation(ExpressionText(item.value, item.place, "is"), function, state)
         for tests, conditions in asked(state, leaving.get(state.name, ())):
             for condition in conditions:
-                yield Use(Text(condition.when, condition.place, "when"), condition, state, tests)
+                yield Evaluation(
+                    ExpressionText(condition.when, condition.place, "when"), condition, state, tests
+                )
 
 
 # Conditions that say that something is there.

@@ -8,10 +8,10 @@ from functools import cached_property, partial
 from typing import Any, TypeVar
 
 from specc.analysis.arrivals import Arrivals
-from specc.analysis.graph import CAUSES, Step, find_steps, reached_from
+from specc.analysis.graph import CAUSES, RowEdge, find_steps, reached_from
 from specc.analysis.lasting import Lasting
 from specc.analysis.misfits import Misfits
-from specc.analysis.must import Presence, Values
+from specc.analysis.must import Presence, PresentValues
 from specc.analysis.reads import Dependences, names_any
 from specc.analysis.vague import Views, is_vague
 from specc.frozen import frozen
@@ -222,7 +222,7 @@ class Machine:
     # Where it gets to.
 
     @cached_property
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken, in the order of the file.
 
         Presence follows from them, so they are found without it.
@@ -275,10 +275,10 @@ class Machine:
         return Presence(self.subsystem, steps, self.arrivals)
 
     @cached_property
-    def values(self) -> Values:
+    def values(self) -> PresentValues:
         """Where optional values and lists surely have something in them, if it is legible."""
         rows = [step.row for step in self.steps]
-        return Values(self.subsystem, rows, self.prover, self.dependences)
+        return PresentValues(self.subsystem, rows, self.prover, self.dependences)
 
 
 def _used(subsystem: Subsystem) -> Iterable[Condition]:

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 from typing import Literal
 
-from specc.analysis.reads import Dependences, Text, text_of, texts
+from specc.analysis.reads import Dependences, ExpressionText, text_of, texts
 from specc.frozen import frozen
 from specc.lang.bounds import bounded
 from specc.lang.builtins import FUNCTIONS
@@ -60,9 +60,9 @@ class Misfit:
 
     kind: Kind
     expr: Expr
-    text: Text
+    text: ExpressionText
     because: tuple[Expr, ...]
-    origin: tuple[Text, Expr]
+    origin: tuple[ExpressionText, Expr]
     number: float = 0.0
 
 
@@ -111,7 +111,7 @@ class Misfits:
             for node in walk(expr)
         )
 
-    def _in(self, text: Text, expr: Expr, bound: Depths) -> Iterator[Misfit]:
+    def _in(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[Misfit]:
         match expr:
             case Builtin():
                 yield from self._of_call(text, expr, FUNCTIONS[expr.name])
@@ -122,7 +122,9 @@ class Misfits:
                 inside = {**bound, expr.variable: len(bound)}
             yield from self._in(text, child, inside)
 
-    def _of_call(self, text: Text, call: Builtin, function: BuiltinFunction) -> Iterator[Misfit]:
+    def _of_call(
+        self, text: ExpressionText, call: Builtin, function: BuiltinFunction
+    ) -> Iterator[Misfit]:
         if function.compares:
             yield from self._tolerances(text, call, call.args[2:])
         if function.direction is not None:
@@ -144,10 +146,12 @@ class Misfits:
             value = item.value
             memory = MemoryRef(item.name, type=value.type)
             if not item.peer and number(value) == number(memory):
-                text = Text(value, item.place, "is")
+                text = ExpressionText(value, item.place, "is")
                 yield Misfit("unchanged", value, text, (memory,), (text, value))
 
-    def _tolerances(self, text: Text, near: Expr, limits: tuple[Expr, ...]) -> Iterator[Misfit]:
+    def _tolerances(
+        self, text: ExpressionText, near: Expr, limits: tuple[Expr, ...]
+    ) -> Iterator[Misfit]:
         for limit, is_angle in zip(limits, (False, True), strict=False):
             value = self._value(limit)
             if value is not None and value <= 0:
@@ -155,7 +159,7 @@ class Misfits:
             elif value is not None and is_angle and value >= _ANGLE_OF_ALL:
                 yield Misfit("angle", near, text, (limit,), self._origin(text, limit), value)
 
-    def _quaternion(self, text: Text, pose: Expr, quaternion: Expr) -> Iterator[Misfit]:
+    def _quaternion(self, text: ExpressionText, pose: Expr, quaternion: Expr) -> Iterator[Misfit]:
         origin = self._origin(text, quaternion)
         if not isinstance(origin[1], Items):
             return
@@ -164,7 +168,7 @@ class Misfits:
         if len(parts) == 4 and not abs(length - 1) <= UNIT_LENGTH_WITHIN:
             yield Misfit("quaternion", pose, text, (quaternion,), origin, length)
 
-    def _clamp(self, text: Text, outer: Builtin) -> list[Misfit]:
+    def _clamp(self, text: ExpressionText, outer: Builtin) -> list[Misfit]:
         """`min(max(a, 2), 1)` is 1, and `max(min(a, 1), 2)` is 2."""
         known = [(value, arg) for arg in outer.args if (value := self._value(arg)) is not None]
         if not known:
@@ -184,7 +188,9 @@ class Misfits:
                 return [Misfit("bounds", outer, text, because, self._origin(text, limit), value)]
         return []
 
-    def _crossed(self, text: Text, call: Builtin, limits: tuple[int, int]) -> Iterator[Misfit]:
+    def _crossed(
+        self, text: ExpressionText, call: Builtin, limits: tuple[int, int]
+    ) -> Iterator[Misfit]:
         """`clamp(a, 2, 1)` is 1."""
         low, high = (call.args[place] for place in limits)
         if self._exceeds(low, high):
@@ -192,7 +198,7 @@ class Misfits:
             origin = (text, call) if value is None else self._origin(text, high)
             yield Misfit("bounds", call, text, (high, low), origin, value or 0.0)
 
-    def _computed_clamp(self, text: Text, outer: Builtin) -> list[Misfit]:
+    def _computed_clamp(self, text: ExpressionText, outer: Builtin) -> list[Misfit]:
         """`min(max(a, b + 1), b)` is b."""
         sign = -_picks(outer)
         for inner in outer.args:
@@ -238,7 +244,7 @@ class Misfits:
         value = self._value(expr)
         return None if value is None else (value, value)
 
-    def _itself(self, text: Text, expr: Expr, bound: Depths) -> Iterator[Misfit]:
+    def _itself(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[Misfit]:
         match expr:
             case Compare(left=left, right=right) | Binary(op="-" | "/", left=left, right=right):
                 pairs = [(left, right)]
@@ -284,7 +290,7 @@ class Misfits:
             return self._value(text_of(named).expr)
         return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
-    def _origin(self, text: Text, expr: Expr) -> tuple[Text, Expr]:
+    def _origin(self, text: ExpressionText, expr: Expr) -> tuple[ExpressionText, Expr]:
         """Where what an expression names was written down."""
         for _ in self._named:
             named = self._named.get((type(expr), getattr(expr, "name", "")))
@@ -295,7 +301,7 @@ class Misfits:
         return text, expr
 
 
-def _in_all_copies(found: list[Misfit], every: list[Text]) -> Iterator[Misfit]:
+def _in_all_copies(found: list[Misfit], every: list[ExpressionText]) -> Iterator[Misfit]:
     """Those that are there in all copies of what is written once, for the members of a group."""
     if not found:
         return
@@ -307,7 +313,7 @@ def _in_all_copies(found: list[Misfit], every: list[Text]) -> Iterator[Misfit]:
             yield misfit
 
 
-def _written(text: Text, node: Expr) -> tuple[Place, str, Span, type]:
+def _written(text: ExpressionText, node: Expr) -> tuple[Place, str, Span, type]:
     return text.part, text.key, node.span, type(node)
 
 

@@ -11,8 +11,8 @@ from functools import cache, cached_property
 from typing import NamedTuple
 
 from specc.analysis.arrivals import Arrivals
-from specc.analysis.graph import Held, Step, must_hold
-from specc.analysis.guards import Guards, Implied, Tests, Use, ended, said, there
+from specc.analysis.graph import Held, RowEdge, must_hold
+from specc.analysis.guards import Evaluation, Guards, Implied, Tests, ended, said, there
 from specc.analysis.reads import Dependences, nodes, texts
 from specc.model.expr import (
     TRUE,
@@ -47,7 +47,7 @@ Inputs = frozenset[InputName]
 _NONE: Inputs = frozenset()
 
 
-class Reading(NamedTuple):
+class InputRead(NamedTuple):
     """An input that is read, in the text of `let` or, without one, of the expression itself."""
 
     input: Input
@@ -66,7 +66,7 @@ class Presence:
     the machine begins.
     """
 
-    def __init__(self, subsystem: Subsystem, steps: Sequence[Step], arrivals: Arrivals) -> None:
+    def __init__(self, subsystem: Subsystem, steps: Sequence[RowEdge], arrivals: Arrivals) -> None:
         self._subsystem = subsystem
         self._steps = steps
         self._arrivals = arrivals
@@ -86,7 +86,7 @@ class Presence:
         """In the conditions that end a state; they are first asked one period after it began."""
         return self._close(self.in_functions[state] | self._arrivals.later)
 
-    def at(self, use: Use) -> Inputs:
+    def at(self, use: Evaluation) -> Inputs:
         """Where an expression is evaluated."""
         match use.owner:
             case Memory():
@@ -118,14 +118,14 @@ class Presence:
             if (read := _read(part.expr))
         )
 
-    def unguarded(self, expr: Expr, present: Inputs) -> Iterator[Reading]:
+    def unguarded(self, expr: Expr, present: Inputs) -> Iterator[InputRead]:
         """What `expr` may read without a value where only `present` is sure; tests in it count."""
         for part, known, let in self._guards.parts(expr, present):
             read = _read(part)
             if read and (read.peer, read.element) not in known:
-                yield Reading(read, let)
+                yield InputRead(read, let)
 
-    def after(self, step: Step) -> Inputs:
+    def after(self, step: RowEdge) -> Inputs:
         """Once a row was taken."""
         return self._after(self.in_functions[step.row.source], step.ensures)
 
@@ -196,7 +196,7 @@ class Need(NamedTuple):
         return there(self.sure.value)
 
 
-class Values:
+class PresentValues:
     """What is known of optional values and of lists in the states of a machine without unknowns."""
 
     def __init__(
@@ -225,7 +225,7 @@ class Values:
             if isinstance(part.expr, Sure):
                 yield Need(part.expr, part.known, part.let)
 
-    def lacking(self, use: Use) -> Sequence[Need]:
+    def lacking(self, use: Evaluation) -> Sequence[Need]:
         """What may be missing where it is needed; what errors stand before, is not known.
 
         The same expression where the same is known, in however many states, is one question.
@@ -238,7 +238,7 @@ class Values:
             self._lacking[key] = [n for n in needs if self._lacks(n, context, key[-1])]
         return self._lacking[key]
 
-    def _known_at(self, use: Use) -> Known:
+    def _known_at(self, use: Evaluation) -> Known:
         """What is known where an expression is evaluated, beside the tests before it."""
         if use.state is None:
             return frozenset()
@@ -254,7 +254,7 @@ class Values:
             for context in contexts
         )
 
-    def tells(self, fact: Expr, use: Use) -> bool:
+    def tells(self, fact: Expr, use: Evaluation) -> bool:
         """Whether tests on the ways into a state would say enough of a value that is used there."""
         state = use.state
         if state is None or state.name == self._subsystem.initial_state:
@@ -262,7 +262,7 @@ class Values:
         once = isinstance(use.owner, Function) and state.behaviour.terminal.when == TRUE
         return self._outlives(fact, state) or once
 
-    def _moment(self, use: Use) -> Moment:
+    def _moment(self, use: Evaluation) -> Moment:
         if isinstance(use.owner, Condition):
             return "conditions"
         later = use.state is not None and use.state.name != self._subsystem.initial_state

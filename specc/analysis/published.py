@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from specc.analysis.ros2 import FRAME, Misfit, Part
+from specc.analysis.ros2 import FRAME, MessageMisfit, MessagePart
 from specc.diagnostics import nearest
 from specc.frozen import frozen
 from specc.lang.kinds import kind
@@ -18,7 +18,7 @@ from specc.model.types import (
 
 
 @frozen
-class Watched:
+class PublishedValue:
     """A state, or an output element, with the messages that it becomes.
 
     `peer` is empty for a state.
@@ -29,7 +29,7 @@ class Watched:
     peer: str
     element: str
     message: str
-    part: Part
+    part: MessagePart
     type: Type
 
     @property
@@ -38,7 +38,7 @@ class Watched:
         return "~/" + "/".join(re.sub("_+", "_", word).strip("_") for word in self.name.split("."))
 
 
-def watched(published: Published, system: System) -> Watched | Misfit:
+def watched(published: Published, system: System) -> PublishedValue | MessageMisfit:
     """What a name stands for, or why nobody can watch it."""
     subsystems = {part.qualified_name: part for part in system.subsystems}
     name = published.name
@@ -47,7 +47,9 @@ def watched(published: Published, system: System) -> Watched | Misfit:
     if subsystem is None:
         return _unknown("subsystem", owner, tuple(subsystems))
     if name == owner:
-        return Watched(name, subsystem, "", "", "std_msgs/String", Part("scalar", "data"), Text())
+        return PublishedValue(
+            name, subsystem, "", "", "std_msgs/String", MessagePart("scalar", "data"), Text()
+        )
     sent = {
         f"{owner}.y.{port.peer}.{element.name}": (port.peer, element)
         for port in subsystem.ports
@@ -59,20 +61,22 @@ def watched(published: Published, system: System) -> Watched | Misfit:
     return _output(name, subsystem, *sent[name])
 
 
-def _unknown(kind: str, name: str, known: tuple[str, ...]) -> Misfit:
+def _unknown(kind: str, name: str, known: tuple[str, ...]) -> MessageMisfit:
     close = nearest(name, known)
     listed = ", ".join(f"`{one}`" for one in (close or known)[:6])
     help = f"did you mean {listed}?" if close else f"there are {listed}" if listed else "delete it"
-    return Misfit("E0523", f"there is no {kind} `{name}` to publish", help)
+    return MessageMisfit("E0523", f"there is no {kind} `{name}` to publish", help)
 
 
-def _output(name: str, subsystem: Subsystem, peer: str, element: Element) -> Watched | Misfit:
+def _output(
+    name: str, subsystem: Subsystem, peer: str, element: Element
+) -> PublishedValue | MessageMisfit:
     type_ = element.type.value if isinstance(element.type, OptionalOf) else element.type
     found = _message(type_)
     if found is None:
         help = "publish a part of it: send that as an element of its own"
-        return Misfit("E0523", f"{type_} becomes no message that is known", help)
-    return Watched(name, subsystem, peer, element.name, *found, type_)
+        return MessageMisfit("E0523", f"{type_} becomes no message that is known", help)
+    return PublishedValue(name, subsystem, peer, element.name, *found, type_)
 
 
 _MESSAGES = {
@@ -87,11 +91,11 @@ _MESSAGES = {
 """By the shapes of values."""
 
 
-def _message(type_: Type) -> tuple[str, Part] | None:
+def _message(type_: Type) -> tuple[str, MessagePart] | None:
     """The type of messages, and where in them the value is."""
     for shape in kind(type_).shapes(type_)[:1]:
         if shape not in _MESSAGES:
-            return f"std_msgs/{shape}", Part("scalar", "data")
+            return f"std_msgs/{shape}", MessagePart("scalar", "data")
         message, path = _MESSAGES[shape]
-        return message, Part(shape, path, frame=FRAME if type_.frames else "")
+        return message, MessagePart(shape, path, frame=FRAME if type_.frames else "")
     return None

@@ -32,7 +32,7 @@ class Clash:
 
 
 @frozen
-class Misfit:
+class RateMisfit:
     """A sensor whose rate does not fit those of `readers` or, without readers, the base tick."""
 
     bound: BoundElement
@@ -81,12 +81,12 @@ class Rates:
         return () if self.clash else tuple(s for s in self._asked if s.rated)
 
     @cached_property
-    def misfits(self) -> tuple[Misfit, ...]:
+    def misfits(self) -> tuple[RateMisfit, ...]:
         """Sensors whose rates fit neither those of their readers nor the tick, if that is known."""
         found = (self._misfit(bound) for bound in self._bindings)
         return tuple(misfit for misfit in found if misfit is not None)
 
-    def _misfit(self, bound: BoundElement) -> Misfit | None:
+    def _misfit(self, bound: BoundElement) -> RateMisfit | None:
         rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_s
         if rate is None or bound.commanded:
             return None
@@ -94,7 +94,7 @@ class Rates:
         readers = [s for s in self.timed if s.qualified_name in reading]
         strangers = tuple(s for s in readers if not _divides(rate, s.rate_hz))
         fits = tick_s is None or (1 / rate / tick_s).denominator == 1
-        return None if fits and not strangers else Misfit(bound, rate, strangers, tick_s)
+        return None if fits and not strangers else RateMisfit(bound, rate, strangers, tick_s)
 
     @cached_property
     def _tick_s(self) -> Fraction | None:

@@ -31,7 +31,7 @@ Name = TypeVar("Name")
 # The expressions of a subsystem with the texts in which they stand.
 
 
-class Text(NamedTuple):
+class ExpressionText(NamedTuple):
     """An expression that is the text at `key` of a part, or its short form.
 
     Without a key it is the text of the part itself.
@@ -47,31 +47,35 @@ class Text(NamedTuple):
         return text.within(*node.span)
 
 
-def text_of(named: Constant | Let | Memory) -> Text:
+def text_of(named: Constant | Let | Memory) -> ExpressionText:
     """The text of what has a name in expressions."""
     if isinstance(named, Memory):
-        return Text(named.init, named.place, "init")
-    return Text(named.value, named.place, "is")
+        return ExpressionText(named.init, named.place, "init")
+    return ExpressionText(named.value, named.place, "is")
 
 
-def texts(owner: Subsystem | System) -> Iterator[Text]:
+def texts(owner: Subsystem | System) -> Iterator[ExpressionText]:
     """All expressions of a subsystem, or those of the constants and formulas of a system."""
     yield from map(text_of, owner.constants)
     if isinstance(owner, System):
         for item in owner.formulas:
-            yield from (Text(part, item.place, "") for part in expressions(item.formula))
+            yield from (ExpressionText(part, item.place, "") for part in expressions(item.formula))
         for let in owner.formula_lets:
             if let.value is not None:
-                yield Text(let.value, let.place, "is")
+                yield ExpressionText(let.value, let.place, "is")
         return
     for port in owner.ports:
-        yield from (Text(e.init, e.place, "init") for e in port.elements if e.init is not None)
+        yield from (
+            ExpressionText(e.init, e.place, "init") for e in port.elements if e.init is not None
+        )
     yield from map(text_of, owner.memory)
     yield from map(text_of, owner.lets)
-    yield from (Text(condition.when, condition.place, "when") for condition in owner.conditions)
+    yield from (
+        ExpressionText(condition.when, condition.place, "when") for condition in owner.conditions
+    )
     for function in owner.functions:
-        yield from (Text(item.value, item.place, "is") for item in function.assignments)
-    yield from (Text(axiom.that, axiom.place, "") for axiom in owner.axioms)
+        yield from (ExpressionText(item.value, item.place, "is") for item in function.assignments)
+    yield from (ExpressionText(axiom.that, axiom.place, "") for axiom in owner.axioms)
 
 
 def nodes(subsystem: Subsystem) -> Iterator[Expr]:

@@ -34,7 +34,7 @@ FRAME, CHILD = "header.frame_id", "child_frame_id"
 
 
 @frozen
-class Part:
+class MessagePart:
     """A part of messages that is the value of elements of some types.
 
     `unit` is that of numbers, None where it is not said; `frame` and `child` are the fields of the
@@ -50,7 +50,7 @@ class Part:
 
 
 @frozen
-class Misfit:
+class MessageMisfit:
     """Why an element is not what its messages carry, and a way out; `code` is of the finding."""
 
     code: str
@@ -68,28 +68,28 @@ _OF_JOINTS = {
 JOINT_STATE = "sensor_msgs/JointState"
 
 
-def _table() -> Iterator[tuple[str, Part]]:
+def _table() -> Iterator[tuple[str, MessagePart]]:
     """Parts by the type of messages; one type may have several."""
     for name in ("Bool", "String", "Char", *_INTS, *_FLOATS):
-        yield f"std_msgs/{name}", Part("scalar", "data")
+        yield f"std_msgs/{name}", MessagePart("scalar", "data")
     for name in _FLOATS:
-        yield f"std_msgs/{name}MultiArray", Part("vector", "data")
+        yield f"std_msgs/{name}MultiArray", MessagePart("vector", "data")
     for name in _INTS:
-        yield f"std_msgs/{name}MultiArray", Part("tuple", "data")
+        yield f"std_msgs/{name}MultiArray", MessagePart("tuple", "data")
     for field, units in _OF_JOINTS.items():
-        yield from ((JOINT_STATE, Part("joints", field, unit)) for unit in units)
+        yield from ((JOINT_STATE, MessagePart("joints", field, unit)) for unit in units)
     yield from _geometry()
-    yield "nav_msgs/Odometry", Part("pose", "pose.pose", frame=FRAME, child=CHILD)
-    yield "nav_msgs/Odometry", Part("twist", "twist.twist", frame=CHILD)
-    yield "sensor_msgs/Range", Part("scalar", "range", METRE)
-    yield "sensor_msgs/Imu", Part("vector3", "angular_velocity", RADIAN / SECOND)
-    yield "sensor_msgs/Imu", Part("vector3", "linear_acceleration", METRE / SECOND**2)
-    yield "sensor_msgs/Image", Part("image")
-    yield "sensor_msgs/Image", Part("depth")
-    yield "sensor_msgs/CameraInfo", Part("camera", "k", parse_unit("px"), sent=False)
+    yield "nav_msgs/Odometry", MessagePart("pose", "pose.pose", frame=FRAME, child=CHILD)
+    yield "nav_msgs/Odometry", MessagePart("twist", "twist.twist", frame=CHILD)
+    yield "sensor_msgs/Range", MessagePart("scalar", "range", METRE)
+    yield "sensor_msgs/Imu", MessagePart("vector3", "angular_velocity", RADIAN / SECOND)
+    yield "sensor_msgs/Imu", MessagePart("vector3", "linear_acceleration", METRE / SECOND**2)
+    yield "sensor_msgs/Image", MessagePart("image")
+    yield "sensor_msgs/Image", MessagePart("depth")
+    yield "sensor_msgs/CameraInfo", MessagePart("camera", "k", parse_unit("px"), sent=False)
 
 
-def _geometry() -> Iterator[tuple[str, Part]]:
+def _geometry() -> Iterator[tuple[str, MessagePart]]:
     """Of `geometry_msgs`, as they are and with a header."""
     for name, shape, unit in (
         ("Pose", "pose", None),
@@ -99,20 +99,20 @@ def _geometry() -> Iterator[tuple[str, Part]]:
         ("Vector3", "vector3", None),
     ):
         field = "vector" if name == "Vector3" else name.lower()
-        yield f"geometry_msgs/{name}", Part(shape, "", unit)
-        yield f"geometry_msgs/{name}Stamped", Part(shape, field, unit, frame=FRAME)
+        yield f"geometry_msgs/{name}", MessagePart(shape, "", unit)
+        yield f"geometry_msgs/{name}Stamped", MessagePart(shape, field, unit, frame=FRAME)
     for name, shape in (("Pose", "pose"), ("Twist", "twist")):
         lower = f"{name.lower()}.{name.lower()}"
         full = f"geometry_msgs/{name}WithCovariance"
-        yield full, Part(shape, name.lower())
-        yield f"{full}Stamped", Part(shape, lower, frame=FRAME)
-    yield "geometry_msgs/Transform", Part("transform")
-    stamped = Part("transform", "transform", frame=FRAME, child=CHILD)
+        yield full, MessagePart(shape, name.lower())
+        yield f"{full}Stamped", MessagePart(shape, lower, frame=FRAME)
+    yield "geometry_msgs/Transform", MessagePart("transform")
+    stamped = MessagePart("transform", "transform", frame=FRAME, child=CHILD)
     yield "geometry_msgs/TransformStamped", stamped
 
 
-def _messages() -> dict[str, tuple[Part, ...]]:
-    found: dict[str, tuple[Part, ...]] = {}
+def _messages() -> dict[str, tuple[MessagePart, ...]]:
+    found: dict[str, tuple[MessagePart, ...]] = {}
     for name, part in _table():
         found[name] = (*found.get(name, ()), part)
     return found
@@ -133,55 +133,57 @@ STATUSES = (
 """Of actions: there was no goal yet, or what has become of the last one."""
 
 
-def _part_of_action(binding: Binding, type_: Type) -> Part | Misfit:
+def _part_of_action(binding: Binding, type_: Type) -> MessagePart | MessageMisfit:
     """The part of an action: a text, or what a function makes, which may be missing."""
     if binding.part == "status":
         missing = [s for s in STATUSES if isinstance(type_, Enum) and s not in type_.members]
         if "String" in kind(type_).shapes(type_) and not missing:
-            return Part("scalar")
+            return MessagePart("scalar")
         help = f"make it a text, or an enum with these members: {', '.join(STATUSES)}"
         wrong = f"{type_} lacks {', '.join(missing)}" if missing else f"{type_} is neither"
-        return Misfit("E0521", f"the status of an action is a text or an enum: {wrong}", help)
+        return MessageMisfit(
+            "E0521", f"the status of an action is a text or an enum: {wrong}", help
+        )
     if not binding.through:
         made = "the fields of a goal" if binding.part == "goal" else "its value of a message"
-        return Misfit(
+        return MessageMisfit(
             "E0521",
             f"the {binding.part} of an action is a message of its own type",
             f"name a function under `through:` that makes {made}",
         )
     if not isinstance(type_, OptionalOf):
         none = "cancels the goal" if binding.part == "goal" else "is what there is before the first"
-        return Misfit(
+        return MessageMisfit(
             "E0521",
             f"{type_} has no None, which {none}",
             f'make it an "optional[{type_}]"',
         )
-    return Part("message")
+    return MessagePart("message")
 
 
-def _part_of_tf(binding: Binding, type_: Type) -> Part | Misfit:
+def _part_of_tf(binding: Binding, type_: Type) -> MessagePart | MessageMisfit:
     wanted = Pose(*binding.tf)
     if type_ == wanted:
-        return Part("transform", frame="from", child="to")
-    return Misfit(
+        return MessagePart("transform", frame="from", child="to")
+    return MessageMisfit(
         "E0521",
         f"{type_} is not the transform from {binding.tf[0]} to {binding.tf[1]}",
         f'make it "{wanted}", or name the frames that it is between',
     )
 
 
-def part_of(binding: Binding, type_: Type, *, commanded: bool) -> Part | Misfit:
+def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | MessageMisfit:
     """The part of a binding's messages that is the element's value, or why none is."""
     if binding.action:
         return _part_of_action(binding, type_)
     if binding.tf:
         return _part_of_tf(binding, type_)
     if binding.through:
-        return Part("message")
+        return MessagePart("message")
     message = short(binding.message)
     parts = MESSAGES.get(message)
     if parts is None:
-        return Misfit(
+        return MessageMisfit(
             "E0521",
             f"no value is known to stand in messages of type {message}",
             "name a function under `through:` that makes the value of a message"
@@ -198,28 +200,28 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> Part | Misfit:
     return _another_unit(message, fitting, unit or DIMENSIONLESS)
 
 
-def _unfit(message: str, type_: Type, *, commanded: bool) -> Misfit:
+def _unfit(message: str, type_: Type, *, commanded: bool) -> MessageMisfit:
     verb = "sent as" if commanded else "read from"
-    return Misfit(
+    return MessageMisfit(
         "E0521",
         f"{type_} is not {verb} messages of type {message}",
         f"make it {_wanted(message)}, or name a function under `through:` that converts",
     )
 
 
-def _another_unit(message: str, parts: list[Part], unit: Unit) -> Misfit:
+def _another_unit(message: str, parts: list[MessagePart], unit: Unit) -> MessageMisfit:
     units: dict[str, list[str]] = {}
     for part in parts:
         units.setdefault(part.path, []).append(str(part.unit))
     known = [f"{path} in {' or '.join(each)}".strip() for path, each in units.items()]
-    return Misfit(
+    return MessageMisfit(
         "E0511",
         f"numbers in {unit} are not those of {message}: it has {', '.join(known)}",
         "give the element the unit of REP 103, or name a function under `through:` that converts",
     )
 
 
-def _carries(part: Part, message: str, type_: Type) -> bool:
+def _carries(part: MessagePart, message: str, type_: Type) -> bool:
     """Whether values of a type look like that part, whatever their unit."""
     shape = scalar(message) if part.shape == "scalar" else part.shape
     return shape in kind(type_).shapes(type_)
@@ -264,12 +266,12 @@ def _wanted(message: str) -> str:
 # Coordinate frames: which fields have to hold which frame.
 
 
-def frames_of(part: Part, type_: Type) -> Iterator[tuple[str, str]]:
+def frames_of(part: MessagePart, type_: Type) -> Iterator[tuple[str, str]]:
     """Fields of a message that hold a frame, and the frame of the specification."""
     return zip((part.frame, part.child), type_.frames, strict=False)
 
 
-def named_frames(part: Part, type_: Type, ros2: Ros2) -> tuple[tuple[str, str], ...]:
+def named_frames(part: MessagePart, type_: Type, ros2: Ros2) -> tuple[tuple[str, str], ...]:
     """Fields of a message that hold a frame, and what ROS calls the frame of the element."""
     known = dict(ros2.frames)
     return tuple((at, known[name]) for at, name in frames_of(part, type_) if at and name in known)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
 
-from specc.analysis.graph import Step, find_steps
+from specc.analysis.graph import RowEdge, find_steps
 from specc.frozen import frozen
 from specc.model.expr import FALSE, TRUE, Choice, Expr, Logic, Quantifier, Unary, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
@@ -153,7 +153,7 @@ class Views:
         two = replace(seen, transitions=tuple(rows[index] for index in pair))
         return self._new(two).prove_rows(state, cause, present=present).decision.overlap
 
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken whatever is unknown."""
 
         def prove(state: str, cause: Cause) -> RowVerdict:

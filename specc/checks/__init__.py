@@ -31,7 +31,7 @@ from specc.checks import (
     waiting,
 )
 from specc.diagnostics import Diagnostic, stops
-from specc.kept import Kept
+from specc.kept import AnswerCache
 from specc.limits import is_used_up
 from specc.model.system import System
 from specc.source import Place
@@ -75,7 +75,7 @@ def run_checks(
     faulty: frozenset[str] = frozenset(),
     *,
     sound: bool = True,
-    kept: Kept | None = None,
+    kept: AnswerCache | None = None,
 ) -> tuple[list[Diagnostic], Facts]:
     """All findings about a system, and what was found out on the way.
 

@@ -14,11 +14,11 @@ from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk
 from specc.model.requirement import (
-    Atom,
     Formula,
     Junction,
     Requirement,
     Temporal,
+    TickCondition,
     expressions,
     is_timeless,
     span_of,
@@ -42,7 +42,7 @@ def _size(formula: Formula) -> int:
 
 
 def _place(of: Requirement, part: Formula | Expr) -> Place:
-    span = span_of(part) if isinstance(part, Atom | Junction | Temporal) else part.span
+    span = span_of(part) if isinstance(part, TickCondition | Junction | Temporal) else part.span
     return of.place.within(*span)
 
 
@@ -83,7 +83,7 @@ def _is_elsewhere(item: Requirement, place: Place) -> bool:
 
 def _parts(formula: Formula) -> Iterator[Formula | Expr]:
     """A formula and the formulas and conditions in it, as they are written."""
-    if isinstance(formula, Atom):
+    if isinstance(formula, TickCondition):
         yield from (node for node in walk(formula.that) if isinstance(node.type, Bool))
         return
     yield formula
@@ -104,7 +104,7 @@ class _Constant:
 
     def parts(self, formula: Formula) -> Iterator[Diagnostic]:
         """What is found in a formula, or else of it."""
-        if isinstance(formula, Atom):
+        if isinstance(formula, TickCondition):
             yield from self._of_condition(formula.that)
             return
         found = [told for operand in formula.operands for told in self.parts(operand)]
@@ -115,7 +115,7 @@ class _Constant:
         if found or not isinstance(expr.type, Bool):
             yield from found
         elif not self._misfits.within(expr):
-            yield from self._whole(Atom(expr))
+            yield from self._whole(TickCondition(expr))
 
     def _whole(self, formula: Formula) -> Iterator[Diagnostic]:
         nodes = [node for part in expressions(formula) for node in walk(part)]
@@ -232,7 +232,7 @@ def _at_the_beginning(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
 
 def _of_first_tick(formula: Formula) -> Formula | None:
     """A part that is about the first tick only."""
-    if isinstance(formula, Atom) or is_timeless(formula):
+    if isinstance(formula, TickCondition) or is_timeless(formula):
         return formula
     if isinstance(formula, Temporal):
         return formula if formula.op in ("once", "historically", "since") else None

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from specc.analysis import Facts, Machine
-from specc.analysis.guards import Use, uses
-from specc.analysis.must import Need, Reading
+from specc.analysis.guards import Evaluation, uses
+from specc.analysis.must import InputRead, Need
 from specc.analysis.reads import text_of
 from specc.diagnostics import Diagnostic, Related
 from specc.frozen import frozen
@@ -27,8 +27,8 @@ _CODES = {Function: "E0701", Condition: "E0702", Memory: "E0703", Axiom: "E0704"
 class Absence:
     """An input that is read by a part of a subsystem where it may have no value."""
 
-    reading: Reading
-    use: Use
+    reading: InputRead
+    use: Evaluation
 
     @property
     def code(self) -> str:
@@ -80,7 +80,7 @@ def _without_input(machine: Machine) -> Iterator[Diagnostic]:
             yield _absent(absence, machine)
 
 
-def _remainders(machine: Machine) -> Callable[[Use], bool]:
+def _remainders(machine: Machine) -> Callable[[Evaluation], bool]:
     """Whether a use is that of `otherwise`, which asks what the other rows ask."""
     rows = machine.subsystem.transitions
     known = {id(row.condition) for row in rows if row.remainder}
@@ -104,7 +104,7 @@ def _absences(machine: Machine) -> Iterator[Absence]:
     presence = machine.presence
     if presence.is_sure:
         return
-    known: dict[tuple[int, frozenset[InputName]], list[Reading]] = {}
+    known: dict[tuple[int, frozenset[InputName]], list[InputRead]] = {}
     for use in uses(machine.subsystem, machine.subsystem.transitions):
         key = id(use.text.expr), presence.at(use)
         if key not in known:
@@ -177,7 +177,7 @@ def _missing(machine: Machine) -> Iterator[Diagnostic]:
                 yield _without_value(need, use, place, machine)
 
 
-def _without_value(need: Need, use: Use, place: Place, machine: Machine) -> Diagnostic:
+def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) -> Diagnostic:
     text = show(need.sure.value)
     optional = isinstance(need.sure.value.type, OptionalOf)
     lacking = "may be None" if optional else "may be empty"

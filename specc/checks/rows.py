@@ -69,7 +69,7 @@ _Key = tuple[str, str, tuple[str, ...]]
 
 
 @dataclass(slots=True)
-class Shared:
+class SharedRows:
     """Rows of several states that ask the same conditions and fail in the same situations.
 
     Whenever one of the `others` or the `first` state ends, the `widest` could end as well, so that
@@ -100,9 +100,9 @@ class Shared:
         )
 
 
-def shared(facts: Facts, witness_of: Callable[[Decided], Witness | None]) -> Iterator[Shared]:
+def shared(facts: Facts, witness_of: Callable[[Decided], Witness | None]) -> Iterator[SharedRows]:
     """The refutations that `witness_of` selects, in the order of their first states."""
-    alike: dict[_Key, list[Shared]] = {}
+    alike: dict[_Key, list[SharedRows]] = {}
     for decided in facts.decided():
         witness = witness_of(decided)
         if witness is not None:
@@ -112,7 +112,7 @@ def shared(facts: Facts, witness_of: Callable[[Decided], Witness | None]) -> Ite
     yield from (told for known in alike.values() for told in known)
 
 
-def _tell(decided: Decided, witness: Witness, known: list[Shared]) -> None:
+def _tell(decided: Decided, witness: Witness, known: list[SharedRows]) -> None:
     """Add a refutation to those about the same conditions; one that covers it represents it.
 
     If it covers some of them, it represents them instead.
@@ -124,7 +124,7 @@ def _tell(decided: Decided, witness: Witness, known: list[Shared]) -> None:
             return
     less = [told for told in compared if _covers(decided, told.widest)]
     if not less:
-        known.append(Shared(decided, decided, witness))
+        known.append(SharedRows(decided, decided, witness))
         return
     kept, *merged = less
     kept.widest, kept.witness = decided, witness
@@ -193,7 +193,7 @@ def _gap(decided: Decided) -> Witness | None:
     return decided.verdict.decision.gap if decided.verdict.rows else None
 
 
-def _with_one_more_row(told: Shared) -> str:
+def _with_one_more_row(told: SharedRows) -> str:
     decided, also = told.first, " to each of these states" if told.others else ""
     row = f"add the row `[{decided.state.name}, {decided.cause}, {OTHERWISE}, ...]`{also}, or one"
     if any((c.kind, c.name) == ("initial", OTHERWISE) for c in decided.subsystem.conditions):
@@ -233,7 +233,7 @@ def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _others(told: Shared) -> Iterator[Related]:
+def _others(told: SharedRows) -> Iterator[Related]:
     """The other rows that can apply together with one, at their places."""
     rows, shown = told.first.verdict.rows, set(told.witness.holding)
     pairs = ((i, j) for j in range(len(rows)) for i in range(j))
@@ -246,7 +246,7 @@ def _others(told: Shared) -> Iterator[Related]:
             yield Related(rows[there].place, words)
 
 
-def _with_one_row_less(told: Shared) -> str:
+def _with_one_row_less(told: SharedRows) -> str:
     overlap, rows = told.witness, told.first.verdict.rows
     if all(rows[one].remainder for one in overlap.holding):
         return "delete one of the two rows: a state and cause have one row with `otherwise`"

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 
 from specc.analysis import Facts, Machine
-from specc.analysis.graph import Component, all_lead_to, components
+from specc.analysis.graph import StrongComponent, all_lead_to, components
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.model.fsm import State
@@ -151,7 +151,9 @@ def states_left(facts: Facts) -> Iterator[Diagnostic]:
                 yield _not_left(subsystem, part)
 
 
-def _is_trap(part: Component, cycles: list[Component], edges: set[tuple[str, str]]) -> bool:
+def _is_trap(
+    part: StrongComponent, cycles: list[StrongComponent], edges: set[tuple[str, str]]
+) -> bool:
     """Several states are a trap if other states form a cycle, which is then left for good.
 
     Otherwise the others are the steps that lead to the work. A single state is the end if nothing
@@ -163,7 +165,7 @@ def _is_trap(part: Component, cycles: list[Component], edges: set[tuple[str, str
     return (first, first) in edges
 
 
-def _not_left(subsystem: Subsystem, part: Component) -> Diagnostic:
+def _not_left(subsystem: Subsystem, part: StrongComponent) -> Diagnostic:
     states = {state.name: state for state in subsystem.states}
     rows = [row for row in subsystem.transitions if row.source in part.states]
     one = len(part.states) == 1

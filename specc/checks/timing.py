@@ -8,7 +8,7 @@ from math import ceil
 
 from specc.analysis import Facts
 from specc.analysis.ages import Held, Trail
-from specc.analysis.dataflow import Measured, Node, Sent
+from specc.analysis.dataflow import InputNode, Measured, Sent
 from specc.analysis.rates import LONGEST, base_tick
 from specc.analysis.reads import arrivals_asked
 from specc.diagnostics import Diagnostic, Related
@@ -114,7 +114,7 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _asked(facts: Facts) -> Iterator[tuple[Subsystem, Node, Element]]:
+def _asked(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
     """The elements of which it matters to their readers whether a new value has come."""
     asked = {s.qualified_name: (s, arrivals_asked(s)) for s in facts.subsystems}
     for node, element in facts.received():
@@ -123,7 +123,7 @@ def _asked(facts: Facts) -> Iterator[tuple[Subsystem, Node, Element]]:
             yield reader, node, element
 
 
-def _source(node: Node, facts: Facts) -> tuple[Fraction, Place] | None:
+def _source(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
     """How often the element can be sent, and where that is said; None if it always is."""
     match facts.ages.sources.of(node):
         case Sent(sender=sender, silent=State()):
@@ -165,7 +165,7 @@ def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _sender(node: Node, facts: Facts) -> Subsystem | None:
+def _sender(node: InputNode, facts: Facts) -> Subsystem | None:
     """Who sends an element in every period."""
     sent = facts.ages.sources.of(node)
     return sent.sender if isinstance(sent, Sent) and sent.silent is None else None
@@ -196,7 +196,7 @@ def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _bounded(facts: Facts) -> Iterator[tuple[Node, Element]]:
+def _bounded(facts: Facts) -> Iterator[tuple[InputNode, Element]]:
     """The elements whose age their readers limit."""
     for node, element in facts.received():
         if element.max_age_s is not None:
@@ -288,7 +288,7 @@ def ages_held(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _silence(held: Held, node: Node) -> Iterator[Related]:
+def _silence(held: Held, node: InputNode) -> Iterator[Related]:
     source = held.source
     if isinstance(source, Measured):
         name = f"{source.device}.{held.node.element}"

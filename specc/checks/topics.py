@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement
 from specc.analysis.published import watched
-from specc.analysis.ros2 import JOINT_STATE, Misfit, frames_of, part_of, short
+from specc.analysis.ros2 import JOINT_STATE, MessageMisfit, frames_of, part_of, short
 from specc.diagnostics import Diagnostic, Related
 from specc.model.binding import PLANT
 from specc.model.types import Vector
@@ -105,7 +105,7 @@ def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0511, E0521; a binding of the wrong kind is `topics_fit`'s matter."""
     for bound in _topics(facts):
         misfit = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
-        if isinstance(misfit, Misfit):
+        if isinstance(misfit, MessageMisfit):
             place = _place(bound)
             yield Diagnostic(
                 misfit.code, misfit.message, place, related=(_type(bound),), help=misfit.help
@@ -138,7 +138,7 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
     known = dict(ros2.frames)
     for bound in _topics(facts):
         part = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
-        if isinstance(part, Misfit):
+        if isinstance(part, MessageMisfit):
             continue
         for at, frame in frames_of(part, bound.element.type):
             if at and frame and frame not in known:
@@ -155,14 +155,14 @@ def published_known(facts: Facts) -> Iterator[Diagnostic]:
     """E0523."""
     plant = facts.system.plant
     for published in plant.published if plant else ():
-        found: object = Misfit(
+        found: object = MessageMisfit(
             "E0523",
             "nobody can watch it: there is no node of ROS 2",
             "say under `plant` which node there is: `ros2: {node: NAME}`, or delete it",
         )
         if plant is not None and plant.ros2 is not None:
             found = watched(published, facts.system)
-        if isinstance(found, Misfit):
+        if isinstance(found, MessageMisfit):
             yield Diagnostic(found.code, found.message, published.place, help=found.help)
 
 

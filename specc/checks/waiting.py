@@ -10,7 +10,7 @@ from itertools import product
 from typing import NamedTuple
 
 from specc.analysis import Facts, Machine
-from specc.analysis.graph import Step, reached_from
+from specc.analysis.graph import RowEdge, reached_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.lang.order import InOrder
@@ -214,8 +214,8 @@ class Wait:
         `spent` is no longer sent, `still` is still sent.
         """
         machine, peers = self.sender.machine, {peer for peer, _ in spent}
-        free: list[Step] = []
-        taking: list[Step] = []
+        free: list[RowEdge] = []
+        taking: list[RowEdge] = []
         for step in machine.steps if spent else ():
             found = self.sender.needed(step.row)
             bound = all(any(n[0] in peers and n not in still for n in i) for i in found)
@@ -242,7 +242,7 @@ class Wait:
         """What a state of the reader sends to the sender, as that calls it."""
         return self.back.arriving(state.behaviour) if self.back else frozenset()
 
-    def _resting(self, steps: Iterable[Step]) -> frozenset[str]:
+    def _resting(self, steps: Iterable[RowEdge]) -> frozenset[str]:
         """States from which the sender can reach neither a sending state nor a declared end."""
         sources = grouped((step.row.target, step.row.source) for step in steps)
         states = self.sender.subsystem.states
@@ -260,7 +260,7 @@ def _is_end(state: State) -> bool:
     return isinstance(when, Truth) and not when.value
 
 
-def _is_trap(resting: frozenset[str], reached: frozenset[str], steps: Sequence[Step]) -> bool:
+def _is_trap(resting: frozenset[str], reached: frozenset[str], steps: Sequence[RowEdge]) -> bool:
     """Whether the machine gives up other work there, which is a finding of its own."""
     edges = {(s.row.source, s.row.target) for s in steps}
     if any((name, name) in edges for name in resting):

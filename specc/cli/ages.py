@@ -6,7 +6,7 @@ from argparse import Namespace
 
 from specc.analysis import Facts
 from specc.analysis.ages import Ages, Held, Trail
-from specc.analysis.dataflow import Measured, Node
+from specc.analysis.dataflow import InputNode, Measured
 from specc.cli import streams
 from specc.diagnostics.phrases import ms
 from specc.model.system import Element
@@ -56,11 +56,11 @@ def _as_json(facts: Facts) -> str:
     return streams.as_json(VERSION, facts.system.name, values=values)
 
 
-def _name(node: Node) -> str:
+def _name(node: InputNode) -> str:
     return node.short if node.peer else node.element
 
 
-def _found(facts: Facts) -> list[tuple[Node, Element, Trail | Held | None, Ages]]:
+def _found(facts: Facts) -> list[tuple[InputNode, Element, Trail | Held | None, Ages]]:
     ages = facts.ages
     return [(node, element, ages.oldest(node), ages) for node, element in facts.received()]
 

@@ -11,7 +11,7 @@ from math import inf
 from typing import NamedTuple
 
 from specc import __version__
-from specc.cli.parsing import Parser, Values, codes, formula, moment, ranged, warnings, wire
+from specc.cli.parsing import CollectValues, Parser, codes, formula, moment, ranged, warnings, wire
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 
@@ -70,7 +70,7 @@ def _init(command: Parser) -> None:
     words = "name of the agent; with a model, DIRECTORY may be a specification that gets it"
     add("--agent", metavar="NAME", help=words)
     words = "of a model: one effector for these, `arm=joint1..joint7`; may be repeated"
-    add("--group", metavar="NAME=JOINTS", action=Values, default={}, help=words)
+    add("--group", metavar="NAME=JOINTS", action=CollectValues, default={}, help=words)
     add("--python", metavar="FILE", help="of ROS 2: the Python that finds rclpy (default: python3)")
     words = "of ROS 2: how long to look, in seconds (default: 2)"
     add("--wait", metavar="S", type=ranged(float, 0.1, 600), help=words)
@@ -215,7 +215,7 @@ def _run(command: Parser) -> None:
     add = command.add_argument
     add("spec", metavar="SPEC")
     words = "take this value for a constant or for a parameter, `arm.hand.force`; may be repeated"
-    add("--set", metavar="NAME=VALUE", action=Values, default={}, help=words)
+    add("--set", metavar="NAME=VALUE", action=CollectValues, default={}, help=words)
     _add_policy(command)
     _add_stop(command)
     words = "let others in ROS watch this: `irp.m`, `irp.m.y.c.T_c`; may be repeated"
@@ -227,7 +227,7 @@ def _sweep(command: Parser) -> None:
     add = command.add_argument
     add("spec", metavar="SPEC")
     words = "values of a constant or parameter: FROM:TO:COUNT, or A,B,C; may be repeated"
-    add("--set", metavar="NAME=VALUES", action=Values, default={}, help=words)
+    add("--set", metavar="NAME=VALUES", action=CollectValues, default={}, help=words)
     words = "FROM:TO without TO, or A,B,C (default: %(default)s)"
     add("--seeds", metavar="SEEDS", default="0:10", help=words)
     words = "address of a Dask cluster (default: processes of this machine)"

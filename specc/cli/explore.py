@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc.cli import streams
-from specc.cli.recordings import Refused
+from specc.cli.streams import Refused
 from specc.lang.show import show
 
 if TYPE_CHECKING:

@@ -8,14 +8,11 @@ from importlib import import_module
 
 from specc.cli import streams
 from specc.cli.pictures import NotWritten, put
+from specc.cli.streams import Refused
 from specc.tools.graph import Diagram, NoPicture, as_dot, drawing, picture
 
 FORMATS = ("svg", "png", "dot")
 DONE, WRONG, UNUSABLE = 0, 1, 2
-
-
-class _Refused(Exception):
-    """There is no picture; the message says why."""
 
 
 def graph(options: Namespace) -> int:
@@ -41,7 +38,7 @@ def graph(options: Namespace) -> int:
         path = options.out or _name(options, kind, form)
         put(path, content, form, "graph")
         streams.show(f"{path}\n")
-    except (NoPicture, NotWritten, _Refused) as refused:
+    except (NoPicture, NotWritten, Refused) as refused:
         streams.say(f"specc: {refused}")
         return UNUSABLE
     return code
@@ -53,7 +50,7 @@ def _format(options: Namespace) -> str:
     form = options.format or suffix or FORMATS[0]
     if form not in FORMATS:
         formats = ", ".join(FORMATS)
-        raise _Refused(f"{options.out}: {suffix} is none of {formats}; choose one with --format")
+        raise Refused(f"{options.out}: {suffix} is none of {formats}; choose one with --format")
     return str(form)
 
 
@@ -67,15 +64,15 @@ def _content(diagram: Diagram, form: str) -> bytes:
     if form == "dot":
         return text.encode()
     if not drawing.is_installed():
-        raise _Refused(import_module("specc_runtime.extras").lacking("pygraphviz"))
+        raise Refused(import_module("specc_runtime.extras").lacking("pygraphviz"))
     nodes, arcs = sum(1 for _ in diagram.every_node), len(diagram.arcs)
     if nodes > drawing.MAX_NODES or arcs > drawing.MAX_ARCS or len(text) > drawing.MAX_TEXT:
         size = f"{nodes:,} nodes and {arcs:,} arcs"
-        raise _Refused(f"a picture with {size} is not legible; {_SMALLER}")
+        raise Refused(f"a picture with {size} is not legible; {_SMALLER}")
     try:
         return drawing.drawn(text, "png" if form == "png" else "svg")
     except drawing.NotDrawn:
-        raise _Refused(f"Graphviz could not draw this within its bounds; {_SMALLER}") from None
+        raise Refused(f"Graphviz could not draw this within its bounds; {_SMALLER}") from None
 
 
 _SMALLER = "name a part, such as one agent or subsystem, or take the text with --format dot"

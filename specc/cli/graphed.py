@@ -8,12 +8,13 @@ from importlib import import_module
 from pathlib import Path
 
 from specc.cli import streams
-from specc.cli.placing import Refused, placing, refuse_taken
+from specc.cli.placing import placing, refuse_taken
+from specc.cli.streams import Refused
 from specc.pipeline import check_spec
 from specc.source import real_path
 from specc.tools.importers.writing import PEERS, SpecNames
 from specc.tools.starting.document import left_out
-from specc.tools.starting.graph import LISTENED, Graph, graph_from
+from specc.tools.starting.graph import LISTENED, RosGraph, graph_from
 from specc.tools.starting.proposal import Devices, proposal
 
 _WAIT_S = 2.0
@@ -58,7 +59,7 @@ def _from_anywhere(python: str) -> str:
     return os.path.abspath(python) if os.sep in python else python
 
 
-def _graph(python: str, wait_s: float) -> Graph:
+def _graph(python: str, wait_s: float) -> RosGraph:
     looking = import_module("specc_runtime.ros2.looking")
     try:
         return graph_from(looking.graph_of(python or "python3", wait_s, LISTENED, _MOST_TOPICS))

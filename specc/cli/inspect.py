@@ -26,7 +26,7 @@ PARALLEL_FROM = 4
 
 
 @frozen
-class Outcome:
+class Inspection:
     """What checking one specification gave; `read` are the real paths of all its files."""
 
     path: str
@@ -86,13 +86,13 @@ def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:
         InspectionFailed: a file could not be checked, by a fault of specc.
     """
     meant = targets(arguments)
-    outcomes: list[Outcome] = []
+    outcomes: list[Inspection] = []
     faults = resolve(meant.faults, Sources())
     try:
         _inspect_into(outcomes, meant.systems, overrides)
         read = frozenset().union(*(outcome.read for outcome in outcomes))
         alone = [path for path in meant.parts if os.path.realpath(path) not in read]
-        parts: list[Outcome] = []
+        parts: list[Inspection] = []
         try:
             _inspect_into(parts, alone, overrides)
         finally:
@@ -112,7 +112,7 @@ def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:
     raise InspectionFailed(found, failed[0].path, failed[0].fault)
 
 
-def _told_once(parts: Sequence[Outcome]) -> Iterator[Outcome]:
+def _told_once(parts: Sequence[Inspection]) -> Iterator[Inspection]:
     """The outcomes of parts, without what the parts that they use say of themselves."""
     own = {s for part in parts for s in map(_spot, part.findings) if s[0] == real_path(part.path)}
     for part in parts:
@@ -127,7 +127,7 @@ def _spot(item: Finding) -> tuple[str, str, int, int]:
 
 
 def _summed(
-    faults: list[Finding], outcomes: Sequence[Outcome], paths: Sequence[str], whole: bool
+    faults: list[Finding], outcomes: Sequence[Inspection], paths: Sequence[str], whole: bool
 ) -> Report:
     """The report about all outcomes; if some are missing, what they might use is not judged."""
     used = frozenset().union(*(outcome.used for outcome in outcomes))
@@ -138,7 +138,7 @@ def _summed(
     return replace(report(findings, paths), ignored=ignored)
 
 
-def inspect(path: str, overrides: Overrides) -> Outcome:
+def inspect(path: str, overrides: Overrides) -> Inspection:
     """Compile a specification and judge what was found."""
     from specc import pipeline
 
@@ -147,10 +147,10 @@ def inspect(path: str, overrides: Overrides) -> Outcome:
         sources, faults, verdict = _judged(path, result, overrides)
         findings = resolve((*faults, *verdict.diagnostics), sources)
     read = frozenset(real_path(source.path) for source in result.sources)
-    return Outcome(path, tuple(findings), verdict.ignored, verdict.used, read)
+    return Inspection(path, tuple(findings), verdict.ignored, verdict.used, read)
 
 
-def _inspected(path: str, overrides: Overrides) -> Outcome:
+def _inspected(path: str, overrides: Overrides) -> Inspection:
     """Like `inspect`; a fault of specc in one file does not keep the others from being checked."""
     try:
         return inspect(path, overrides)
@@ -158,7 +158,7 @@ def _inspected(path: str, overrides: Overrides) -> Outcome:
         if is_behind(error) or "SPECC_TRACEBACK" in os.environ:
             raise
         fault = Exception(f"{type(error).__name__}: {error}")  # any other may not cross processes
-        return Outcome(path, (), 0, frozenset(), frozenset(), fault)
+        return Inspection(path, (), 0, frozenset(), frozenset(), fault)
 
 
 def judged(path: str, result: Result, overrides: Overrides) -> tuple[list[Finding], bool]:
@@ -187,7 +187,7 @@ def _judged(
     return known, found.diagnostics, verdict
 
 
-def _inspect_into(outcomes: list[Outcome], paths: Sequence[str], overrides: Overrides) -> None:
+def _inspect_into(outcomes: list[Inspection], paths: Sequence[str], overrides: Overrides) -> None:
     """Add the outcomes of files, in their order; those that are done also if interrupted."""
     job = partial(_inspected, overrides=overrides)
     workers = min(len(paths), cores())
@@ -205,13 +205,13 @@ def cores() -> int:
 
 
 def _in_processes(
-    outcomes: list[Outcome], job: partial[Outcome], paths: Sequence[str], workers: int
+    outcomes: list[Inspection], job: partial[Inspection], paths: Sequence[str], workers: int
 ) -> None:
     # What is imported before the fork is shared; every other way each process imports it again.
     from specc import pipeline  # noqa: F401  # imported for the processes that inherit it
     from specc.cli.parallel import processes
 
-    found: list[Outcome] = []
+    found: list[Inspection] = []
     with processes(workers, "fork") as pool:
         with held():
             jobs = [pool.submit(job, path) for path in paths]

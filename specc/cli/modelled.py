@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.placing import Refused, placing, refuse_taken
+from specc.cli.placing import placing, refuse_taken
 from specc.cli.rewrite import rewrite
+from specc.cli.streams import Refused
 from specc.diagnostics import Diagnostic
 from specc.mjcf import Model, ModelError, read_model
 from specc.pipeline import Result, check_spec
@@ -22,7 +23,7 @@ from specc.source import real_path
 from specc.tools.fmt import LayoutError
 from specc.tools.importers.writing import PEERS, SpecNames
 from specc.tools.starting import (
-    Facts,
+    ModelFacts,
     NoFacts,
     NoGroup,
     Robot,
@@ -181,7 +182,7 @@ def _model(path: str) -> Model:
     return model
 
 
-def _facts(path: str) -> Facts:
+def _facts(path: str) -> ModelFacts:
     try:
         return facts_of(path)
     except NoFacts as error:
@@ -189,7 +190,7 @@ def _facts(path: str) -> Facts:
 
 
 def _robot(
-    name: str, facts: Facts, model: Model, options: Namespace, taken: Collection[str] = ()
+    name: str, facts: ModelFacts, model: Model, options: Namespace, taken: Collection[str] = ()
 ) -> Robot:
     """The robot, without what others have (`taken`); an agent has named groups only, if any."""
     wanted = {_legal(each): text for each, text in options.group.items()}

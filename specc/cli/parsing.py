@@ -78,7 +78,7 @@ def _meant(name: str, known: Iterable[str], before: str = "") -> str:
 # What arguments are made of.
 
 
-class Values(argparse.Action):
+class CollectValues(argparse.Action):
     """Collects `name=value`, each name once."""
 
     def __call__(

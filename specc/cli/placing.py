@@ -8,14 +8,11 @@ from pathlib import Path
 
 from specc.aside import replacing
 from specc.cli.interruption import held, terminable
+from specc.cli.streams import Refused
 
 Content = str | Path
 """Of a new file: its text, or the file that it is a copy of."""
 Files = Mapping[Path, Content]
-
-
-class Refused(Exception):
-    """Nothing is written; the message says why."""
 
 
 class Taken(OSError):

@@ -14,11 +14,12 @@ from typing import Any
 from specc.cli import streams
 from specc.cli.pictures import NotWritten, put
 from specc.cli.recorded import placed
-from specc.cli.recordings import Refused, called, lost, unusable
+from specc.cli.recordings import called, lost, unusable
+from specc.cli.streams import Refused
 from specc.model.system import System
 from specc.tools.plot import NoSignal, Signal, found
 from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
-from specc.tools.plot.sheet import Run, Sheet, bands, cut, marks, numbers_of, panels
+from specc.tools.plot.sheet import PlottedRun, Sheet, bands, cut, marks, numbers_of, panels
 from specc.tools.plot.table import table, timeline
 from specc.tools.why import NotKnown, clipped
 
@@ -88,7 +89,9 @@ class _Plot:
         runs, readings = [], []
         for file, name in zip(self._files, _names(self._files), strict=True):
             readings.append(called("recording.reading", "Reading", file))
-            runs.append(self._part(Run(name, self._traces(file, wanted, readings[-1])), file))
+            runs.append(
+                self._part(PlottedRun(name, self._traces(file, wanted, readings[-1])), file)
+            )
         self._tell_of_nothing(runs, signals, places)
         names, still = (self._machines, ()) if self._words else self._all(runs)
         if self._form == "csv":
@@ -103,7 +106,7 @@ class _Plot:
         except NotKnown as error:
             raise Refused(f"{file}: {error}, as its specification says") from error
 
-    def _part(self, run: Run, file: Path) -> Run:
+    def _part(self, run: PlottedRun, file: Path) -> PlottedRun:
         """What is asked for of a recording; raises Refused where that is nothing."""
         begin_s, end_s = self._times_s
         if begin_s > run.traces.end_s or end_s < run.traces.begin_s:
@@ -112,7 +115,7 @@ class _Plot:
         return cut(run, begin_s, end_s)
 
     def _tell_of_nothing(
-        self, runs: Sequence[Run], signals: Sequence[Signal], places: Mapping[str, int]
+        self, runs: Sequence[PlottedRun], signals: Sequence[Signal], places: Mapping[str, int]
     ) -> None:
         """Say which signals have no value in any recording."""
         for signal in signals:
@@ -120,7 +123,7 @@ class _Plot:
             if all(map(isnan, chain.from_iterable(columns))):
                 streams.say(f"specc: {signal.name} never has a value")
 
-    def _all(self, runs: Sequence[Run]) -> tuple[list[str], tuple[str, ...]]:
+    def _all(self, runs: Sequence[PlottedRun]) -> tuple[list[str], tuple[str, ...]]:
         """The machines in the order of the specification, and those that never changed."""
         known = [s.qualified_name for s in self._system.subsystems] if self._system else []
         there = {name: None for run in runs for name in run.traces.lines}
@@ -141,7 +144,7 @@ class _Plot:
 
     def _put_table(
         self,
-        runs: Sequence[Run],
+        runs: Sequence[PlottedRun],
         signals: Sequence[Signal],
         names: Sequence[str],
         places: Mapping[str, int],
@@ -149,7 +152,9 @@ class _Plot:
         if self._words:
             text = table(runs, signals, names, places)
         else:
-            text = timeline([(r.name, list(bands([Run("", r.traces)], names, None))) for r in runs])
+            text = timeline(
+                [(r.name, list(bands([PlottedRun("", r.traces)], names, None))) for r in runs]
+            )
         if self._out:
             put(self._out, text.encode(errors="backslashreplace"), "csv", "plot")
             streams.show(f"{self._out}\n")
@@ -158,7 +163,7 @@ class _Plot:
 
     def _draw(
         self,
-        runs: Sequence[Run],
+        runs: Sequence[PlottedRun],
         names: Sequence[str],
         still: tuple[str, ...],
         places: Mapping[str, int],
@@ -184,7 +189,7 @@ class _Plot:
         put(self._out, content, self._form, "plot")
         streams.show(f"{self._out}\n")
 
-    def _title(self, runs: Sequence[Run]) -> str:
+    def _title(self, runs: Sequence[PlottedRun]) -> str:
         files = ", ".join(run.name for run in runs) if len(runs) > 1 else self._files[0].name
         system = self._system
         called_ = clipped(system.title or system.name, _LONGEST_TITLE) if system else ""

@@ -15,7 +15,7 @@ from specc.diagnostics import stops
 from specc.source import COMMAND_LINE, Sources, real_path
 
 if TYPE_CHECKING:
-    from specc.lower.code import Named
+    from specc.lower.code import PythonObject
     from specc.pipeline import Build
 
 _TOLD = 3
@@ -81,7 +81,7 @@ def _package(
     return package, ""
 
 
-def _listed(foreign: Iterable[Named], known: Collection[Named]) -> str:
+def _listed(foreign: Iterable[PythonObject], known: Collection[PythonObject]) -> str:
     """What is named, first what is not known at all."""
     modules, alike = {each.python for each in known}, {str(each) for each in known}
     words = [

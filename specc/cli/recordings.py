@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from specc import output
 from specc.cli import streams
+from specc.cli.streams import Refused
 
 if TYPE_CHECKING:
     from specc.model.system import Subsystem
@@ -25,10 +26,6 @@ _LONGEST, _LONGEST_VALUE, _LONGEST_REASON = 200, 2000, 1000
 """Of a name, a value and a reason from a file that are told."""
 _MOST_VALUES = 10_000
 """Constants that are set for a run."""
-
-
-class Refused(Exception):
-    """The command cannot do what is asked; the message says why."""
 
 
 def recover(options: Namespace) -> int:

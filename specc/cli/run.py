@@ -15,8 +15,8 @@ from specc import output
 from specc.checks.plant import without_plant
 from specc.cli.inspect import judged, overrides_of
 from specc.cli.recorded import recorded_package, texts_of
-from specc.cli.recordings import Refused, unusable
-from specc.cli.streams import tell
+from specc.cli.recordings import unusable
+from specc.cli.streams import Refused, tell
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import report, resolve
 from specc.source import Place, Sources

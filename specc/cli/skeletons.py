@@ -8,7 +8,8 @@ from argparse import Namespace
 from pathlib import Path
 
 from specc.cli import streams
-from specc.cli.placing import Refused, placing, reason
+from specc.cli.placing import placing, reason
+from specc.cli.streams import Refused
 from specc.diagnostics import nearest
 from specc.resources import specs_dir
 

@@ -58,7 +58,7 @@ _BY_CODE = {
 
 
 @frozen
-class Step:
+class DesignStep:
     """A step of the procedure; `next` says what to do for it, empty if it is done."""
 
     name: str
@@ -71,10 +71,10 @@ class Progress:
     """The steps of the system, an agent or a subsystem."""
 
     of: str
-    steps: tuple[Step, ...]
+    steps: tuple[DesignStep, ...]
 
     @property
-    def next(self) -> Step | None:
+    def next(self) -> DesignStep | None:
         """The first step that is not done; what is wrong comes before what is open."""
         left = [step for step in self.steps if step.state != "done"]
         return min(left, key=lambda step: step.state != "wrong", default=None)
@@ -106,14 +106,16 @@ def _of(
     return Progress(name, tuple(_step(step, steps, step in missing, findings) for step in steps))
 
 
-def _step(name: str, steps: tuple[str, ...], missing: bool, findings: list[Diagnostic]) -> Step:
+def _step(
+    name: str, steps: tuple[str, ...], missing: bool, findings: list[Diagnostic]
+) -> DesignStep:
     own = [finding for finding in findings if _step_of(finding, steps) == name]
     wrong = [finding for finding in own if finding.severity == "error"]
     if wrong:
-        return Step(name, "wrong", _told(wrong, wrong[0].message))
+        return DesignStep(name, "wrong", _told(wrong, wrong[0].message))
     if own:
-        return Step(name, "open", _told(own, own[0].help or own[0].message))
-    return Step(name, "open", _HINTS[name]) if missing else Step(name, "done")
+        return DesignStep(name, "open", _told(own, own[0].help or own[0].message))
+    return DesignStep(name, "open", _HINTS[name]) if missing else DesignStep(name, "done")
 
 
 def _told(findings: list[Diagnostic], words: str) -> str:

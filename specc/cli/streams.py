@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from specc.pipeline import Result
 
 
+class Refused(Exception):
+    """A command cannot do what is asked; the message says why."""
+
+
 # Standard streams: what is printed on them, and those that are closed, full or no longer read.
 #
 # Files and specifications are strangers' texts, and nearly every output has parts of them. It goes

@@ -27,11 +27,11 @@ from specc.diagnostics.phrases import counted
 from specc.diagnostics.report import Report, report, resolve
 from specc.frozen import frozen
 from specc.tools.sweep import plots, summary
-from specc.tools.sweep.running import Bundle, Figures, Job
+from specc.tools.sweep.running import Bundle, Figures, SweepJob
 from specc.tools.sweep.settings import Axis, Setting, SweepError, axis_of, seeds_of, settings_of
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
-    Inputs,
+    InputFiles,
     Workshop,
     bundled,
     carry_out,
@@ -72,7 +72,7 @@ class _Asked:
         return [axis.title for axis in self.axes if len(axis.values) > 1]
 
 
-class _Refused(Exception):
+class _SettingRefused(Exception):
     """The specification does not take a setting."""
 
     def __init__(self, setting: Setting, why: Report) -> None:
@@ -90,7 +90,7 @@ def sweep(options: Namespace) -> int:
     try:
         with terminable():
             return _sweep(options)
-    except _Refused as refused:
+    except _SettingRefused as refused:
         if refused.setting:
             streams.say(f"specc: with {_words(refused.setting)}:")
         return streams.tell(refused.why) or 1
@@ -146,7 +146,7 @@ def _asked(options: Namespace) -> _Asked:
 
 
 def _built(options: Namespace, setting: Setting) -> Build:
-    """The code of a setting. Raises _Refused when there is none."""
+    """The code of a setting. Raises _SettingRefused when there is none."""
     from specc import pipeline
 
     built = pipeline.build(options.spec, setting, stop_when=options.stop_when, is_read=False)
@@ -156,12 +156,12 @@ def _built(options: Namespace, setting: Setting) -> Build:
         findings += resolve(unmet, built.result.sources)
         refused |= bool(unmet)
     if refused or not built.result.can("run"):
-        raise _Refused(setting, report(findings, [options.spec]))
+        raise _SettingRefused(setting, report(findings, [options.spec]))
     return built
 
 
 def _code(options: Namespace, setting: Setting) -> tuple[str, dict[str, str]]:
-    """System and files of a setting. Raises _Refused."""
+    """System and files of a setting. Raises _SettingRefused."""
     built = _built(options, setting)
     return built.system, built.files
 
@@ -169,7 +169,7 @@ def _code(options: Namespace, setting: Setting) -> tuple[str, dict[str, str]]:
 def _packages(
     options: Namespace, settings: Mapping[int, Setting], first: Build, workers: int
 ) -> tuple[dict[int, str], dict[str, str]]:
-    """Where the package of each setting is, and all files of them. Raises _Refused.
+    """Where the package of each setting is, and all files of them. Raises _SettingRefused.
 
     `first` is of setting 0.
     """
@@ -197,7 +197,7 @@ def _in_parallel(
         return [job.result() for job in jobs]
 
 
-def _check_unchanged(options: Namespace, inputs: Inputs) -> None:
+def _check_unchanged(options: Namespace, inputs: InputFiles) -> None:
     """Raises SweepError if files were changed while code was generated from them."""
     from specc import pipeline
 
@@ -213,7 +213,7 @@ def _run(
     options: Namespace,
     asked: _Asked,
     folder: Folder,
-    inputs: Inputs,
+    inputs: InputFiles,
     extent: Mapping[str, Any],
     first: Build,
 ) -> int:
@@ -237,7 +237,7 @@ def _run(
     whose = f"{platform.node()} {uuid.getnode()} {folder.path.absolute()}"
     name = f"specc-{uuid.uuid5(uuid.NAMESPACE_URL, whose)}"
     jobs = [
-        Job(name, directories[n], asked.settings[n], seed, extent, options.limit)
+        SweepJob(name, directories[n], asked.settings[n], seed, extent, options.limit)
         for n, seed in left
     ]
     bundle = bundled(files, inputs)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from specc import output
 from specc.aside import sync
 from specc.cli.recorded import texts_of
-from specc.cli.recordings import Refused, called
+from specc.cli.recordings import called
+from specc.cli.streams import Refused
 from specc.frozen import frozen
 from specc.model.requirement import reach_s
 

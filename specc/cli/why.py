@@ -10,7 +10,8 @@ from typing import Any
 
 from specc.cli import streams
 from specc.cli.recorded import texts_of
-from specc.cli.recordings import DIFFERS, Refused, called, lost, unnamed, unusable, values_of
+from specc.cli.recordings import DIFFERS, called, lost, unnamed, unusable, values_of
+from specc.cli.streams import Refused
 from specc.model.fsm import Behaviour, Cause, Condition
 from specc.model.system import Subsystem, System
 from specc.source import Place, Sources

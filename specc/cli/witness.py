@@ -39,7 +39,7 @@ def run_witness(options: argparse.Namespace) -> int:
 
 
 def _write_all(options: argparse.Namespace, result: Result) -> int:
-    from specc.tools.witness.code import Code
+    from specc.tools.witness.code import SubsystemCode
     from specc.tools.witness.plan import planned
     from specc.tools.witness.subject import refutations
 
@@ -61,11 +61,11 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
         return _say(f"{options.spec}: there is no error that a run can show{hint}", 0)
     codes = []
     with TemporaryDirectory(prefix="specc-") as scratch:
-        generated: dict[str, Code] = {}
+        generated: dict[str, SubsystemCode] = {}
         for item in found:
             name = item.subsystem
             if name not in generated:
-                generated[name] = Code(facts.system, name, Path(scratch, name))
+                generated[name] = SubsystemCode(facts.system, name, Path(scratch, name))
             codes.append(_write(item, planned(generated[name], facts, item), options))
     return max(codes)
 

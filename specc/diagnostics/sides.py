@@ -19,7 +19,7 @@ from typing import NamedTuple
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
 from specc.diagnostics.renaming import as_written, reworded
 from specc.frozen import frozen
-from specc.source import Node, Place, Route, SourceFile, Sources
+from specc.source import Place, Route, SourceFile, Sources, TextNode
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
     "E0201": ("memory", "let", "constants", "parameters", "files"),
@@ -285,7 +285,7 @@ def _is_in_buffer(route: Route) -> bool:
     return section in ("x", "y") or above in ("x", "y", "interfaces")
 
 
-def _routes(node: Node | None, route: Route) -> Iterator[tuple[Route, str]]:
+def _routes(node: TextNode | None, route: Route) -> Iterator[tuple[Route, str]]:
     """Every route below a node with the scalar that stands there, if one does."""
     if node is None:
         return

@@ -19,7 +19,7 @@ NameKind = Literal["type", "interface", "frame", "argument", "size"]
 
 
 @frozen
-class Named:
+class NameMention:
     """A name in a text, by its position; an argument of an interface is a frame or a type."""
 
     kind: NameKind
@@ -28,7 +28,7 @@ class Named:
     end: int
 
 
-def names_of_type(text: str, types: Collection[str]) -> Iterator[Named]:
+def names_of_type(text: str, types: Collection[str]) -> Iterator[NameMention]:
     """The names in the text of a type; `types` tells type names from units.
 
     A text that cannot be read has none, here and below.
@@ -38,7 +38,7 @@ def names_of_type(text: str, types: Collection[str]) -> Iterator[Named]:
         yield from _in_type(tree, types)
 
 
-def names_of_signature(text: str, types: Collection[str]) -> Iterator[Named]:
+def names_of_signature(text: str, types: Collection[str]) -> Iterator[NameMention]:
     """The names in the types of a signature."""
     try:
         parts, (start, end) = signature_parts(text)
@@ -47,10 +47,10 @@ def names_of_signature(text: str, types: Collection[str]) -> Iterator[Named]:
     typed = [(text.find(":", first, last) + 1, last) for first, last in parts]
     for first, last in (*typed, (start, end)):
         for found in names_of_type(text[first:last], types):
-            yield Named(found.kind, found.name, found.start + first, found.end + first)
+            yield NameMention(found.kind, found.name, found.start + first, found.end + first)
 
 
-def names_of_interface(text: str, types: Collection[str]) -> Iterator[Named]:
+def names_of_interface(text: str, types: Collection[str]) -> Iterator[NameMention]:
     """The interface that a buffer names, and the frames and types that it is given."""
     match _tree(text):
         case ast.Name() as head:
@@ -71,7 +71,7 @@ def _tree(text: str) -> ast.expr | None:
         return None
 
 
-def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[Named]:
+def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[NameMention]:
     match node:
         case ast.Name(id=name) if name in types:
             yield _named("type", node)
@@ -93,11 +93,11 @@ def _items(node: ast.expr) -> list[ast.expr]:
     return node.elts if isinstance(node, ast.Tuple) and node.elts else [node]
 
 
-def _plain(kind: NameKind, nodes: list[ast.expr]) -> Iterator[Named]:
+def _plain(kind: NameKind, nodes: list[ast.expr]) -> Iterator[NameMention]:
     for node in nodes:
         if isinstance(node, ast.Name):
             yield _named(kind, node)
 
 
-def _named(kind: NameKind, node: ast.Name) -> Named:
-    return Named(kind, node.id, *span(node))
+def _named(kind: NameKind, node: ast.Name) -> NameMention:
+    return NameMention(kind, node.id, *span(node))

@@ -15,7 +15,7 @@ from specc.model.types import Type
 RUNTIME = "specc_runtime.builtins"
 
 
-class Solver(Protocol):
+class SolverTerms(Protocol):
     """What terms of the solver can be made of, besides their own `+`, `-` and comparisons."""
 
     def constant(self, value: float | Fraction) -> Any:
@@ -35,7 +35,7 @@ class Solver(Protocol):
 
 
 Encoding = Callable[..., Any]
-"""From a `Solver` and terms of arguments, also of the result where that is unknown."""
+"""From a `SolverTerms` and terms of arguments, also of the result where that is unknown."""
 
 
 class Form(NamedTuple):
@@ -103,11 +103,11 @@ class BuiltinFunction:
     """Whether it says how its first two arguments, which may change places, compare within what
     the others allow, as `near` does."""
     term: Encoding | None = None
-    """What the solver has for a number: a term made by a `Solver` of the terms of arguments."""
+    """What the solver has for a number: a term, made by `SolverTerms` of those of arguments."""
     stays_float: bool = False
     """Whether the result, a whole number, is one that a float has if the argument is a float."""
     laws: Callable[..., Iterable[Any]] | None = None
-    """Where it has no such term: facts, made by a `Solver` of the term of the result, which is
+    """Where it has no such term: facts, made by a `SolverTerms` of the term of the result, which is
     otherwise not known, and those of the arguments."""
     inverse: Inverse | None = None
     """What arguments may be so that the result is a wanted one."""

@@ -31,7 +31,7 @@ def _print(expr: m.Expr) -> tuple[str, int]:
 
 
 @frozen
-class _Place:
+class _ArgumentPlace:
     """An argument in a form, which says how tightly it has to bind."""
 
     arg: m.Expr
@@ -44,7 +44,7 @@ def _unnamed(expr: m.Builtin, form: Form | str) -> tuple[str, int]:
     """A function that nobody wrote as a call, if at all."""
     if not isinstance(form, Form):
         return _print(expr.args[0])
-    return form.text.format(*map(_Place, expr.args)), _RANKS[form.binding]
+    return form.text.format(*map(_ArgumentPlace, expr.args)), _RANKS[form.binding]
 
 
 def _within(expr: m.Expr, binding: int) -> str:

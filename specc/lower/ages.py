@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from specc.analysis.ages import Ages
-from specc.analysis.dataflow import Node
+from specc.analysis.dataflow import InputNode
 from specc.analysis.reads import nodes
 from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal
@@ -16,7 +16,7 @@ from specc.model.expr import Lag
 from specc.model.system import Element, Subsystem, System
 from specc.reachable import reachable
 
-Edge = tuple[Node, bool]
+Edge = tuple[InputNode, bool]
 
 
 def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[str, ...]]:
@@ -37,26 +37,26 @@ def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[s
     return found if any(found.values()) else {}
 
 
-def _asked(system: System) -> Iterator[Node]:
+def _asked(system: System) -> Iterator[InputNode]:
     """The inputs whose age is asked for."""
     for subsystem in system.subsystems:
         for part in nodes(subsystem):
             if isinstance(part, Lag) and part.name == "age":
-                yield Node(subsystem.qualified_name, part.input.peer, part.input.element)
+                yield InputNode(subsystem.qualified_name, part.input.peer, part.input.element)
 
 
-def _limits(system: System, ages: Ages) -> Iterator[tuple[Node, str]]:
+def _limits(system: System, ages: Ages) -> Iterator[tuple[InputNode, str]]:
     """The inputs whose age is limited, and of which something is measured."""
     for subsystem in system.subsystems:
         for (peer, name), element in subsystem.inputs.items():
-            node = Node(subsystem.qualified_name, peer, name)
+            node = InputNode(subsystem.qualified_name, peer, name)
             if element.max_age_s is not None and ages.oldest(node) is not None:
                 told = tuple(_limit(subsystem, node, element, ages))
                 if told:
                     yield node, call("MaxAge", told)
 
 
-def _limit(subsystem: Subsystem, node: Node, element: Element, ages: Ages) -> Iterator[str]:
+def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) -> Iterator[str]:
     """Arguments of `MaxAge`; nothing for an input that is not read."""
     reads = ages.sources.reads_of(node.reader)
     states = reads.states if reads else []
@@ -74,12 +74,12 @@ def _limit(subsystem: Subsystem, node: Node, element: Element, ages: Ages) -> It
     yield from given({"asked": asked, "used": used, "fresh": fresh})
 
 
-def _commands(system: System, ages: Ages) -> Iterator[tuple[Node, str]]:
+def _commands(system: System, ages: Ages) -> Iterator[tuple[InputNode, str]]:
     """The commands whose age a device limits."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
     for device in system.devices:
         for element in device.x:
-            node = Node(device.qualified_name, "", element.name)
+            node = InputNode(device.qualified_name, "", element.name)
             sent = ages.sources.sender(node)
             if element.max_age_s is None or sent is None or ages.oldest(node) is None:
                 continue
@@ -88,12 +88,12 @@ def _commands(system: System, ages: Ages) -> Iterator[tuple[Node, str]]:
             yield node, call("MaxCommandAge", (*told, limit, literal(node.short)))
 
 
-def _behind(system: System, ages: Ages, asked: Iterable[Node]) -> Iterator[str]:
+def _behind(system: System, ages: Ages, asked: Iterable[InputNode]) -> Iterator[str]:
     """What outputs are computed from that values with an age come from, directly or not."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
     known = {node: ages.behind(node) for node in asked}
 
-    def above(node: Node) -> Iterator[Node]:
+    def above(node: InputNode) -> Iterator[InputNode]:
         known.setdefault(node, ages.behind(node))
         return (one for each in known[node].values() for one, _ in each)
 

@@ -18,7 +18,7 @@ Part = Literal["operator", "type", "codec", "through", "plant", "scene", "judge"
 
 
 @frozen
-class Named:
+class PythonObject:
     """An object of Python, `module:name`, and as what a system names it.
 
     `name` is that of the operator, the type or the element; the plant, the scene and the judge have
@@ -39,29 +39,33 @@ def _shown(signature: tuple[tuple[str, Type], ...]) -> str:
     return ", ".join(f"{name}: {type_}" if name else f"-> {type_}" for name, type_ in signature)
 
 
-def named_code(system: System) -> frozenset[Named]:
+def named_code(system: System) -> frozenset[PythonObject]:
     """All Python that a resolved system names, wherever it is in it."""
     return frozenset(named for part in _parts(system) for named in _named(part, system))
 
 
-def _named(part: object, system: System) -> Iterator[Named]:
+def _named(part: object, system: System) -> Iterator[PythonObject]:
     match part:
         case Operator(python=python, name=name, parameters=parameters, result=result) if python:
-            yield Named(python, "operator", name, (*parameters, ("", result)))
+            yield PythonObject(python, "operator", name, (*parameters, ("", result)))
         case Record(python=python, name=name, fields=inside) if python:
-            yield Named(python, "type", name, tuple((n, plain(type_)) for n, type_ in inside))
+            yield PythonObject(
+                python, "type", name, tuple((n, plain(type_)) for n, type_ in inside)
+            )
         case Opaque(python=python, name=name, codec=codec):
-            yield from [Named(python, "type", name)] if python else []
+            yield from [PythonObject(python, "type", name)] if python else []
             each = zip(_CODEC, codec, strict=bool(codec))
-            yield from (Named(function, "codec", f"{name}.{verb}") for verb, function in each)
+            yield from (
+                PythonObject(function, "codec", f"{name}.{verb}") for verb, function in each
+            )
         case Binding(through=through) if through:
             name = f"{part.device}.{part.element}"
-            yield Named(through, "through", name, (("", _elements(system)[name]),))
+            yield PythonObject(through, "through", name, (("", _elements(system)[name]),))
         case Plant(python=python) if python:
-            yield Named(python, "plant")
+            yield PythonObject(python, "plant")
         case Task(scene=scene, judge=judge):
-            yield from [Named(scene, "scene")] if scene else []
-            yield from [Named(judge, "judge")] if judge else []
+            yield from [PythonObject(scene, "scene")] if scene else []
+            yield from [PythonObject(judge, "judge")] if judge else []
 
 
 _CODEC = "encode", "decode"

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from itertools import chain
 
-from specc.lower.flow import Activity, Check, Enter, Flow, Flows, Proofs, Row, Rows, surely
+from specc.lower.flow import Activity, Check, Enter, Flow, FlowRow, Flows, Proofs, Rows, surely
 from specc.lower.module import Module
 from specc.lower.names import SETTLE, MethodPlan, docstring, literal, traced
 from specc.lower.table import TermTable
@@ -70,7 +70,7 @@ class CycleWriter(Writer):
         else:
             self.enter(last.enter)
 
-    def _row(self, line: str, row: Row) -> None:
+    def _row(self, line: str, row: FlowRow) -> None:
         condition = row.transition.condition
         with self.block(_condition(line, condition, row.transition.trace)):
             self.enter(row.enter)

@@ -121,7 +121,7 @@ class Enter:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Row:
+class FlowRow:
     """A row of the transition table, and what follows if its condition holds."""
 
     test: Term
@@ -135,11 +135,11 @@ class Rows:
     it is a fault unless exactly one holds."""
 
     cause: Cause
-    rows: tuple[Row, ...]
+    rows: tuple[FlowRow, ...]
     is_proved: bool
 
     @property
-    def tested(self) -> tuple[Row, ...]:
+    def tested(self) -> tuple[FlowRow, ...]:
         """Rows that are tested: the last proved one only if some row compares rounded numbers."""
         if not self.is_proved:
             return self.rows
@@ -232,7 +232,7 @@ class Flows:
             test = self._table.of(transition.condition.when)
             same = transition.target == state
             enter = self._enter(transition.target, index, is_entry=True, is_same_state=same)
-            rows.append(Row(test, transition, enter))
+            rows.append(FlowRow(test, transition, enter))
         is_proved = is_proved or (len(rows) == 1 and rows[0].test is self._table.truth(True))
         if is_proved and rows and _is_rest(self._table, rows):
             rows[-1] = replace(rows[-1], test=self._table.truth(True))
@@ -247,7 +247,7 @@ class Flows:
         return Enter(self.activities[behaviour.name], state, row, is_entry, is_same_state)
 
 
-def _is_rest(table: TermTable, rows: list[Row]) -> bool:
+def _is_rest(table: TermTable, rows: list[FlowRow]) -> bool:
     """Whether the last row, by its form, says that none of the others holds."""
     *others, last = (row.test for row in rows)
     parts = (part for test in others for part in (test, *_operands(test, "or")))
@@ -258,9 +258,9 @@ def _operands(term: Term, op: str) -> tuple[Term, ...]:
     return term.args if isinstance(term.node, Logic) and term.node.op == op else (term,)
 
 
-def _possible(rows: list[Row]) -> list[Row]:
+def _possible(rows: list[FlowRow]) -> list[FlowRow]:
     """Proved rows without those that cannot hold here, up to the one that must."""
-    kept: list[Row] = []
+    kept: list[FlowRow] = []
     for row in rows:
         if not isinstance(row.test.node, Truth):
             kept.append(row)

@@ -22,7 +22,7 @@ from specc.lower.nodes import OR, Nodes
 from specc.lower.table import TermTable
 from specc.model import expr as e
 from specc.model.binding import PLANT
-from specc.model.requirement import Atom, Formula, Reading, Requirement, Temporal, asked
+from specc.model.requirement import Formula, Reading, Requirement, Temporal, TickCondition, asked
 from specc.model.system import Device, Element, System
 from specc.model.trace import Trace
 from specc.model.types import Int, Real
@@ -76,7 +76,7 @@ def requirements_plan(
     watch = Device("", "", "real_receptor", "", (), read, Trace(), Place(""))
     module = Module(system, watch, types)
     module.memory = _attributes(readings)
-    writer = _Writer(module, _table(system, module), tick_s)
+    writer = _FormulaWriter(module, _table(system, module), tick_s)
     plans = tuple(writer.plan(item) for item in required)
     values = tuple(_value(module, reading) for reading in readings.values())
     module.imports.own("Reading")
@@ -138,7 +138,7 @@ def _reading(system: System, module: Module, reading: Reading) -> str:
 
 
 @dataclass
-class _Writer:
+class _FormulaWriter:
     """Writes formulas, with a method for each of their atoms."""
 
     module: Module
@@ -167,7 +167,7 @@ class _Writer:
         )
 
     def _formula(self, formula: Formula) -> str:
-        if isinstance(formula, Atom):
+        if isinstance(formula, TickCondition):
             if formula.that not in self._atoms:
                 self._atoms[formula.that] = f"self.{self._atom(formula.that)}"
             return self._atoms[formula.that]

@@ -12,7 +12,7 @@ class ModelError(Exception):
 
 
 @frozen
-class Part:
+class ModelPart:
     """A joint, sensor or actuator, with what its class of defaults says; a name may be empty.
 
     `kind` is the type of a joint (`hinge`, `slide`, `ball`, `free`) or a tag (`rangefinder`,
@@ -45,7 +45,7 @@ class Model:
     bodies: set[str] = field(default_factory=set)
     complete: bool = True
     """Whether no further names come into being when MuJoCo compiles the model."""
-    parts: dict[tuple[str, str], Part] = field(default_factory=dict)
+    parts: dict[tuple[str, str], ModelPart] = field(default_factory=dict)
     """By `joint`, `sensor` or `actuator`, and name, as they are written."""
     files: tuple[str, ...] = ()
     """Paths of the model itself and of all files there are that it names."""
@@ -89,9 +89,9 @@ class Model:
 
     def joint_range(self, name: str) -> tuple[float, float] | None:
         """From where to where a hinge or a slide goes, rad or m; None where that is not known."""
-        return self.parts.get(("joint", name), Part("")).range
+        return self.parts.get(("joint", name), ModelPart("")).range
 
     def driven(self, name: str, *, direct: bool = False) -> str:
         """The joint that an actuator drives, if `direct` with a gear of 1; empty if none."""
-        part = self.parts.get(("actuator", name), Part(""))
+        part = self.parts.get(("actuator", name), ModelPart(""))
         return "" if direct and part.geared else part.joint

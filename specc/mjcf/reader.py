@@ -13,7 +13,7 @@ from xml.parsers import expat
 
 from specc.mjcf.assets import Assets
 from specc.mjcf.defaults import Defaults
-from specc.mjcf.model import Model, ModelError, Part
+from specc.mjcf.model import Model, ModelError, ModelPart
 from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, excess, step_s
 from specc.read import ANYWHERE, Reach
 from specc.source import real_path
@@ -60,13 +60,13 @@ def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
         ModelError: a file is missing, unreadable, too large, not XML, or not MJCF, or the model
             names one outside.
     """
-    reader = _Reader(path, reach)
+    reader = _ModelReader(path, reach)
     model = reader.read_whole(path)
     model.files = reader.found
     return model
 
 
-class _Reader:
+class _ModelReader:
     def __init__(self, path: str, reach: Reach) -> None:
         self._model = Model()
         self._assets = Assets()
@@ -250,16 +250,18 @@ class _Reader:
         if section == "actuator":
             model.actuators[name] = 1
             geared = _is_other(attributes.get("gear", ""), 1.0)
-            model.parts[section, name] = Part(tag, attributes.get("joint", ""), "", geared)
+            model.parts[section, name] = ModelPart(tag, attributes.get("joint", ""), "", geared)
         elif section == "sensor":
             model.sensors[name] = _sensor_size(tag, attributes)
             joint, actuator = attributes.get("joint", ""), attributes.get("actuator", "")
             cutoff = _is_other(attributes.get("cutoff", ""), 0.0)
-            model.parts[section, name] = Part(tag, joint, actuator, cutoff=cutoff)
+            model.parts[section, name] = ModelPart(tag, joint, actuator, cutoff=cutoff)
         elif section == "worldbody" and tag in ("joint", "freejoint"):
             kind = "free" if tag == "freejoint" else attributes.get("type", "hinge")
             model.joints[name] = _JOINT_SIZES.get(kind)
-            model.parts["joint", name] = Part(kind, range=_limits(kind, attributes, self._compiler))
+            model.parts["joint", name] = ModelPart(
+                kind, range=_limits(kind, attributes, self._compiler)
+            )
         elif section == "worldbody" and tag == "body":
             model.bodies.add(name)
         elif section == "worldbody" and tag == "camera":

@@ -34,7 +34,7 @@ class Reading:
 
 
 @frozen
-class Atom:
+class TickCondition:
     """A condition on the values of one tick."""
 
     that: Expr
@@ -64,7 +64,7 @@ class Temporal:
     """Where it stands in its text."""
 
 
-Formula = Atom | Junction | Temporal
+Formula = TickCondition | Junction | Temporal
 
 
 @frozen
@@ -97,7 +97,7 @@ class Requirement:
 
 
 @frozen
-class Named:
+class FormulaLet:
     """A `let` beside requirements: its formula is `said`, or it has a value.
 
     `names` are the other names that it uses.
@@ -112,7 +112,7 @@ class Named:
 
 def expressions(formula: Formula) -> Iterator[Expr]:
     """The conditions and spans in a formula."""
-    if isinstance(formula, Atom):
+    if isinstance(formula, TickCondition):
         yield formula.that
         return
     if isinstance(formula, Temporal) and formula.span:
@@ -123,7 +123,7 @@ def expressions(formula: Formula) -> Iterator[Expr]:
 
 def reach_s(formula: Formula) -> Fraction:
     """The time in s after a tick at which the truth of the formula at that tick is known."""
-    if isinstance(formula, Atom):
+    if isinstance(formula, TickCondition):
         return Fraction(0)
     ahead = isinstance(formula, Temporal) and formula.op in ("within", "throughout")
     own_s = formula.span_s if isinstance(formula, Temporal) and ahead else Fraction(0)
@@ -132,7 +132,7 @@ def reach_s(formula: Formula) -> Fraction:
 
 def span_of(formula: Formula) -> Span:
     """The columns of a formula in its text."""
-    if isinstance(formula, Atom):
+    if isinstance(formula, TickCondition):
         return formula.that.span
     return formula.at
 
@@ -166,6 +166,6 @@ def _some_time(
 
 def is_timeless(formula: Formula) -> bool:
     """Whether a formula is about the values of one tick alone."""
-    if isinstance(formula, Atom):
+    if isinstance(formula, TickCondition):
         return True
     return not isinstance(formula, Temporal) and all(map(is_timeless, formula.operands))

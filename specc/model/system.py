@@ -12,7 +12,7 @@ from specc.frozen import frozen
 from specc.model.binding import Binding, Published, Ros2
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
-from specc.model.requirement import Named, Requirement
+from specc.model.requirement import FormulaLet, Requirement
 from specc.model.task import Task
 from specc.model.trace import Trace
 from specc.model.types import Type, within
@@ -336,7 +336,7 @@ class System:
     requirements: tuple[Requirement, ...] = ()
     described: tuple[tuple[Constant, ...], ...] = ()
     """Parameters and constants of each use of a description; expressions have their values."""
-    formula_lets: tuple[Named, ...] = ()
+    formula_lets: tuple[FormulaLet, ...] = ()
     """Names for parts of formulas, and what they stand for."""
     stop_when: Requirement | None = None
     """The formula that ends a run, which the command line gives."""

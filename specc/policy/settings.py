@@ -93,7 +93,7 @@ class Overrides:
 
 
 @frozen
-class Found:
+class FoundSettings:
     """Settings with findings about the file that has them."""
 
     settings: Settings = Settings()
@@ -101,14 +101,14 @@ class Found:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def settings_for(path: str) -> Found:
+def settings_for(path: str) -> FoundSettings:
     """Settings of the nearest pyproject.toml at or above `path` that has a `[tool.specc]`."""
     start = Path(os.path.abspath(path))
     for directory in (start, *start.parents):
         found = _settings_in(directory)
         if found is not None:
             return found
-    return Found()
+    return FoundSettings()
 
 
 def reach_of(path: str) -> Reach:
@@ -140,7 +140,7 @@ def code_fault(code: str) -> str:
 
 
 @cache
-def _settings_in(directory: Path) -> Found | None:
+def _settings_in(directory: Path) -> FoundSettings | None:
     path = directory / FILE
     try:
         content = path.read_bytes() if path.is_file() else b""
@@ -152,10 +152,10 @@ def _settings_in(directory: Path) -> Found | None:
         return _parsed(str(path), content.decode())
     except UnicodeDecodeError:
         fault = Diagnostic("E0905", "the file is not UTF-8 text", Place(str(path)), help=_ENCODING)
-        return Found(Settings(), None, (fault,))
+        return FoundSettings(Settings(), None, (fault,))
 
 
-def _parsed(path: str, text: str) -> Found | None:
+def _parsed(path: str, text: str) -> FoundSettings | None:
     # Most projects have no settings, and a start of the command need not read TOML for them.
     import tomllib
 
@@ -163,14 +163,14 @@ def _parsed(path: str, text: str) -> Found | None:
     try:
         tool = tomllib.loads(text).get("tool", {})
     except tomllib.TOMLDecodeError as error:
-        return Found(Settings(), source, (_not_toml(source, str(error)),))
+        return FoundSettings(Settings(), source, (_not_toml(source, str(error)),))
     table = tool.get("specc") if isinstance(tool, dict) else None
     if table is None:
         return None
     if not isinstance(table, dict):
         place = Place(path, (), "text", 0, 0)
         fault = Diagnostic("E0905", "`tool.specc` is not a table", place, help="write [tool.specc]")
-        return Found(Settings(), source, (fault,))
+        return FoundSettings(Settings(), source, (fault,))
     return _checked(source, table)
 
 
@@ -188,7 +188,7 @@ def _not_toml(source: SourceFile, error: str) -> Diagnostic:
     )
 
 
-def _checked(source: SourceFile, table: Mapping[str, Any]) -> Found:
+def _checked(source: SourceFile, table: Mapping[str, Any]) -> FoundSettings:
     values: dict[str, Any] = {}
     findings: list[Diagnostic] = []
     for key, value in table.items():
@@ -198,7 +198,7 @@ def _checked(source: SourceFile, table: Mapping[str, Any]) -> Found:
         else:
             findings.append(fault)
     settings = Settings(**values, base=str(Path(source.path).parent))
-    return Found(settings, source, tuple(findings))
+    return FoundSettings(settings, source, tuple(findings))
 
 
 def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:

@@ -155,7 +155,7 @@ class Apart:
 
 
 @frozen
-class Collection:
+class ItemQuestions:
     """Items of a vector or list; a question is a formula, asked of any item.
 
     Its answers need the tables of `specc.proof.table`.
@@ -167,7 +167,7 @@ class Collection:
     nonempty: bool = False
 
 
-Variable = Flag | EnumItem | Label | Arrival | Quantity | Apart | Collection
+Variable = Flag | EnumItem | Label | Arrival | Quantity | Apart | ItemQuestions
 
 
 def _distinct(answers: list[Answers]) -> list[Answers]:

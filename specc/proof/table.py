@@ -12,8 +12,8 @@ from specc.proof.formula import (
     Answered,
     Answers,
     Atom,
-    Collection,
     Formula,
+    ItemQuestions,
     Variable,
     in_order,
 )
@@ -135,13 +135,13 @@ class Table:
 
 
 def _answers(variable: Variable, tests: Sequence[object]) -> list[Answers]:
-    if isinstance(variable, Collection):
+    if isinstance(variable, ItemQuestions):
         return _collection_answers(variable, [t for t in tests if isinstance(t, Formula)])
     answers: list[Answers] = variable.answers(tests)  # type: ignore[arg-type]  # tests of its kind
     return answers
 
 
-def _collection_answers(variable: Collection, tests: list[Formula]) -> list[Answers]:
+def _collection_answers(variable: ItemQuestions, tests: list[Formula]) -> list[Answers]:
     """Which tests some item passes: for every set of kinds of items that can be there."""
     kinds = _kinds_of_items(tests)
     fewest = {(False,) * len(tests): 0}

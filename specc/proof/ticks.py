@@ -14,7 +14,7 @@ from fractions import Fraction
 from specc.frozen import frozen
 from specc.limits import spend
 from specc.model.expr import Expr, MemoryRef
-from specc.model.requirement import Atom, Formula, Junction, Temporal
+from specc.model.requirement import Formula, Junction, Temporal, TickCondition
 from specc.model.types import Bool
 from specc.proof.decide import Solver, can_hold
 from specc.proof.formula import Formula as Asked
@@ -65,7 +65,7 @@ class Ticks:
 
     def _made_of(self, formula: Formula | Expr) -> Asked:
         match formula:
-            case Atom(that=that):
+            case TickCondition(that=that):
                 return self._translator.formula(that)
             case Junction(op=op, operands=operands):
                 parts = [self.asked(operand) for operand in operands]

@@ -43,11 +43,11 @@ from specc.proof.formula import (
     Apart,
     Arrival,
     Atom,
-    Collection,
     EnumItem,
     Flag,
     Formula,
     Formulas,
+    ItemQuestions,
     Label,
     Quantity,
     Threshold,
@@ -363,7 +363,7 @@ class Translator:
         size = over.size if isinstance(over, Vector) else None
         number = self._numbering.number(whole.over, bound)
         nonempty = isinstance(over, ListOf) and over.nonempty
-        return self._ask(Collection(number, size, nonempty), test, whole, exists)
+        return self._ask(ItemQuestions(number, size, nonempty), test, whole, exists)
 
 
 def _as_float(arm: Expr, place: Type) -> Expr:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from specc.frozen import frozen
 from specc.reachable import reachable
-from specc.source import Node, SourceFile
+from specc.source import SourceFile, TextNode
 
 _MARK = re.compile(r"(?:^|(?<=[ \t]))#[^\r\n]*", re.MULTILINE)
 _LINE_END = re.compile(r"\r|\n|$")
@@ -62,7 +62,7 @@ def _is_alone(text: str, offset: int) -> bool:
     return offset == 0 or text[offset - 1] in "\r\n"
 
 
-def _scalars(top: Node) -> Iterator[tuple[int, int]]:
+def _scalars(top: TextNode) -> Iterator[tuple[int, int]]:
     # What an alias stands for is the same node again.
     for part in reachable([top], lambda node: (*node.keys.values(), *node.values.values())):
         if part.scalar is not None:

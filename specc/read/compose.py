@@ -22,7 +22,7 @@ from specc.read.syntax import (
     events,
     syntax_error,
 )
-from specc.source import Node, Place
+from specc.source import Place, TextNode
 
 # What a plain scalar means: the core schema of YAML 1.2 (10.3.2).
 #
@@ -93,7 +93,7 @@ def _in_range(number: int | float, text: str) -> int | float:
 
 _ANCHOR = re.compile(r"&[^\s,\[\]{}]+(?:\s+(?:#[^\r\n]*)?)*")
 """An anchor with the white space and comments behind it."""
-_NO_PARTS: dict[str | int, Node] = {}
+_NO_PARTS: dict[str | int, TextNode] = {}
 """Of all scalars; nothing is put into it."""
 _VALUES = frozenset((ScalarEvent, AliasEvent, MappingStartEvent, SequenceStartEvent))
 
@@ -103,7 +103,7 @@ class Built:
     """A value and its place; `size` and `height` count nodes and levels, aliases expanded."""
 
     data: Any
-    node: Node
+    node: TextNode
     size: int = 1
     height: int = 0
 
@@ -165,7 +165,7 @@ class _Composer:
         place = Place(self._path, (), "text", start, end)
         self.findings.add(Diagnostic(code, message, place, help=hint))
 
-    def _value(self, event: Any, depth: int, key: Node | None) -> Built:
+    def _value(self, event: Any, depth: int, key: TextNode | None) -> Built:
         """The value that begins with an event, below `depth` collections and perhaps a key."""
         if type(event) is AliasEvent:
             return self._alias(event, depth)
@@ -180,7 +180,7 @@ class _Composer:
             self._anchors[event.anchor] = value
         return value
 
-    def _scalar(self, event: Any, key: Node | None) -> Built:
+    def _scalar(self, event: Any, key: TextNode | None) -> Built:
         node = self._node(event)
         if node.start == node.end and key is not None:
             self._refuse_cut_text(event, key)
@@ -193,9 +193,9 @@ class _Composer:
                 self.report("E0018", "this number is out of range", node.start, node.end, hint)
         return Built(data, node)
 
-    def _node(self, event: Any) -> Node:
+    def _node(self, event: Any) -> TextNode:
         start, end = self._without_anchor(event), event.end_mark.index
-        return Node(start, end, event.value, event.style or "", _NO_PARTS, _NO_PARTS)
+        return TextNode(start, end, event.value, event.style or "", _NO_PARTS, _NO_PARTS)
 
     def _collection(self, event: Any, depth: int) -> Built:
         if depth >= MAX_DEPTH:
@@ -204,7 +204,7 @@ class _Composer:
             self._anchors[event.anchor] = None
         start = self._without_anchor(event)
         is_mapping = type(event) is MappingStartEvent
-        whole = Built({} if is_mapping else [], Node(start, start))
+        whole = Built({} if is_mapping else [], TextNode(start, start))
         last = (self._mapping if is_mapping else self._sequence)(whole, depth + 1)
         # A block collection "ends" where the next token starts, often lines below.
         if last.start_mark.index < last.end_mark.index:
@@ -234,7 +234,7 @@ class _Composer:
                 whole.node.values[name] = value.node
         return event
 
-    def _key(self, event: Any) -> Node:
+    def _key(self, event: Any) -> TextNode:
         if type(event) is not AliasEvent:
             self._count(1, event)
             if event.ctag is not None:
@@ -244,7 +244,7 @@ class _Composer:
             self._stop("E0012", "this cannot be a key", event, hint)
         return self._node(event)
 
-    def _is_good(self, key: Node, name: str, whole: Node) -> bool:
+    def _is_good(self, key: TextNode, name: str, whole: TextNode) -> bool:
         """Whether a mapping can have the key, which is reported if not."""
         if not key.style and is_null(name):
             hint = "write the key before the colon, in quotes if it is meant as text"
@@ -262,7 +262,7 @@ class _Composer:
             return True
         return False
 
-    def _repeated(self, key: str, node: Node, first: Node) -> None:
+    def _repeated(self, key: str, node: TextNode, first: TextNode) -> None:
         place = Place(self._path, (), "text", node.start, node.end)
         earlier = Place(self._path, (), "text", first.start, first.end)
         related = (Related(earlier, "first given here"),)
@@ -298,7 +298,7 @@ class _Composer:
         start = event.start_mark.index
         self.report("E0014", "tags are not supported", start, event.end_mark.index, hint)
 
-    def _refuse_cut_text(self, event: Any, key: Node) -> None:
+    def _refuse_cut_text(self, event: Any, key: TextNode) -> None:
         """Refuse `b)`, which the braces of `{is: min(a, b)}` make a key without a value."""
         if key.style or not key.scalar or not key.scalar.endswith(")"):
             return

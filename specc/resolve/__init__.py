@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from specc.diagnostics import Related
 from specc.frozen import frozen
-from specc.kept import Kept
+from specc.kept import AnswerCache
 from specc.model.binding import PLANT
 from specc.model.requirement import Requirement
 from specc.model.system import Agent, Constant, Operator, Plant, System
@@ -178,7 +178,7 @@ def _stop(formulas: Formulas, at: Where) -> Requirement | None:
     return found
 
 
-def _constants(definitions: Definitions, kept: Kept | None) -> tuple[Constant, ...]:
+def _constants(definitions: Definitions, kept: AnswerCache | None) -> tuple[Constant, ...]:
     """The constants of the system: the same as before if nothing has changed in them."""
     found = tuple(definitions.constants.values())
     known = kept.answer("constants", definitions.made_from) if kept else None

@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
 from specc.frozen import frozen
-from specc.kept import Kept
+from specc.kept import AnswerCache
 from specc.lang import FOLLOW_UP, ExprError, Scope, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
@@ -91,7 +91,7 @@ class Findings:
     meanings: list[Meaning] = field(default_factory=list)
     uses: list[Use] = field(default_factory=list)
     withheld: int = 0
-    kept: Kept | None = None
+    kept: AnswerCache | None = None
     depth: int = 0
     """Of the definition that is being made inside others."""
     unread: bool = False

@@ -16,10 +16,10 @@ from specc.source import (
     PUBLISH,
     SET,
     STOP_WHEN,
-    Node,
     Place,
     SourceFile,
     Sources,
+    TextNode,
     on_command_line,
     real_path,
 )
@@ -59,13 +59,13 @@ class Loader:
         """The formula of the command line that ends a run."""
         if formula is None:
             return None
-        self.sources.add(SourceFile(STOP_WHEN, formula, Node(0, len(formula), formula)))
+        self.sources.add(SourceFile(STOP_WHEN, formula, TextNode(0, len(formula), formula)))
         return Where(STOP_WHEN, (), formula)
 
     def published(self, names: Sequence[str]) -> tuple[Published, ...]:
         """What the command line says that others in ROS can watch."""
         text = "\n".join(names)
-        self.sources.add(SourceFile(PUBLISH, text, Node(0, len(text), text)))
+        self.sources.add(SourceFile(PUBLISH, text, TextNode(0, len(text), text)))
         return tuple(Published(name, Place(PUBLISH)) for name in names)
 
     @property

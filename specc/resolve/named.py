@@ -11,7 +11,7 @@ from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, RESERVED, ExprError
 from specc.lang.parse import DEEPEST, nodes_of, span
 from specc.lang.temporal import USAGE, parse_formula
-from specc.model.requirement import Named
+from specc.model.requirement import FormulaLet
 from specc.resolve.context import Findings, Where
 from specc.resolve.readings import World, formula_error
 from specc.schema.files import FormulaLetDef
@@ -19,7 +19,7 @@ from specc.source import Place
 
 MOST_NODES = 5000
 """Parts of a formula in which all names are written out."""
-Read = Callable[["Lets", str, str, Where], Named | None]
+Read = Callable[["Lets", str, str, Where], FormulaLet | None]
 """Resolves a let by its name and text, or None after reporting."""
 
 
@@ -31,7 +31,7 @@ class Lets:
         self._trees: dict[str, ast.expr | None] = dict(above._trees) if above else {}
         self._sizes: dict[str, int] = dict(above._sizes) if above else {}
         self.places: dict[str, Place] = dict(above.places) if above else {}
-        self.found: list[Named] = above.found if above else []
+        self.found: list[FormulaLet] = above.found if above else []
         """Those without errors, in order of dependence."""
 
     def define(

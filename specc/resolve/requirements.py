@@ -18,13 +18,13 @@ from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
 from specc.limits import MAX_SPAN_S
 from specc.model.expr import Expr, LetRef, Logic, has_unknown, mapped
 from specc.model.requirement import (
-    Atom,
     Formula,
+    FormulaLet,
     Junction,
-    Named,
     Reading,
     Requirement,
     Temporal,
+    TickCondition,
     reach_s,
     span_of,
 )
@@ -89,18 +89,18 @@ class Formulas:
         readings, names = tuple(reader.readings.values()), self.lets.names_in(text)
         return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
-    def _named(self, lets: Lets, name: str, text: str, at: Where) -> Named | None:
+    def _named(self, lets: Lets, name: str, text: str, at: Where) -> FormulaLet | None:
         reader = _Reader(text, Formulas(self.world, self.expressions, lets))
         found = self._meant(reader, at, reader.named)
         if found is None:
             return None
         Formulas(self.world, self.expressions, lets)._note(reader, at, found)
         names = lets.names_in(text)
-        if not isinstance(found, Atom | Junction | Temporal):
-            return Named(name, None, found, names, lets.places[name])
+        if not isinstance(found, TickCondition | Junction | Temporal):
+            return FormulaLet(name, None, found, names, lets.places[name])
         readings = tuple(reader.readings.values())
         said = Requirement(text, "", found, True, readings, at.place, name, names)
-        return Named(name, said, None, names, lets.places[name])
+        return FormulaLet(name, said, None, names, lets.places[name])
 
     def _meant(self, reader: _Reader, at: Where, read: Callable[[], T]) -> T | None:
         try:
@@ -116,7 +116,7 @@ class Formulas:
     def _note(self, reader: _Reader, at: Where, found: Formula | Expr) -> None:
         """Note the meaning of a text, for editors."""
         text = reader.text
-        if isinstance(found, Atom | Junction | Temporal):
+        if isinstance(found, TickCondition | Junction | Temporal):
             parts = tuple(expressions_in(found))
         else:
             parts = (found,)
@@ -200,7 +200,7 @@ class _Reader:
             return self._formula(tree)
         refuse_misspelt(tree, self.scope.operators)
         expr = self._condition(tree, None)
-        return Atom(expr) if isinstance(expr.type, Bool) else expr
+        return TickCondition(expr) if isinstance(expr.type, Bool) else expr
 
     def note_others(self) -> None:
         """Note what names name beside an error, which may be in the first part of the text."""
@@ -239,7 +239,7 @@ class _Reader:
             help = "what holds for some time is `throughout(0.2[s], p)`"
             raise formula_error(node, "`always` stands only around a whole requirement", help)
         refuse_misspelt(node, self.scope.operators)
-        return Atom(self._condition(node, Bool()))
+        return TickCondition(self._condition(node, Bool()))
 
     def _all(self, nodes: Sequence[ast.expr]) -> tuple[Formula, ...]:
         """The formulas of some operands; raises the errors of all of them together."""

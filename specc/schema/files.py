@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from specc.limits import MAX_DISTURBANCES, MAX_REQUIREMENTS
 from specc.model.task import VERBS
-from specc.schema.keys import OTHERS, Choice, Listed, Part, Role, Text, key
+from specc.schema.keys import OTHERS, Listed, OneOf, Part, Role, Text, key
 from specc.schema.subsystem import BufferDef, CommandBufferDef, InterfaceDef, SubsystemDef
 from specc.schema.texts import (
     OF_EACH,
@@ -299,7 +299,7 @@ class SpecFile(
     definitions that other files use.
     """
 
-    specc: Annotated[float, Choice(VERSIONS)] = key(about="Version of the language.")
+    specc: Annotated[float, OneOf(VERSIONS)] = key(about="Version of the language.")
     system: ReadableName | None = key(
         None, "Name of the system and of its generated code.", step="structure"
     )

@@ -101,7 +101,7 @@ class Truth:
 
 
 @frozen
-class Choice:
+class OneOf:
     """One of a few values."""
 
     values: tuple[object, ...]
@@ -154,7 +154,7 @@ class Optional:
     value: Kind
 
 
-Kind = Text | Whole | Truth | Choice | Several | Named | Optional | type["Part"]
+Kind = Text | Whole | Truth | OneOf | Several | Named | Optional | type["Part"]
 _PLAIN: dict[Any, Kind] = {str: Text(), int: Whole(), bool: Truth()}
 
 
@@ -164,7 +164,7 @@ def _kind(annotation: Any, how: Any = None) -> Kind:
     found: Kind = _PLAIN.get(annotation, annotation)
     if origin is Annotated:
         how = arguments[1]
-        found = how if isinstance(how, (Text, Choice)) else _kind(arguments[0], how)
+        found = how if isinstance(how, (Text, OneOf)) else _kind(arguments[0], how)
     elif origin in (list, tuple):
         found = Several(_kind(arguments[0]), origin, how or Listed())
     elif origin is dict:
@@ -172,7 +172,7 @@ def _kind(annotation: Any, how: Any = None) -> Kind:
         assert isinstance(name, Text)
         found = Named(name, _kind(arguments[1]))
     elif origin is Literal:
-        found = Choice(arguments)
+        found = OneOf(arguments)
     elif origin in (Union, UnionType):
         found = Optional(*(_kind(member) for member in arguments if member is not NoneType))
     return found

@@ -10,10 +10,10 @@ from specc.frozen import frozen
 from specc.schema.files import DeviceDef, SpecFile
 from specc.schema.keys import (
     OTHERS,
-    Choice,
     Key,
     Kind,
     Named,
+    OneOf,
     Part,
     Role,
     Several,
@@ -126,5 +126,5 @@ def values_at(route: Route) -> list[str]:
     kind = at(route).kind
     if isinstance(kind, type) and kind.short:
         kind = bare(kind.keys[kind.short].kind)
-    values = kind.values if isinstance(kind, Choice) else ()
+    values = kind.values if isinstance(kind, OneOf) else ()
     return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]

@@ -19,10 +19,10 @@ from specc.diagnostics import (
 from specc.schema.files import SpecFile
 from specc.schema.keys import (
     OTHERS,
-    Choice,
     Key,
     Kind,
     Named,
+    OneOf,
     Optional,
     Part,
     Several,
@@ -140,7 +140,7 @@ class _Check:
         items = [self.value(kind.item, one, (*route, n)) for n, one in enumerate(value)]
         return kind.made(items)
 
-    def _choice(self, kind: Choice, value: Any, route: Route) -> Any:
+    def _choice(self, kind: OneOf, value: Any, route: Route) -> Any:
         for one in kind.values:
             if value == one:
                 return one
@@ -239,7 +239,7 @@ _MAKERS: dict[type, Callable[..., Any]] = {
     Optional: _Check._optional,
     Named: _Check._named,
     Several: _Check._several,
-    Choice: _Check._choice,
+    OneOf: _Check._choice,
     Whole: _Check._whole,
     Truth: _Check._truth,
 }

@@ -12,7 +12,7 @@ import pytest
 
 from specc.analysis import Facts
 from specc.analysis.ages import Held, Trail
-from specc.analysis.dataflow import Node
+from specc.analysis.dataflow import InputNode
 from specc.pipeline import read_spec
 from tests.seeds import Seeds, blocks
 
@@ -121,7 +121,7 @@ def the_greatest_age_is_met_and_never_exceeded(seed: int, tmp_path: Path) -> Non
     system = read_spec(str(path)).system
     assert system is not None
     last = len(stages) - 1
-    node = Node(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
+    node = InputNode(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
     found = Facts(system).ages.oldest(node)
     holds = any(b.pauses and not r.asks for b, r in pairwise(stages))
     assert isinstance(found, Held) == holds
@@ -153,7 +153,7 @@ def samples_of_a_sporadic_device_are_as_old_as_its_gap(seed: int, tmp_path: Path
     system = read_spec(str(path)).system
     assert system is not None
     last = len(stages) - 1
-    node = Node(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
+    node = InputNode(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
     found = Facts(system).ages.oldest(node)
     held = any(b.pauses and not r.asks for b, r in pairwise(stages))
     assert isinstance(found, Held) == (held or (not limit and not stages[0].asks))
@@ -170,7 +170,7 @@ def test_the_ways_of_a_trail_add_up(tmp_path: Path) -> None:
         system = read_spec(str(path)).system
         assert system is not None
         last = len(stages) - 1
-        node = Node(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
+        node = InputNode(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
         found = Facts(system).ages.oldest(node)
         if isinstance(found, Trail):
             hops = found.hops()

@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 
 from specc.analysis.arrivals import Arrivals
-from specc.analysis.graph import Step, reached_from
+from specc.analysis.graph import RowEdge, reached_from
 from specc.analysis.must import Presence
 from specc.model.expr import TRUE, Choice, Expr, Fresh, Input, LetRef, Logic, Present, Unary
 from specc.model.fsm import Transition
@@ -39,11 +39,11 @@ def some(rng: random.Random, chance: float) -> Names:
     return frozenset(name for name in INPUTS if rng.random() < chance)
 
 
-def random_flow(seed: int) -> tuple[Subsystem, tuple[Step, ...], Arrivals]:
+def random_flow(seed: int) -> tuple[Subsystem, tuple[RowEdge, ...], Arrivals]:
     rng = random.Random(seed)
     states = rng.randint(2, 5)
     steps = tuple(
-        Step(
+        RowEdge(
             Transition(
                 f"S{rng.randrange(states)}", "terminal", ALWAYS, f"S{rng.randrange(states)}",
                 Trace(), HERE,
@@ -59,7 +59,7 @@ def random_flow(seed: int) -> tuple[Subsystem, tuple[Step, ...], Arrivals]:
     return subsystem(states), steps, Arrivals(some(rng, 0.2), some(rng, 0.2), together)
 
 
-def followed(steps: tuple[Step, ...], arrivals: Arrivals) -> dict[str, Names]:
+def followed(steps: tuple[RowEdge, ...], arrivals: Arrivals) -> dict[str, Names]:
     """What is present on every way into each state, by walking all of them."""
     start = "S0", arrivals.close(arrivals.always)
     met, open_ = {start}, [start]
@@ -110,7 +110,7 @@ def a_way_without_an_element_is_one(seed: int) -> None:
 
 
 def leads(
-    presence: Presence, step: Step, source: str, target: str, element: tuple[str, str]
+    presence: Presence, step: RowEdge, source: str, target: str, element: tuple[str, str]
 ) -> bool:
     ends = step.row.source, step.row.target
     return ends == (source, target) and element not in presence.after(step)

@@ -22,7 +22,7 @@ from specc_runtime.plants.mujoco.describing import described
 from bench.harness import held
 from specc.cli import main, modelled
 from specc.pipeline import check_spec
-from specc.tools.starting import Facts, NoFacts, NoGroup, facts, facts_of, grouped
+from specc.tools.starting import ModelFacts, NoFacts, NoGroup, facts, facts_of, grouped
 from tests.cli import robots
 from tests.cli.robots import JOINTS, MOTORS, SERVOS, SPEEDS, arm
 from tests.seeds import short
@@ -36,7 +36,7 @@ SERVICES = (
 )
 ASKED = facts._asked
 UNUSABLE = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
-KNOWN: dict[tuple[str, float], Facts] = {}
+KNOWN: dict[tuple[str, float], ModelFacts] = {}
 """What the simulator has said of models, by their texts and rehearsals: it says the same again."""
 SHORTER_S = 1.0
 """Of a rehearsal, where a test is not about how long a pose is held."""
@@ -46,7 +46,7 @@ SHORTER_S = 1.0
 def asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each model is rehearsed in one test only."""
 
-    def known(path: str) -> Facts:
+    def known(path: str) -> ModelFacts:
         key = Path(path).read_text(encoding="utf-8"), posture.HELD_S
         if key not in KNOWN:
             KNOWN[key] = facts_of(path)

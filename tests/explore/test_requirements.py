@@ -85,7 +85,7 @@ class Formulas:
 
         follows = temporal.Atom(judge)
         self.atoms = [*getattr(self, "atoms", []), follows]
-        return r.Atom(TRUE), follows
+        return r.TickCondition(TRUE), follows
 
 
 def worst(said: list[Truth]) -> int:
@@ -124,7 +124,7 @@ def test_monitors_say_what_those_of_runs_say() -> None:
 
 
 def test_steady_ticks_are_stepped_at_once() -> None:
-    formula = r.Temporal("within", (r.Atom(TRUE),), Fraction(5))
+    formula = r.Temporal("within", (r.TickCondition(TRUE),), Fraction(5))
     monitor = Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1))
     assert monitor.step(monitor.begin, (False,), 5)[1] == set()
     assert monitor.step(monitor.begin, (False,), 6)[1] == {False}
@@ -158,7 +158,7 @@ def test_waiting_for_long_takes_no_longer(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(Monitor, "_values", lambda *of: counted.append(of) or values(*of))
 
     def monitor(op: Any) -> Monitor:
-        formula = r.Temporal(op, (r.Atom(TRUE),), Fraction(600))
+        formula = r.Temporal(op, (r.TickCondition(TRUE),), Fraction(600))
         return Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1, 2000))
 
     one = monitor("within")
@@ -172,7 +172,7 @@ def test_waiting_for_long_takes_no_longer(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_what_looks_ahead_from_the_past_is_not_followed() -> None:
-    ahead = r.Temporal("within", (r.Atom(TRUE),), Fraction(5))
+    ahead = r.Temporal("within", (r.TickCondition(TRUE),), Fraction(5))
     formula = r.Temporal("once", (ahead,), Fraction(5))
     with pytest.raises(NotFollowedError):
         Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1))

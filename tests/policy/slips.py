@@ -15,7 +15,7 @@ from specc.diagnostics.report import Finding, report, resolve
 from specc.pipeline import Result, check_spec, read_spec
 from specc.policy import Overrides, forget
 from specc.read import read_file
-from specc.source import Node
+from specc.source import TextNode
 from specc.tools.diff import compare
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -79,7 +79,7 @@ def _names(path: Path) -> list[tuple[tuple[int, str], bool]]:
     return found
 
 
-def _scalars(node: Node | None) -> Iterator[Node]:
+def _scalars(node: TextNode | None) -> Iterator[TextNode]:
     if node is None:
         return
     for step, key in node.keys.items():

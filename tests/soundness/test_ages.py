@@ -17,7 +17,7 @@ from specc_runtime.records import StepRecord
 
 from specc.analysis import Facts
 from specc.analysis.ages import Trail
-from specc.analysis.dataflow import Node
+from specc.analysis.dataflow import InputNode
 from specc.pipeline import Result
 from tests.runtime.driven import Driven, DrivenClock
 from tests.seeds import Seeds, blocks
@@ -56,7 +56,7 @@ def ages_are_as_listed_at_most(tree: Tree, seed: str, folder: Path, tally: Count
     listed = limits(facts)
     met = run_twice(result, seed)
     for (reader, key), age in met.items():
-        node = Node(reader, *key)
+        node = InputNode(reader, *key)
         if node in listed:
             is_read = facts.ages.sources.only_on_arrival(node)
             tally["compared"] += 1
@@ -139,7 +139,7 @@ def _subsystems(peers: list[str]) -> list[str]:
     return [peer for peer in peers if peer != "R"]
 
 
-def limits(facts: Facts) -> dict[Node, Fraction]:
+def limits(facts: Facts) -> dict[InputNode, Fraction]:
     """The ages that `specc ages` lists."""
     oldest = {node: facts.ages.oldest(node) for node, _ in facts.received()}
     return {node: trail.age_s for node, trail in oldest.items() if isinstance(trail, Trail)}
@@ -159,14 +159,14 @@ def run_twice(result: Result, seed: str) -> dict[tuple[str, tuple[str, str]], Me
     return interpreter.met
 
 
-def with_limits(tree: Tree, listed: dict[Node, Fraction]) -> Tree:
+def with_limits(tree: Tree, listed: dict[InputNode, Fraction]) -> Tree:
     """The specification with the listed ages as limits, where an element has no interface."""
     for agent, parts in tree["agents"].items():
         every = {"c": parts["control"], **parts.get("virtual_effectors", {})}
         for name, part in (every | parts.get("virtual_receptors", {})).items():
             for peer, elements in part.get("x", {}).items():
                 for element in elements if isinstance(elements, dict) else ():
-                    age = listed.get(Node(f"{agent}.{name}", peer, element))
+                    age = listed.get(InputNode(f"{agent}.{name}", peer, element))
                     if age:
                         said = elements[element]
                         said = said if isinstance(said, dict) else {"type": said}

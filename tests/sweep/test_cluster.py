@@ -15,7 +15,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from specc.tools.sweep.running import Bundle, Job, Unfit, perform
+from specc.tools.sweep.running import Bundle, NoRun, SweepJob, perform
 from tests.sweep.runs import GATE, command, environment, hazards, swept, table
 
 OPTIONS = ("--set", "cruise=0.4,0.5", "--seeds", "0:8", "--duration", "20")
@@ -119,8 +119,8 @@ def test_a_worker_with_other_versions_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match=r"tcp://there has numpy .*, not 0\.1 as here"):
         shipment.setup(worker)
     assert not list(tmp_path.iterdir())
-    with pytest.raises(Unfit, match=r"tcp://there has numpy .*, not 0\.1 as here"):
-        perform(Job("specc-test", "", {}, 0, {}, 1.0))  # of a worker that joins late
+    with pytest.raises(NoRun, match=r"tcp://there has numpy .*, not 0\.1 as here"):
+        perform(SweepJob("specc-test", "", {}, 0, {}, 1.0))  # of a worker that joins late
     shipment.teardown(worker)
 
 

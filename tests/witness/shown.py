@@ -11,7 +11,7 @@ from specc.analysis import Decided, Facts
 from specc.analysis.examples import Examples
 from specc.model.expr import Expr
 from specc.proof import Witness
-from specc.proof.search import Meaning, runnable
+from specc.proof.search import Semantics, runnable
 from specc.proof.search.example import Example, says_all
 
 SAID = re.compile(r"`([^`]+)`( fresh)? = (\[.*?\]|[^,]*)")
@@ -37,7 +37,7 @@ def shown(facts: Facts, decided: Decided, witness: Witness) -> Example:
 
 def shows(found: Example, facts: Facts, decided: Decided, witness: Witness) -> None:
     """The values give no row, or the rows of the witness, and are those that are said."""
-    meaning = Meaning(facts.system, decided.subsystem)
+    meaning = Semantics(facts.system, decided.subsystem)
 
     def true(condition: Expr) -> bool:
         return bool(meaning.value(runnable(condition), found.situation, strictly=True))

@@ -20,7 +20,7 @@ from specc.model.types import Bool, Real, Vector
 from specc.model.units import METRE
 from specc.pipeline import compile_spec, read_spec
 from specc.proof import Witness
-from specc.proof.search import Meaning, SearchBudget
+from specc.proof.search import SearchBudget, Semantics
 from specc.proof.search.example import worded
 from specc.proof.search.search import Ways
 from specc.proof.search.situation import Freedom
@@ -165,7 +165,7 @@ def test_a_truth_of_the_clock_is_compared_with_truths() -> None:
     """`entered` is a clock as `elapsed` is, and no time."""
     system = read_spec(str(ROOT / "specs" / "conveyor_gate.yaml")).system
     assert system is not None
-    meaning = Meaning(system, system.subsystems[0])
+    meaning = Semantics(system, system.subsystems[0])
     start = meaning.blank(0.0)
     ways = Ways(meaning, Freedom(frozenset(), frozenset()), Thresholds((), meaning, start))
     entered = Clock("entered", type=Bool())

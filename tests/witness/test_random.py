@@ -17,7 +17,7 @@ from specc.emit import filled
 from specc.model.system import System
 from specc.pipeline import Result
 from specc.source import Sources
-from specc.tools.witness.code import Code, Script
+from specc.tools.witness.code import Script, SubsystemCode
 from specc.tools.witness.plan import planned
 from specc.tools.witness.subject import Refutation, refutations
 from specc.tools.witness.text import scenario
@@ -30,7 +30,7 @@ def scripts(system: System) -> Iterator[tuple[Refutation, Script | None]]:
     facts = Facts(system)
     for refutation in refutations(facts):
         with tempfile.TemporaryDirectory() as scratch:
-            code = Code(system, refutation.subsystem, Path(scratch))
+            code = SubsystemCode(system, refutation.subsystem, Path(scratch))
             yield refutation, planned(code, facts, refutation)
 
 

@@ -1,7 +1,7 @@
 """The one search for values of inputs, memory and operators: for examples, and for tests that fail.
 
 `showing` says what a situation has to meet that shows a refutation; `find` changes one that is at
-hand, as far as it has the `Freedom`, until it meets that; `Meaning` evaluates expressions in it.
+hand, as far as it has the `Freedom`, until it meets that; `Semantics` evaluates expressions in it.
 """
 
 from specc.lang.kinds import first_value, others
@@ -12,7 +12,7 @@ from specc.proof.search.situation import (
     Answer,
     Freedom,
     LagKey,
-    Meaning,
+    Semantics,
     Situation,
     lag_key,
     runnable,
@@ -26,8 +26,8 @@ __all__ = [
     "Freedom",
     "Goal",
     "LagKey",
-    "Meaning",
     "SearchBudget",
+    "Semantics",
     "Situation",
     "Token",
     "Value",

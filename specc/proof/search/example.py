@@ -22,7 +22,7 @@ from specc.model.types import (
 )
 from specc.model.units import DIMENSIONLESS
 from specc.proof.search.search import Goal, find
-from specc.proof.search.situation import NO_VALUE, Freedom, Meaning, Situation, lag_key
+from specc.proof.search.situation import NO_VALUE, Freedom, Semantics, Situation, lag_key
 from specc.proof.search.trying import SearchBudget
 from specc.proof.verdict import InputName
 
@@ -85,7 +85,7 @@ def tidied(
     found: Situation,
     start: Situation,
     about: Sequence[m.Expr],
-    meaning: Meaning,
+    meaning: Semantics,
     shows: Callable[[Situation], bool],
 ) -> Situation:
     """The situation with what is `about` as at the start, sooner or rounded, if that `shows` it.
@@ -103,7 +103,7 @@ def tidied(
 
 
 def _answered(
-    calls: Iterable[m.Call], at: Situation, before: Situation, meaning: Meaning
+    calls: Iterable[m.Call], at: Situation, before: Situation, meaning: Semantics
 ) -> Situation:
     """A situation in which operators give what they gave before."""
     for call in calls:
@@ -247,7 +247,7 @@ class Example:
 def example(
     goals: Sequence[Goal],
     about: Sequence[m.Expr],
-    meaning: Meaning,
+    meaning: Semantics,
     start: Situation,
     freedom: Freedom,
     budget: SearchBudget,
@@ -266,7 +266,7 @@ def example(
     return Example(found, ", ".join(_said(parts, meaning, found)))
 
 
-def _shows(meaning: Meaning, goals: Sequence[Goal], at: Situation) -> bool:
+def _shows(meaning: Semantics, goals: Sequence[Goal], at: Situation) -> bool:
     """Whether the goals are met, with nothing read that is not there."""
     try:
         return all(bool(meaning.value(e, at, strictly=True)) is yes for e, yes in goals)
@@ -274,7 +274,7 @@ def _shows(meaning: Meaning, goals: Sequence[Goal], at: Situation) -> bool:
         return False
 
 
-def _said(about: Sequence[m.Expr], meaning: Meaning, at: Situation) -> Iterator[str]:
+def _said(about: Sequence[m.Expr], meaning: Semantics, at: Situation) -> Iterator[str]:
     read = {_name(leaf): leaf for leaf in about if isinstance(leaf, m.Input)}
     asked = {_name(leaf.input) for leaf in about if isinstance(leaf, m.Fresh)}
     for leaf in dict.fromkeys(_element(leaf, read) for leaf in about):
@@ -288,7 +288,7 @@ def _said(about: Sequence[m.Expr], meaning: Meaning, at: Situation) -> Iterator[
                 yield from _other(leaf, meaning, at)
 
 
-def _other(leaf: m.Expr, meaning: Meaning, at: Situation) -> Iterator[str]:
+def _other(leaf: m.Expr, meaning: Semantics, at: Situation) -> Iterator[str]:
     """What memory or an operator gives; nothing where it has no value, and so does not matter."""
     try:
         text = worded(meaning.value(leaf, at), leaf.type)

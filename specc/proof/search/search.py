@@ -20,7 +20,7 @@ from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
 from specc.proof.search.situation import (
     NO_VALUE,
     Freedom,
-    Meaning,
+    Semantics,
     Situation,
     runnable,
 )
@@ -41,7 +41,7 @@ _OTHER_TEXT = "something else"
 class Ways:
     """Solves `expression == value` for inputs, memory, results of operators and time."""
 
-    def __init__(self, meaning: Meaning, freedom: Freedom, thresholds: Thresholds) -> None:
+    def __init__(self, meaning: Semantics, freedom: Freedom, thresholds: Thresholds) -> None:
         self._meaning = meaning
         self._thresholds = thresholds
         self._steps = SearchBudget(MOST_STEPS)
@@ -212,7 +212,7 @@ def items_of(expr: m.Expr, at_hand: Value) -> Iterator[m.Expr]:
         yield m.Component(expr, index, type=kind.element)
 
 
-def conjuncts(expr: m.Expr, wanted: bool, meaning: Meaning) -> list[tuple[m.Expr, bool]]:
+def conjuncts(expr: m.Expr, wanted: bool, meaning: Semantics) -> list[tuple[m.Expr, bool]]:
     """What must hold or fail together so that a condition does; what a let says counts once."""
     found: list[tuple[m.Expr, bool]] = []
     open_, seen = [(expr, wanted)], set[tuple[str, bool]]()
@@ -292,7 +292,7 @@ def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:
 
 
 def find(
-    meaning: Meaning,
+    meaning: Semantics,
     start: Situation,
     goals: Iterable[Goal],
     freedom: Freedom,
@@ -317,7 +317,7 @@ def find(
 
 
 def _repaired(
-    meaning: Meaning,
+    meaning: Semantics,
     start: Situation,
     wanted: Sequence[Goal],
     conditions: Ways,
@@ -339,5 +339,5 @@ def _repaired(
     return None
 
 
-def _unmet(meaning: Meaning, wanted: Sequence[Goal], at: Situation) -> list[Goal]:
+def _unmet(meaning: Semantics, wanted: Sequence[Goal], at: Situation) -> list[Goal]:
     return [goal for goal in wanted if meaning.holds(goal[0], at) is not goal[1]]

@@ -84,7 +84,7 @@ NO_VALUE = (
 """What evaluating an expression raises that has no value: a root of -1, a part of None."""
 
 
-class Values(InOrder[Value]):
+class LazyValues(InOrder[Value]):
     """Values by name, computed when they are first asked for; asking for one may raise NO_VALUE."""
 
     def __init__(self, named: Mapping[str, Expr], compute: Callable[[Expr], Value]) -> None:
@@ -103,7 +103,7 @@ class Values(InOrder[Value]):
         return value
 
 
-class Meaning:
+class Semantics:
     """What the expressions of one subsystem mean."""
 
     def __init__(self, system: System, subsystem: Subsystem) -> None:
@@ -172,9 +172,9 @@ class Meaning:
             clock=clock,
             operators=operators,
         )
-        constants = Values(self.constants, lambda expr: evaluate(expr, known))
+        constants = LazyValues(self.constants, lambda expr: evaluate(expr, known))
         known = replace(env, constants=constants)
-        lets = Values(self.lets, lambda expr: evaluate(expr, whole))
+        lets = LazyValues(self.lets, lambda expr: evaluate(expr, whole))
         whole = replace(known, lets=lets)
         return whole
 

@@ -9,7 +9,7 @@ from specc.lang import show
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, State, Transition
 from specc.model.system import Subsystem
 from specc.proof.formula import Formula
-from specc.tools.diff.meaning import Meaning
+from specc.tools.diff.meaning import Equivalence
 from specc.tools.diff.record import Book, Pairs, paired
 
 # Changes of a transition table, and of what is assumed of a subsystem.
@@ -19,7 +19,7 @@ Arc = tuple[str, Cause, str]
 Named = TypeVar("Named", Condition, Behaviour)
 
 
-def compare_rows(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_rows(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """Rows of one state, cause and target are one arc: any of their conditions leads there."""
     both = book.matched("row", _arcs(old), _arcs(new), lambda rows: _arc_name(rows[0]), _names)
     for name, before, after in both:
@@ -36,7 +36,7 @@ def compare_rows(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -
         book.verdict("row", name, verdict, (_names(before), _names(after)), "condition")
 
 
-def _given(old: Subsystem, new: Subsystem, row: Transition, meaning: Meaning) -> list[Formula]:
+def _given(old: Subsystem, new: Subsystem, row: Transition, meaning: Equivalence) -> list[Formula]:
     """When the cause occurs, as far as both versions agree on it; the error has priority (2.4)."""
     before, after = (s.state(row.source).behaviour for s in (old, new))
     error = meaning.common([before.error.when], [after.error.when])
@@ -66,7 +66,7 @@ def _names(rows: Sequence[Transition]) -> str:
     return " or ".join(sorted({row.condition.name for row in rows}))
 
 
-def compare_axioms(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_axioms(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """Assumptions have no names; those that say the same are the same."""
     left = list(new.axioms)
     for before in old.axioms:
@@ -87,7 +87,7 @@ def compare_axioms(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
 # Changes of a subsystem's conditions, behaviours and states.
 
 
-def compare_conditions(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_conditions(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """A condition matters where it is used; only adding or removing it changes nothing."""
     pairs = paired(old.conditions, new.conditions, lambda c: f"{c.kind} condition {c.name}")
     for before, after in pairs.both.values():
@@ -125,7 +125,7 @@ def _renamed(
         book.added(part(after), after.name, text(after), semantic=semantic)
 
 
-def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """A behaviour that has only another name is the same."""
     pairs = paired(old.behaviours, new.behaviours, lambda b: b.name)
     for name, (before, after) in pairs.both.items():
@@ -139,7 +139,7 @@ def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Meaning, book: B
     _renamed(pairs, same, lambda _: "behaviour", _text, book, True)
 
 
-def _ends(name: str, old: Behaviour, new: Behaviour, meaning: Meaning, book: Book) -> None:
+def _ends(name: str, old: Behaviour, new: Behaviour, meaning: Equivalence, book: Book) -> None:
     """A condition of one name in both is compared where it is declared."""
     for cause, before, after in (
         ("terminal", old.terminal, new.terminal),
@@ -151,7 +151,7 @@ def _ends(name: str, old: Behaviour, new: Behaviour, meaning: Meaning, book: Boo
             book.verdict("behaviour", name, verdict, texts, f"{cause} condition")
 
 
-def _effects(name: str, old: Behaviour, new: Behaviour, meaning: Meaning, book: Book) -> None:
+def _effects(name: str, old: Behaviour, new: Behaviour, meaning: Equivalence, book: Book) -> None:
     """What a behaviour assigns, whichever functions do it."""
     pairs = paired(_effects_of(old), _effects_of(new), lambda effect: effect[1].target)
     declared = {f.name for f in old.functions} & {f.name for f in new.functions}
@@ -171,7 +171,7 @@ def _effects_of(behaviour: Behaviour) -> list[tuple[str, Assignment]]:
     return [(f.name, a) for f in behaviour.functions for a in f.assignments]
 
 
-def same_behaviour(old: Behaviour, new: Behaviour, meaning: Meaning) -> bool:
+def same_behaviour(old: Behaviour, new: Behaviour, meaning: Equivalence) -> bool:
     """Whether two behaviours do the same and end alike, whatever they are called."""
     before = {a.target: a.value for a in old.assignments}
     after = {a.target: a.value for a in new.assignments}
@@ -193,7 +193,7 @@ def _ignored(state: State) -> str:
     return ", ".join(f"x.{peer}.{name}" for peer, name in sorted(state.ignores)) or "none"
 
 
-def compare_states(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_states(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """States are known by their names, which step records carry."""
     both = book.matched(
         "state", old.states, new.states, lambda s: s.name, lambda s: s.behaviour.name

@@ -21,7 +21,7 @@ from specc.model.expr import (
     Truth,
     mapped,
 )
-from specc.model.requirement import Atom, Junction, Requirement, Temporal
+from specc.model.requirement import Junction, Requirement, Temporal, TickCondition
 from specc.model.system import Constant, Subsystem, System
 from specc.model.types import (
     Bool,
@@ -178,8 +178,8 @@ class Constants:
         """What a requirement of the old or the new version says, whatever it calls constants."""
         return requirement.lasts, self._form(requirement.formula, _MARKS[version])
 
-    def _form(self, formula: Temporal | Junction | Atom, mark: str) -> object:
-        if isinstance(formula, Atom):
+    def _form(self, formula: Temporal | Junction | TickCondition, mark: str) -> object:
+        if isinstance(formula, TickCondition):
             return self._numbering.number(_marked(formula.that, mark))
         parts = [self._form(operand, mark) for operand in formula.operands]
         if isinstance(formula, Temporal):
@@ -192,7 +192,7 @@ class Constants:
         return (formula.op, found) if len(found) > 1 else next(iter(found))
 
 
-class Meaning:
+class Equivalence:
     """Compares expressions of two versions of one subsystem.
 
     Conditions are asked whole periods after a state began, other values in its first period too.

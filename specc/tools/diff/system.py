@@ -8,7 +8,7 @@ from typing import Literal, TypeVar
 
 from specc.lang import show
 from specc.model.binding import PLANT
-from specc.model.requirement import Named, Requirement
+from specc.model.requirement import FormulaLet, Requirement
 from specc.model.system import Agent, Device, Operator, Plant, Subsystem, System
 from specc.model.task import Disturbance, Draw
 from specc.tools.diff.machine import (
@@ -18,7 +18,7 @@ from specc.tools.diff.machine import (
     compare_rows,
     compare_states,
 )
-from specc.tools.diff.meaning import Constants, Meaning, Version, compare_types, type_text
+from specc.tools.diff.meaning import Constants, Equivalence, Version, compare_types, type_text
 from specc.tools.diff.record import Book, Comparison, Difference, Thing, paired, shown
 from specc.tools.diff.values import (
     compare_buffers,
@@ -178,7 +178,7 @@ def _formula_lets(old: System, new: System, values: Constants, book: Book) -> No
         book.equality("let", name, "formula", (_stands_for(one), _stands_for(other)), same)
 
 
-def _stands_for(item: Named) -> str:
+def _stands_for(item: FormulaLet) -> str:
     return item.said.that if item.said else show(item.value) if item.value else ""
 
 
@@ -308,7 +308,7 @@ def _silence(old: Device, new: Device, book: Book) -> None:
 def _subsystem(old: Version, new: Version) -> list[Difference]:
     before, after = old.subsystem, new.subsystem
     name = before.qualified_name
-    book, meaning = Book(name), Meaning(old, new)
+    book, meaning = Book(name), Equivalence(old, new)
     rates = (f"{s.rate_hz} Hz" if s.rated else "not known" for s in (before, after))
     book.changed("subsystem", name, "rate", *rates)
     book.rest("subsystem", name, before, after, "rate_hz", "rated", "begun", "initial_state")

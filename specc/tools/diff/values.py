@@ -11,14 +11,14 @@ from specc.model.expr import Expr
 from specc.model.fsm import Function
 from specc.model.system import Constant, Element, Let, Subsystem
 from specc.model.types import Bool
-from specc.tools.diff.meaning import Meaning, type_text
+from specc.tools.diff.meaning import Equivalence, type_text
 from specc.tools.diff.record import Book, Guarantee, paired
 
 Same = Callable[[Expr, Expr], bool]
 Named = TypeVar("Named", Constant, Let)
 
 
-def compare_buffers(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_buffers(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """Elements by direction, peer and name; their order says nothing."""
     before, after = _elements(old), _elements(new)
     compare_elements(before.items(), after.items(), meaning.same_value, book)
@@ -97,7 +97,7 @@ def _elements(subsystem: Subsystem) -> dict[str, Element]:
     }
 
 
-def compare_memory(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_memory(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """Memory elements by name."""
     both = book.matched(
         "memory", old.memory, new.memory, lambda m: m.name, lambda m: type_text(m.type)
@@ -108,7 +108,7 @@ def compare_memory(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
         book.rest("memory", name, before, after)
 
 
-def compare_lets(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_lets(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """A let is a name for an expression; only adding or removing it changes nothing."""
     for name, before, after in named_values("let", old.lets, new.lets, book):
         _values("let", name, "value", (before.value, after.value), meaning, book)
@@ -122,13 +122,13 @@ def named_values(
     return book.matched(part, old, new, lambda n: n.name, lambda n: show(n.value), semantic=False)
 
 
-def compare_parameters(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_parameters(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """What a reused description was given."""
     for name, before, after in named_values("parameter", old.constants, new.constants, book):
         _values("parameter", name, "value", (before.value, after.value), meaning, book)
 
 
-def compare_functions(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+def compare_functions(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """A function matters in behaviours; adding or removing it shows in what they assign."""
     both = book.matched(
         "function", old.functions, new.functions, lambda f: f.name, _targets, semantic=False
@@ -149,7 +149,7 @@ def _targets(function: Function) -> str:
 
 
 def _values(
-    part: str, name: str, aspect: str, values: tuple[Expr, Expr], meaning: Meaning, book: Book
+    part: str, name: str, aspect: str, values: tuple[Expr, Expr], meaning: Equivalence, book: Book
 ) -> None:
     """Two expressions of one thing."""
     old, new = values

@@ -179,7 +179,7 @@ class Monitor:
 
     def _node(self, formula: r.Formula, *, meant: bool) -> Node:
         match formula:
-            case r.Atom(that=that):
+            case r.TickCondition(that=that):
                 self.atoms.append(that)
                 return self._leaf(meant=meant)
             case r.Junction(op="not", operands=(operand,)):

@@ -16,7 +16,7 @@ _BLANKS = re.compile(r"\s*")
 
 
 @dataclass(slots=True)
-class _Place:
+class _EntryPlace:
     """An entry with the collections that it is in, outermost first, and its column."""
 
     entry: Entry
@@ -30,7 +30,7 @@ class Attacher:
     def __init__(self, text: str, root: Collection) -> None:
         self._text = text
         self._root = root
-        self._places: list[_Place] = []
+        self._places: list[_EntryPlace] = []
         self._lines = [0, *(found.end() for found in _LINE_END.finditer(text))]
 
     def attach(self, comments: list[Comment]) -> None:
@@ -53,11 +53,11 @@ class Attacher:
         for place in self._places:
             place.entry.above[:] = _tidy(place.entry.above)
 
-    def _walk(self, whole: Collection, above: tuple[Collection, ...]) -> Iterator[_Place]:
+    def _walk(self, whole: Collection, above: tuple[Collection, ...]) -> Iterator[_EntryPlace]:
         """Entries that get a line of their own."""
         within = (*above, whole)
         for entry in whole.entries:
-            yield _Place(
+            yield _EntryPlace(
                 entry, within, self._column(whole.start if not whole.flow else entry.start)
             )
             if isinstance(entry.value, Collection) and (entry.value.broken or not entry.value.flow):

@@ -24,18 +24,18 @@ Stroke = Literal["solid", "dashed", "error", "none"]
 
 
 @frozen
-class Text:
+class TextRun:
     """A piece of a line in one face."""
 
     text: str
     face: Face = "plain"
 
 
-Line = tuple[Text, ...]
+Line = tuple[TextRun, ...]
 
 
 @frozen
-class Row:
+class Cells:
     """Cells beside one another."""
 
     cells: tuple[Line, ...]
@@ -43,13 +43,13 @@ class Row:
 
 
 @frozen
-class Node:
+class Box:
     """A box. `rows` stand below its lines."""
 
     id: str
     look: Look
     lines: tuple[Line, ...]
-    rows: tuple[Row, ...] = ()
+    rows: tuple[Cells, ...] = ()
     covers: tuple[str, ...] = ()
 
 
@@ -66,12 +66,12 @@ class Arc:
 
 
 @frozen
-class Group:
+class Cluster:
     """Nodes inside one frame."""
 
     id: str
     lines: tuple[Line, ...]
-    nodes: tuple[Node, ...]
+    nodes: tuple[Box, ...]
 
 
 @frozen
@@ -79,14 +79,14 @@ class Diagram:
     """A picture; `levels` are nodes that stand beside one another, `notes` stand below it all."""
 
     title: str
-    nodes: tuple[Node, ...]
+    nodes: tuple[Box, ...]
     arcs: tuple[Arc, ...]
-    groups: tuple[Group, ...] = ()
+    groups: tuple[Cluster, ...] = ()
     levels: tuple[tuple[str, ...], ...] = ()
-    notes: tuple[Row, ...] = ()
+    notes: tuple[Cells, ...] = ()
 
     @property
-    def every_node(self) -> Iterator[Node]:
+    def every_node(self) -> Iterator[Box]:
         """Those of groups too."""
         yield from self.nodes
         for group in self.groups:
@@ -98,7 +98,7 @@ class Diagram:
 
 def line(text: str, face: Face = "plain") -> Line:
     """A line in one face."""
-    return (Text(text, face),)
+    return (TextRun(text, face),)
 
 
 def broken(text: str, columns: int, face: Face = "plain", most: int = 6) -> tuple[Line, ...]:
@@ -124,4 +124,4 @@ def joined(words: Iterable[str], columns: int, face: Face = "plain") -> tuple[Li
 
 def equations(numbers: tuple[int, ...]) -> Line:
     """Numbers of equations as papers set them beside a formula: ` (4)`; or nothing."""
-    return (Text(f" ({', '.join(map(str, numbers))})", "note"),) if numbers else ()
+    return (TextRun(f" ({', '.join(map(str, numbers))})", "note"),) if numbers else ()

@@ -13,16 +13,16 @@ from html import escape
 from specc.diagnostics.render.visible import visible
 from specc.tools.graph.diagram import (
     Arc,
+    Box,
+    Cells,
+    Cluster,
     Diagram,
     Face,
-    Group,
     Line,
     Look,
-    Node,
     Points,
-    Row,
     Stroke,
-    Text,
+    TextRun,
 )
 
 _FONT = 'fontname="Helvetica"'
@@ -87,7 +87,7 @@ def _lines(diagram: Diagram) -> Iterator[str]:
     yield "}"
 
 
-def _group(group: Group) -> Iterator[str]:
+def _group(group: Cluster) -> Iterator[str]:
     yield f"  subgraph {_quoted(f'cluster {group.id}')} {{"
     yield '    graph [style=rounded color="#555555" labelloc=b labeljust=l margin=12'
     yield f"           label={_label(group.lines, 'LEFT')}]"
@@ -96,7 +96,7 @@ def _group(group: Group) -> Iterator[str]:
     yield "  }"
 
 
-def _node(node: Node) -> str:
+def _node(node: Box) -> str:
     has_subscripts = any(part.face == "lower" for each in node.lines for part in each)
     label = _table(node) if node.rows else (_spaced if has_subscripts else _label)(node.lines)
     return f"{_quoted(node.id)} [{_LOOKS[node.look]} label={label}]"
@@ -124,7 +124,7 @@ def _spaced(lines: Iterable[Line], padding: int = 0) -> str:
     return f'<<TABLE {_PLAIN} CELLPADDING="{padding}">{rows}</TABLE>>'
 
 
-def _table(node: Node) -> str:
+def _table(node: Box) -> str:
     """Lines as the head of a table with the rows."""
     heads = "".join(
         f'<TR><TD ALIGN="LEFT">{text}</TD></TR>' for each in node.lines if (text := _text(each))
@@ -135,7 +135,7 @@ def _table(node: Node) -> str:
     return f"<<TABLE {outer}>{body}</TABLE>>"
 
 
-def _rows(rows: Iterable[Row]) -> str:
+def _rows(rows: Iterable[Cells]) -> str:
     """A table whose columns are as wide as what is in them."""
     texts = ("".join(f'<TD ALIGN="LEFT">{_text(cell)}</TD>' for cell in row.cells) for row in rows)
     inner = "".join(f"<TR>{text}</TR>" for text in texts)
@@ -150,7 +150,7 @@ def _text(parts: Line) -> str:
     return "".join(map(_part, parts))
 
 
-def _part(part: Text) -> str:
+def _part(part: TextRun) -> str:
     if not part.text:
         return ""
     before, after = _FACES[part.face]

@@ -15,12 +15,12 @@ from specc.model.system import Let, Subsystem
 from specc.model.trace import Trace
 from specc.tools.graph.diagram import (
     Arc,
+    Box,
+    Cells,
     Diagram,
     Line,
     Look,
-    Node,
-    Row,
-    Text,
+    TextRun,
     broken,
     equations,
     line,
@@ -49,7 +49,7 @@ def flow(subsystem: Subsystem, name: str, functions: Sequence[Function]) -> Diag
             fixed.append(target)
     nodes, notes = tuple(drawn.nodes.values()), tuple(_constants(fixed))
     if not nodes and notes:  # Graphviz draws no notes of nothing
-        nodes, notes = (Node("constants", "table", (), notes),), ()
+        nodes, notes = (Box("constants", "table", (), notes),), ()
     return Diagram(f"{subsystem.qualified_name}.{name}", nodes, tuple(drawn.arcs), notes=notes)
 
 
@@ -85,7 +85,7 @@ class _Target:
     def head(self) -> Line:
         """Its name; what memory gets is its value at the next time stamp."""
         name = self.assigned.target if self.assigned.peer else f"next {self.assigned.name}"
-        return Text(name, "name"), *equations(self.assigned.trace.eq or self.function.trace.eq)
+        return TextRun(name, "name"), *equations(self.assigned.trace.eq or self.function.trace.eq)
 
     @property
     def note(self) -> Line:
@@ -96,12 +96,12 @@ class _Target:
         )
 
 
-def _constants(targets: Iterable[_Target]) -> Iterator[Row]:
+def _constants(targets: Iterable[_Target]) -> Iterator[Cells]:
     """Targets that get constants, as rows of a table (Tables 11, 12)."""
     for target in targets:
         first, *rest = broken(show(target.assigned.value), _COLUMNS * 2)
-        yield Row((target.head, first, target.note), (target.covered,))
-        yield from (Row((line(" "), each, line(" "))) for each in rest)
+        yield Cells((target.head, first, target.note), (target.covered,))
+        yield from (Cells((line(" "), each, line(" "))) for each in rest)
 
 
 @frozen
@@ -116,7 +116,7 @@ class _Flow:
     """Nodes and arcs as they are found; what is computed in the same way twice is one node."""
 
     def __init__(self) -> None:
-        self.nodes: dict[str, Node] = {}
+        self.nodes: dict[str, Box] = {}
         self.arcs: list[Arc] = []
         self.lets: dict[str, _Source] = {}
         self._computed: dict[object, str] = {}
@@ -129,7 +129,7 @@ class _Flow:
         look: Look = "output" if target.assigned.peer else "memory"
         lines = target.head, target.note
         source = self.source(target.assigned.value)
-        self.nodes[id] = Node(id, look, lines, covers=(target.covered,))
+        self.nodes[id] = Box(id, look, lines, covers=(target.covered,))
         self._connect({source: []}, id)
 
     def source(self, expr: m.Expr, trace: Trace | None = None) -> _Source:
@@ -152,14 +152,14 @@ class _Flow:
         return self._combined(expr, trace or Trace())
 
     def _leaf(self, look: Look, name: str) -> _Source:
-        self.nodes.setdefault(name, Node(name, look, (line(name),), covers=(name,)))
+        self.nodes.setdefault(name, Box(name, look, (line(name),), covers=(name,)))
         return _Source(name)
 
     def _call(self, call: m.Call, trace: Trace) -> _Source:
         read = [self.source(arg) for arg in call.args if _is_read(arg)]
         fixed = ", ".join(show(arg) for arg in call.args if not _is_read(arg))
         name = m.written(call.operator)
-        lines = ((Text(name, "name"), *equations(trace.eq)), *broken(fixed, 20, "note", most=3))
+        lines = ((TextRun(name, "name"), *equations(trace.eq)), *broken(fixed, 20, "note", most=3))
         return self._node("operator", name, lines, {each: [] for each in read})
 
     def _combined(self, expr: m.Expr, trace: Trace) -> _Source:
@@ -182,7 +182,7 @@ class _Flow:
         if key not in self._computed:
             id = f"{len(self._computed) + 1} {name[:40]}"
             self._computed[key] = id
-            self.nodes[id] = Node(id, look, lines)
+            self.nodes[id] = Box(id, look, lines)
             self._connect(sources, id)
         return _Source(self._computed[key])
 

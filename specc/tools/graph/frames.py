@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from specc.model.system import Subsystem, System
 from specc.model.types import Pose, Record, Type
-from specc.tools.graph.diagram import Arc, Diagram, Node, Row, broken, joined, line
+from specc.tools.graph.diagram import Arc, Box, Cells, Diagram, broken, joined, line
 
 _COLUMNS = 26
 _MOST = 8
@@ -24,14 +24,14 @@ def frames(system: System, subsystems: tuple[Subsystem, ...]) -> Diagram:
     used = [name for pair in (*fixed, *varying) for name in pair]
     names = dict.fromkeys((*described, *used))
     nodes = tuple(
-        Node(n, "frame", (line(n, "name"), *broken(described.get(n, ""), 16, "note")), covers=(n,))
+        Box(n, "frame", (line(n, "name"), *broken(described.get(n, ""), 16, "note")), covers=(n,))
         for n in names
     )
     arcs = [Arc(*pair, joined(found, _COLUMNS)) for pair, found in fixed.items()]
     arcs += [Arc(*pair, joined(found, _COLUMNS), "dashed") for pair, found in varying.items()]
     notes = (
-        Row((line("solid", "italic"), line("constant"))),
-        Row((line("dashed", "italic"), line("changes"))),
+        Cells((line("solid", "italic"), line("constant"))),
+        Cells((line("dashed", "italic"), line("changes"))),
     )
     return Diagram(system.name, nodes, tuple(arcs), notes=notes if arcs else ())
 

@@ -8,19 +8,19 @@ from specc.model.system import Element, Memory, Port, Subsystem, System
 from specc.model.wires import Wire, Wires
 from specc.tools.graph.diagram import (
     Arc,
+    Box,
+    Cells,
+    Cluster,
     Diagram,
-    Group,
     Line,
-    Node,
     Points,
-    Row,
-    Text,
+    TextRun,
     broken,
     equations,
     line,
 )
 from specc.tools.graph.names import (
-    Copies,
+    AgentFamily,
     Part,
     base,
     copies,
@@ -53,12 +53,18 @@ def inside(system: System, subsystem: Subsystem) -> Diagram:
         arcs.append(Arc(_WORK, _MEMORY, (line(_APART),), points="both"))
         levels.append((_WORK, _MEMORY))
     note = rate(subsystem.rate_hz) if subsystem.rated else ""
-    head = (*symbol(subsystem), Text(f"  {subsystem.title}", "name"), Text(f"  {note}", "note"))
-    group = Group(subsystem.qualified_name, (head,), tuple(nodes))
+    head = (
+        *symbol(subsystem),
+        TextRun(f"  {subsystem.title}", "name"),
+        TextRun(f"  {note}", "note"),
+    )
+    group = Cluster(subsystem.qualified_name, (head,), tuple(nodes))
     return Diagram(subsystem.qualified_name, tuple(others), tuple(arcs), (group,), tuple(levels))
 
 
-def _together(subsystem: Subsystem, system: System, copied: dict[str, Copies]) -> list[list[Wire]]:
+def _together(
+    subsystem: Subsystem, system: System, copied: dict[str, AgentFamily]
+) -> list[list[Wire]]:
     """Wires by what is at their other end; copies of a part are one."""
     found: dict[object, list[Wire]] = {}
     for wire in Wires(system.agents).of(subsystem):
@@ -72,7 +78,7 @@ def _is_control(end: Part | None) -> bool:
     return end is not None and end.kind == "control"
 
 
-def _ways(other: Node, buffer: Node, ports: list[Port], *, above: bool) -> Iterator[Arc]:
+def _ways(other: Box, buffer: Box, ports: list[Port], *, above: bool) -> Iterator[Arc]:
     """What comes in and goes out, through the buffer; a part that is above has arcs downwards."""
     directions = {port.direction for port in ports}
     points: Points = "down" if ("x" in directions) == above else "up"
@@ -83,52 +89,52 @@ def _ways(other: Node, buffer: Node, ports: list[Port], *, above: bool) -> Itera
     yield Arc(route[1], route[2], points=points)
 
 
-def _buffer(ports: list[Port]) -> Node:
+def _buffer(ports: list[Port]) -> Box:
     elements: dict[tuple[str, str], Element] = {}
     for port in ports:
         for element in port.elements:
             elements.setdefault((port.direction, element.name), element)
     rows = tuple(
-        Row((line(direction, "italic"), *_declared(elements[direction, name])))
+        Cells((line(direction, "italic"), *_declared(elements[direction, name])))
         for direction, name in sorted(elements, key=lambda key: key[0])
     )
     covers = tuple(f"{p.direction}.{p.peer}.{e.name}" for p in ports for e in p.elements)
     names = list(dict.fromkeys(port.peer for port in ports))
-    head = (Text("buffers  ", "italic"), Text(span(names)))
-    return Node(f"buffers {names[0]}", "table", (head,), rows or _nothing(), covers)
+    head = (TextRun("buffers  ", "italic"), TextRun(span(names)))
+    return Box(f"buffers {names[0]}", "table", (head,), rows or _nothing(), covers)
 
 
 def _declared(part: Element | Memory) -> tuple[Line, Line]:
     """Its name and its type."""
     kind = broken(str(part.type), _TYPE, "note", most=1) or (line(""),)
-    return (Text(part.name, "name"), *equations(part.trace.eq)), kind[0]
+    return (TextRun(part.name, "name"), *equations(part.trace.eq)), kind[0]
 
 
-def _nothing() -> tuple[Row, ...]:
-    return (Row((line("nothing yet", "note"),)),)
+def _nothing() -> tuple[Cells, ...]:
+    return (Cells((line("nothing yet", "note"),)),)
 
 
-def _memory(subsystem: Subsystem) -> Node:
-    rows = tuple(Row(_declared(each)) for each in subsystem.memory)
+def _memory(subsystem: Subsystem) -> Box:
+    rows = tuple(Cells(_declared(each)) for each in subsystem.memory)
     covers = tuple(each.name for each in subsystem.memory)
-    return Node(_MEMORY, "table", (line("memory", "italic"),), rows, covers)
+    return Box(_MEMORY, "table", (line("memory", "italic"),), rows, covers)
 
 
-def _work(subsystem: Subsystem) -> Node:
+def _work(subsystem: Subsystem) -> Box:
     """The behaviours with their functions."""
-    rows: list[Row] = []
+    rows: list[Cells] = []
     for behaviour in dict.fromkeys(state.behaviour for state in subsystem.states):
         named = [f.name for f in behaviour.functions if is_named(f)]
         first, *rest = broken(", ".join(named), _FUNCTIONS) or (line(" "),)
-        head = (Text(behaviour.name, "italic"), *equations(behaviour.trace.eq))
-        rows += [Row((head, first)), *(Row((line(" "), each)) for each in rest)]
+        head = (TextRun(behaviour.name, "italic"), *equations(behaviour.trace.eq))
+        rows += [Cells((head, first)), *(Cells((line(" "), each)) for each in rest)]
     title = line("behaviours and their functions", "italic")
-    return Node(_WORK, "table", (title,), tuple(rows) or _nothing())
+    return Box(_WORK, "table", (title,), tuple(rows) or _nothing())
 
 
-def _other(wires: list[Wire]) -> Node:
+def _other(wires: list[Wire]) -> Box:
     id, end = f"other {wires[0].port.peer}", wires[0].part
     if end is None:
-        return Node(id, "missing", (line(wires[0].name), line("not there", "note")))
+        return Box(id, "missing", (line(wires[0].name), line("not there", "note")))
     agents = list(dict.fromkeys(wire.name.partition(".")[0] for wire in wires))
-    return Node(id, "other", (symbol(end, base(agents)), *broken(end.title, _TITLE)))
+    return Box(id, "other", (symbol(end, base(agents)), *broken(end.title, _TITLE)))

@@ -10,7 +10,7 @@ from typing import TypeVar
 from specc.frozen import frozen
 from specc.model.fsm import Condition, Function
 from specc.model.system import Agent, Device, Subsystem, System
-from specc.tools.graph.diagram import Line, Text
+from specc.tools.graph.diagram import Line, TextRun
 
 _LETTERS = {
     "control": "c",
@@ -28,7 +28,7 @@ Part = Subsystem | Device
 def symbol(part: Part, agent: str = "") -> Line:
     """The paper's symbol, with the agent and the name as its index."""
     index = (agent or part.agent, *(() if part.name == "c" else (part.name,)))
-    return Text(_LETTERS[part.kind], "italic"), Text(",".join(index), "lower")
+    return TextRun(_LETTERS[part.kind], "italic"), TextRun(",".join(index), "lower")
 
 
 def is_named(part: Condition | Function) -> bool:
@@ -55,7 +55,7 @@ def span(names: Sequence[str]) -> str:
 
 
 @frozen
-class Copies:
+class AgentFamily:
     """Agents that one `for` makes of one description; of others, just the one."""
 
     agents: tuple[Agent, ...]
@@ -74,9 +74,9 @@ class Copies:
         return _by_place([d for agent in self.agents for d in agent.devices])
 
 
-def copies(system: System) -> list[Copies]:
+def copies(system: System) -> list[AgentFamily]:
     """The agents of a system; those that one `for` makes are together."""
-    return [Copies(tuple(agents)) for agents in _by_place(system.agents)]
+    return [AgentFamily(tuple(agents)) for agents in _by_place(system.agents)]
 
 
 def _by_place(parts: Sequence[_Named]) -> list[list[_Named]]:

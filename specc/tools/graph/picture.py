@@ -26,7 +26,7 @@ class NoPicture(Exception):
 
 
 @frozen
-class _Place:
+class _Subject:
     """A part of a system; what is empty or None is not named."""
 
     agent: Agent | None = None
@@ -45,7 +45,7 @@ def picture(system: System, place: str, kind: Kind | None) -> tuple[Kind, Diagra
     return kind, drawn
 
 
-def _drawn(system: System, at: _Place, place: str, kind: Kind) -> Diagram:
+def _drawn(system: System, at: _Subject, place: str, kind: Kind) -> Diagram:
     if kind == "structure":
         if at.subsystem is not None:
             raise NoPicture(f"`{place}` is no system and no agent; --of inside shows a subsystem")
@@ -67,32 +67,32 @@ def _drawn(system: System, at: _Place, place: str, kind: Kind) -> Diagram:
     return flow(subsystem, at.name, at.functions)
 
 
-def _usual(at: _Place) -> Kind:
+def _usual(at: _Subject) -> Kind:
     if at.subsystem is None:
         return "structure"
     return "flow" if at.name else "states"
 
 
-def _found(system: System, place: str) -> _Place:
+def _found(system: System, place: str) -> _Subject:
     if not place:
-        return _Place()
+        return _Subject()
     first, dot, rest = place.partition(".")
     agent = next((a for a in system.agents if a.name == first), None)
     if agent is None:
         raise _unknown("agent", "", first, [a.name for a in system.agents])
     if not dot:
-        return _Place(agent)
+        return _Subject(agent)
     second, dot, name = rest.partition(".")
     subsystem = next((s for s in agent.subsystems if s.name == second), None)
     if subsystem is None:
         raise _unknown("subsystem", f"{first}.", second, [s.name for s in agent.subsystems])
     if not dot:
-        return _Place(agent, subsystem)
+        return _Subject(agent, subsystem)
     known = _computing(subsystem)
     if name not in known:
         whose = f"{subsystem.qualified_name}."
         raise _unknown("function or behaviour", whose, name, list(known))
-    return _Place(agent, subsystem, name, known[name])
+    return _Subject(agent, subsystem, name, known[name])
 
 
 def _computing(subsystem: Subsystem) -> dict[str, tuple[Function, ...]]:
@@ -101,13 +101,13 @@ def _computing(subsystem: Subsystem) -> dict[str, tuple[Function, ...]]:
     return {**{f.name: (f,) for f in subsystem.functions if is_named(f)}, **found}
 
 
-def _subsystems(system: System, at: _Place) -> tuple[Subsystem, ...]:
+def _subsystems(system: System, at: _Subject) -> tuple[Subsystem, ...]:
     if at.subsystem is not None:
         return (at.subsystem,)
     return at.agent.subsystems if at.agent is not None else system.subsystems
 
 
-def _only(system: System, at: _Place, kind: Kind) -> Subsystem:
+def _only(system: System, at: _Subject, kind: Kind) -> Subsystem:
     inside = _subsystems(system, at)
     if len(inside) == 1:
         return inside[0]

@@ -10,12 +10,12 @@ from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem
 from specc.tools.graph.diagram import (
     Arc,
+    Box,
+    Cells,
     Diagram,
     Line,
-    Node,
-    Row,
     Stroke,
-    Text,
+    TextRun,
     broken,
     equations,
     line,
@@ -33,24 +33,24 @@ def states(subsystem: Subsystem) -> Diagram:
     known = {state.name for state in subsystem.states}
     ends = dict.fromkeys(end for row in subsystem.transitions for end in (row.source, row.target))
     nodes += [
-        Node(end, "missing", (line(end), line("not there", "note")))
+        Box(end, "missing", (line(end), line("not there", "note")))
         for end in ends
         if end not in known
     ]
     arcs = list(_arcs(subsystem))
     if subsystem.begun and subsystem.initial_state in known:
-        nodes.insert(0, Node(_START, "start", ()))
+        nodes.insert(0, Box(_START, "start", ()))
         arcs.insert(0, Arc(_START, subsystem.initial_state))
     return Diagram(
         subsystem.qualified_name, tuple(nodes), tuple(arcs), notes=tuple(_notes(subsystem))
     )
 
 
-def _state(state: State) -> Node:
+def _state(state: State) -> Box:
     behaviour = state.behaviour
     lines: list[Line] = [
         (
-            *(Text(state.name, "name"), Text("  "), Text(behaviour.name, "italic")),
+            *(TextRun(state.name, "name"), TextRun("  "), TextRun(behaviour.name, "italic")),
             *equations(behaviour.trace.eq),
         ),
         *broken(state.title or behaviour.title, 34),
@@ -58,7 +58,7 @@ def _state(state: State) -> Node:
     for cause, condition in reversed(behaviour.endings):
         if condition.when != m.FALSE:
             lines += _ending(cause, condition)
-    return Node(state.name, "state", tuple(lines), covers=(state.name,))
+    return Box(state.name, "state", tuple(lines), covers=(state.name,))
 
 
 def _ending(cause: Cause, condition: Condition) -> Iterator[Line]:
@@ -96,7 +96,7 @@ def _row(row: Transition) -> Iterator[Line]:
     yield last + equations(row.condition.trace.eq or row.trace.eq)
 
 
-def _notes(subsystem: Subsystem) -> Iterator[Row]:
+def _notes(subsystem: Subsystem) -> Iterator[Cells]:
     """What conditions with a name say, and what dashed arcs are."""
     used = {row.condition.name for row in subsystem.transitions}
     endings = [c for s in subsystem.states for _, c in s.behaviour.endings]
@@ -104,8 +104,8 @@ def _notes(subsystem: Subsystem) -> Iterator[Row]:
     for condition in subsystem.conditions:
         if condition.name in used and is_named(condition):
             said = broken(show(condition.when), _EXPRESSION)
-            head = (Text(condition.name, "name"), *equations(condition.trace.eq))
+            head = (TextRun(condition.name, "name"), *equations(condition.trace.eq))
             for number, each in enumerate(said):
-                yield Row((head if number == 0 else line(" "), each))
+                yield Cells((head if number == 0 else line(" "), each))
     if any(row.cause == "error" for row in subsystem.transitions):
-        yield Row((line("dashed", "italic"), line("after an error")))
+        yield Cells((line("dashed", "italic"), line("after an error")))

@@ -9,8 +9,18 @@ from specc.frozen import frozen
 from specc.model.system import Agent, Device, Subsystem, System
 from specc.model.wires import Wires
 from specc.reachable import grouped, reachable
-from specc.tools.graph.diagram import Arc, Diagram, Group, Line, Node, Text, broken, joined, line
-from specc.tools.graph.names import Copies, base, copies, rate, span, symbol
+from specc.tools.graph.diagram import (
+    Arc,
+    Box,
+    Cluster,
+    Diagram,
+    Line,
+    TextRun,
+    broken,
+    joined,
+    line,
+)
+from specc.tools.graph.names import AgentFamily, base, copies, rate, span, symbol
 
 _COLUMNS = 22
 _ABREAST = 2
@@ -43,7 +53,7 @@ class _Ends:
 
 def structure(system: System, agent: Agent | None = None) -> Diagram:
     """All agents, or one alone with the subsystems of others that it talks to."""
-    shown = copies(system) if agent is None else [Copies((agent,))]
+    shown = copies(system) if agent is None else [AgentFamily((agent,))]
     ends = _Ends({}, {})
     alone = tuple(_alone(each, ends) for each in shown if _is_alone(each))
     groups = tuple(_group(each, ends) for each in shown if not _is_alone(each))
@@ -58,36 +68,36 @@ def structure(system: System, agent: Agent | None = None) -> Diagram:
     return Diagram(system.name, (*alone, *others), tuple(arcs), groups, levels)
 
 
-def _group(of: Copies, ends: _Ends) -> Group:
+def _group(of: AgentFamily, ends: _Ends) -> Cluster:
     parts: list[_Copies] = [*of.subsystems(), *of.devices()]
     for part in parts:
         ends.add(part)
     inside = len(of.agents)
     nodes = tuple(_node(part, inside) for part in parts)
-    return Group(of.agents[0].name, _head(of, _COLUMNS * 2), nodes)
+    return Cluster(of.agents[0].name, _head(of, _COLUMNS * 2), nodes)
 
 
-def _is_alone(of: Copies) -> bool:
+def _is_alone(of: AgentFamily) -> bool:
     """Whether an agent is nothing but a control subsystem."""
     return all(len(agent.subsystems) == 1 and not agent.devices for agent in of.agents)
 
 
-def _alone(of: Copies, ends: _Ends) -> Node:
+def _alone(of: AgentFamily, ends: _Ends) -> Box:
     (part,) = of.subsystems()
     ends.add(part)
     node = _node(part, len(of.agents))
     return replace(node, lines=(*_head(of, _COLUMNS), *node.lines))
 
 
-def _head(of: Copies, columns: int) -> tuple[Line, ...]:
+def _head(of: AgentFamily, columns: int) -> tuple[Line, ...]:
     """Name, kind and title of an agent, and how many copies it stands for."""
     first, number = of.agents[0], len(of.agents)
     many = (line(f"{number} copies", "note"),) if number > 1 else ()
-    name = Text(of.name, "name"), Text(f"  {first.kind}" if first.kind else "", "name")
+    name = TextRun(of.name, "name"), TextRun(f"  {first.kind}" if first.kind else "", "name")
     return name, *broken(first.title, columns, "note"), *many
 
 
-def _node(part: _Copies, agents: int) -> Node:
+def _node(part: _Copies, agents: int) -> Box:
     first = part[0]
     whose = base(list(dict.fromkeys(each.agent for each in part)))
     lines: list[Line] = [symbol(first, whose)]
@@ -98,7 +108,7 @@ def _node(part: _Copies, agents: int) -> Node:
     if isinstance(first, Subsystem) and first.rated:
         lines.append(line(rate(first.rate_hz), "note"))
     names = tuple(each.qualified_name for each in part)
-    return Node(
+    return Box(
         first.qualified_name,
         "device" if isinstance(first, Device) else "subsystem",
         tuple(lines),
@@ -116,7 +126,7 @@ def _sent(agents: list[Agent], wires: Wires) -> dict[tuple[str, str], list[str]]
     return {way: list(names) for way, names in found.items()}
 
 
-def _others(wires: Wires, sent: Collection[tuple[str, str]], ends: _Ends) -> Iterator[Node]:
+def _others(wires: Wires, sent: Collection[tuple[str, str]], ends: _Ends) -> Iterator[Box]:
     """Ends of buffers that are in no agent that is shown."""
     for name in dict.fromkeys(name for way in sent for name in way):
         if name in ends.nodes:
@@ -124,9 +134,9 @@ def _others(wires: Wires, sent: Collection[tuple[str, str]], ends: _Ends) -> Ite
         ends.nodes[name], part = name, wires.part(name)
         ends.levels[name] = 0
         if part is None:
-            yield Node(name, "missing", (line(name), line("not there", "note")), covers=(name,))
+            yield Box(name, "missing", (line(name), line("not there", "note")), covers=(name,))
         else:
-            yield Node(name, "other", (symbol(part), *broken(part.title, _COLUMNS)), covers=(name,))
+            yield Box(name, "other", (symbol(part), *broken(part.title, _COLUMNS)), covers=(name,))
 
 
 def _arcs(sent: dict[tuple[str, str], list[str]], ends: _Ends) -> Iterator[Arc]:
@@ -159,6 +169,6 @@ def _stacked(nodes: Iterable[str], arcs: list[Arc]) -> Iterator[Arc]:
         yield Arc(above[-1], below[0], stroke="none")
 
 
-def _beside(group: Group, ends: _Ends) -> Iterator[list[str]]:
+def _beside(group: Cluster, ends: _Ends) -> Iterator[list[str]]:
     for level in (1, 2):
         yield [node.id for node in group.nodes if ends.levels[node.id] == level]

@@ -10,7 +10,7 @@ from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
 from specc.read.document import UnreadableFileError, load_text
 from specc.source import Place, SourceFile, Sources
-from specc.tools.importers.markup import Element, MarkupError, parse_markup
+from specc.tools.importers.markup import MarkupError, XmlElement, parse_markup
 from specc.tools.importers.writing import Data, to_yaml
 
 # What an import gives: a specification and the list of what is not, or not quite, in it.
@@ -51,12 +51,12 @@ class Notes:
         """Whether no specification can be made."""
         return any(item.severity == "error" for item in self.diagnostics)
 
-    def leftovers(self, root: Element, reasons: Mapping[tuple[str, str], str]) -> None:
+    def leftovers(self, root: XmlElement, reasons: Mapping[tuple[str, str], str]) -> None:
         """Report what was not used of a document, once for each kind of element or attribute.
 
         `reasons` says why, by tag and attribute; the attribute is "" for an element.
         """
-        groups: dict[tuple[str, str], list[Element]] = {}
+        groups: dict[tuple[str, str], list[XmlElement]] = {}
         for element, attribute in root.untaken():
             groups.setdefault((element.tag, attribute), []).append(element)
         self._texts(root)
@@ -68,9 +68,9 @@ class Notes:
             place = first.value_place(attribute) if attribute else first.place
             self.lost(f"{what} is not carried over{times}: {reason}", place)
 
-    def _texts(self, root: Element) -> None:
+    def _texts(self, root: XmlElement) -> None:
         """Report characters between tags: the formats that are imported give them no meaning."""
-        groups: dict[str, list[Element]] = {}
+        groups: dict[str, list[XmlElement]] = {}
         for element in root.with_text():
             groups.setdefault(element.tag, []).append(element)
         for tag, elements in groups.items():
@@ -106,7 +106,7 @@ def _wrapped(text: str) -> list[str]:
 # Files of other formats: from a path to a tree, with findings for what is wrong on the way.
 
 
-def read_markup(path: str, root: str, notes: Notes, sources: Sources) -> Element | None:
+def read_markup(path: str, root: str, notes: Notes, sources: Sources) -> XmlElement | None:
     """The root of the XML file at `path`, or None with the reason in `notes`.
 
     A text without a tag `root` is another's, and nothing of it is shown.

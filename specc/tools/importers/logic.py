@@ -31,14 +31,14 @@ class LogicError(Exception):
 
 
 @frozen
-class Truth:
+class LogicConstant:
     """`TRUE` or `FALSE`."""
 
     value: bool
 
 
 @frozen
-class Atom:
+class Operand:
     """A name, or a text without `and`, `or` and `not` in it; `start` is its offset."""
 
     text: str
@@ -60,8 +60,8 @@ class Join:
     operands: tuple[Logic, ...]
 
 
-Logic = Truth | Atom | Not | Join
-TRUE, FALSE = Truth(True), Truth(False)
+Logic = LogicConstant | Operand | Not | Join
+TRUE, FALSE = LogicConstant(True), LogicConstant(False)
 
 
 def parse_logic(text: str) -> Logic:
@@ -76,8 +76,8 @@ def parse_logic(text: str) -> Logic:
 def negation(logic: Logic) -> Logic:
     """`not logic`, simplified where that is evident."""
     match logic:
-        case Truth(value=value):
-            return Truth(not value)
+        case LogicConstant(value=value):
+            return LogicConstant(not value)
         case Not(operand=operand):
             return operand
     return Not(logic)
@@ -85,7 +85,7 @@ def negation(logic: Logic) -> Logic:
 
 def join(op: Literal["and", "or"], operands: Iterator[Logic] | tuple[Logic, ...]) -> Logic:
     """Operands joined; constants, repetition and nesting of the same operator are folded."""
-    neutral = Truth(op == "and")
+    neutral = LogicConstant(op == "and")
     kept: dict[str, Logic] = {}
     for operand in operands:
         parts = operand.operands if isinstance(operand, Join) and operand.op == op else (operand,)
@@ -100,8 +100,8 @@ def join(op: Literal["and", "or"], operands: Iterator[Logic] | tuple[Logic, ...]
 def substitute(logic: Logic, values: dict[str, bool]) -> Logic:
     """`logic` with names replaced by truth values, simplified."""
     match logic:
-        case Atom(text=text) if text in values:
-            return Truth(values[text])
+        case Operand(text=text) if text in values:
+            return LogicConstant(values[text])
         case Not(operand=operand):
             return negation(substitute(operand, values))
         case Join(op=op, operands=operands):
@@ -109,10 +109,10 @@ def substitute(logic: Logic, values: dict[str, bool]) -> Logic:
     return logic
 
 
-def atoms(logic: Logic) -> Iterator[Atom]:
+def atoms(logic: Logic) -> Iterator[Operand]:
     """The atoms of a condition from left to right."""
     match logic:
-        case Atom():
+        case Operand():
             yield logic
         case Not(operand=operand):
             yield from atoms(operand)
@@ -124,9 +124,9 @@ def atoms(logic: Logic) -> Iterator[Atom]:
 def render(logic: Logic, name: Callable[[str], str]) -> str:
     """The condition in the language of specifications; `name` gives the text of an atom."""
     match logic:
-        case Truth(value=value):
+        case LogicConstant(value=value):
             return str(value)
-        case Atom(text=text):
+        case Operand(text=text):
             return name(text)
         case Not(operand=operand):
             inner = render(operand, name)
@@ -191,7 +191,7 @@ class _Parser:
         if token is None:
             raise self._unexpected("a name")
         known = {"true": TRUE, "false": FALSE}.get(token.text.lower())
-        return Atom(token.text, token.start) if known is None else known
+        return Operand(token.text, token.start) if known is None else known
 
     def _take(self, kind: str) -> _Token | None:
         if self._at < len(self._tokens) and self._tokens[self._at].kind == kind:

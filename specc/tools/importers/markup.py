@@ -29,7 +29,7 @@ class MarkupError(Exception):
 
 
 @dataclass(slots=True)
-class Element:
+class XmlElement:
     """An element of an XML document; `start` and `end` delimit its start tag in the text."""
 
     tag: str
@@ -38,7 +38,7 @@ class Element:
     start: int
     end: int
     source: str = field(repr=False)
-    children: list[Element] = field(default_factory=list)
+    children: list[XmlElement] = field(default_factory=list)
     text: str = ""
     taken: set[str] = field(default_factory=set)
     quoted: dict[str, tuple[int, int]] = field(default_factory=dict, repr=False)
@@ -70,7 +70,7 @@ class Element:
         value = self.attributes.get(name)
         return None if value is None else value.strip()
 
-    def all(self, *tags: str) -> list[Element]:
+    def all(self, *tags: str) -> list[XmlElement]:
         """The children of some tags in the order of the document; they count as looked at."""
         found = [child for child in self.children if child.tag in tags]
         for child in found:
@@ -84,7 +84,7 @@ class Element:
         for child in self.children:
             child.take_whole()
 
-    def untaken(self) -> Iterator[tuple[Element, str]]:
+    def untaken(self) -> Iterator[tuple[XmlElement, str]]:
         """Elements, with "", and attributes of elements that nobody has looked at."""
         if not self.seen:
             yield self, ""
@@ -95,7 +95,7 @@ class Element:
         for child in self.children:
             yield from child.untaken()
 
-    def with_text(self) -> Iterator[Element]:
+    def with_text(self) -> Iterator[XmlElement]:
         """Elements that somebody has looked at and that have characters beside their children."""
         if self.seen:
             if self.text.strip():
@@ -104,7 +104,7 @@ class Element:
                 yield from child.with_text()
 
 
-def parse_markup(path: str, text: str) -> Element:
+def parse_markup(path: str, text: str) -> XmlElement:
     """The root element of an XML text; `path` only names it.
 
     Raises:
@@ -119,8 +119,8 @@ class _Builder:
         self._bytes = text.encode("utf-8", "surrogatepass")
         self._ascii = len(self._bytes) == len(text)
         self._counted, self._characters = 0, 0
-        self._open: list[Element] = []
-        self._root: Element | None = None
+        self._open: list[XmlElement] = []
+        self._root: XmlElement | None = None
         self._count = self._attributes = 0
         # A text is handed over, not bytes: its encoding is known, whatever the declaration says.
         self._parser = expat.ParserCreate(namespace_separator=" ")
@@ -132,7 +132,7 @@ class _Builder:
         self._parser.CharacterDataHandler = self._characters_read
         self._parser.StartDoctypeDeclHandler = self._refuse_doctype
 
-    def run(self) -> Element:
+    def run(self) -> XmlElement:
         try:
             self._parser.Parse(self._bytes.decode("utf-8"), True)
         except expat.ExpatError as error:
@@ -155,7 +155,7 @@ class _Builder:
                 f"or {_MOST_ATTRIBUTES} attributes"
             )
             raise self._refusal("E0801", message, start)
-        element = Element(tag, attributes, self._path, start, self._tag_end(start), self._text)
+        element = XmlElement(tag, attributes, self._path, start, self._tag_end(start), self._text)
         if self._open:
             self._open[-1].children.append(element)
         else:

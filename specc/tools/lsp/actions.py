@@ -11,7 +11,7 @@ from specc.diagnostics.sides import settled
 from specc.frozen import frozen
 from specc.model.fsm import OTHERWISE
 from specc.read import read_text
-from specc.source import Node, Place, Route, SourceFile
+from specc.source import Place, Route, SourceFile, TextNode
 from specc.tools.fmt import LayoutError, formatted
 from specc.tools.lsp.cursor import line_break
 from specc.tools.lsp.describe import Entry, contents
@@ -136,14 +136,14 @@ def _behind(
     )
 
 
-def _begin(source: SourceFile, whole: Node, step: str | int) -> int:
+def _begin(source: SourceFile, whole: TextNode, step: str | int) -> int:
     key = whole.keys.get(step)
     if key is not None:
         return key.start
     return source.text.rindex("-", 0, whole.values[step].start)
 
 
-def _line_end(source: SourceFile, node: Node) -> int:
+def _line_end(source: SourceFile, node: TextNode) -> int:
     found = [at for at in (source.text.find(c, node.end) for c in "\r\n") if at >= 0]
     return min(found, default=len(source.text))
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from specc.frozen import frozen
 from specc.read import read_text
 from specc.schema import ROW_KEYS
-from specc.source import Node, Route
+from specc.source import Route, TextNode
 from specc.tools.lsp.symbols import values
 
 # The lines that the last line of a text lies in, known by their indentation alone.
@@ -133,7 +133,7 @@ def _in_head(head: str, closing: str, plausible: bool) -> list[Cursor]:
     return list(found)
 
 
-def _marked(top: Node) -> Iterator[Cursor]:
+def _marked(top: TextNode) -> Iterator[Cursor]:
     if top.scalar is not None and _MARK in top.scalar:
         yield Cursor((), True, top.scalar.partition(_MARK)[0])
     for route, key, node in values(top):
@@ -144,7 +144,7 @@ def _marked(top: Node) -> Iterator[Cursor]:
             yield Cursor(_spelled(route), False, node.scalar.partition(_MARK)[0])
 
 
-def _parent(top: Node, route: Route) -> Node:
+def _parent(top: TextNode, route: Route) -> TextNode:
     node = top
     for step in route[:-1]:
         node = node.values[step]

@@ -18,7 +18,7 @@ from specc.model.types import (
 from specc.resolve.context import Meaning
 from specc.schema.keys import SymbolKind
 from specc.schema.places import keys_at, split
-from specc.source import Node, Place, Route
+from specc.source import Place, Route, TextNode
 from specc.tools.lsp.index import Index
 from specc.tools.lsp.symbols import Symbol, node_at
 
@@ -49,7 +49,7 @@ def describe_part(index: Index, meaning: Meaning, part: Expr) -> str:
     return "\n\n".join(filter(None, [head, facts, _around(index, meaning)]))
 
 
-def title_of(symbol: Symbol, node: Node | None) -> str:
+def title_of(symbol: Symbol, node: TextNode | None) -> str:
     """The words that the specification has for a symbol."""
     if node is None:
         return ""
@@ -59,7 +59,7 @@ def title_of(symbol: Symbol, node: Node | None) -> str:
     return title.scalar or "" if title else ""
 
 
-def trace_of(node: Node | None) -> str:
+def trace_of(node: TextNode | None) -> str:
     """`eq. 5`, `Table 3`, as far as the specification says it."""
     if node is None:
         return ""
@@ -87,7 +87,7 @@ def owner_name(owner: Route, file: str) -> str:
     return f"{agent}.{letter}{owner[-1]}"
 
 
-def _typed(symbol: Symbol, node: Node | None, type_: Type | None) -> str:
+def _typed(symbol: Symbol, node: TextNode | None, type_: Type | None) -> str:
     declared = node.values.get("type") if node else None
     text = declared.scalar if declared else ""
     if node is not None and node.scalar and symbol.kind in ("element", "field", "parameter"):
@@ -97,7 +97,7 @@ def _typed(symbol: Symbol, node: Node | None, type_: Type | None) -> str:
     return f": {text or type_}" if text or type_ else ""
 
 
-def _meaning(symbol: Symbol, node: Node | None) -> Iterator[str]:
+def _meaning(symbol: Symbol, node: TextNode | None) -> Iterator[str]:
     """The lines of the definition that matter."""
     if node is None:
         return
@@ -124,7 +124,7 @@ def _meaning(symbol: Symbol, node: Node | None) -> Iterator[str]:
             yield label + _written(node.values[key])
 
 
-def _written(node: Node) -> str:
+def _written(node: TextNode) -> str:
     if node.scalar is not None:
         return node.scalar
     for key in ("is", "type"):
@@ -161,7 +161,7 @@ def _frames(index: Index) -> dict[str, str]:
     return dict(index.system.frames) if index.system else {}
 
 
-def _numbers(node: Node | None) -> tuple[int, ...]:
+def _numbers(node: TextNode | None) -> tuple[int, ...]:
     if node is None:
         return ()
     texts = [node.scalar] if node.scalar else [item.scalar for item in node.values.values()]
@@ -200,7 +200,7 @@ def describe_key(route: Route) -> str:
     return f"**{route[-1]}**: {words}" if words else ""
 
 
-def describe_cause(index: Index, path: str, route: Route, node: Node) -> str:
+def describe_cause(index: Index, path: str, route: Route, node: TextNode) -> str:
     """What ends the behaviour of the state of a row by a cause; empty if the value is no cause."""
     owner, rest = split(route)
     cause, subsystem = node.scalar, node_at(index.sources.get(path), owner)
@@ -222,7 +222,7 @@ def describe_cause(index: Index, path: str, route: Route, node: Node) -> str:
     )
 
 
-def _scalar(node: Node, key: str) -> str:
+def _scalar(node: TextNode, key: str) -> str:
     below = node.values.get(key)
     return (below.scalar or "") if below else ""
 

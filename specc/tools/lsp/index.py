@@ -14,7 +14,7 @@ from specc.model.expr import Expr, walk
 from specc.model.system import System
 from specc.resolve.context import Findings, Meaning, Use
 from specc.schema.places import split
-from specc.source import Node, Place, Route, SourceFile, Sources
+from specc.source import Place, Route, SourceFile, Sources, TextNode
 from specc.tools.lsp.references import Links, Reference, links_of, references_of
 from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, collect, in_force, node_at, values
 
@@ -107,7 +107,7 @@ class Index:
                 return meaning, _smallest(self, meaning, meaning.expr, offset)
         return None
 
-    def value_at(self, path: str, offset: int) -> tuple[Route, Node, bool] | None:
+    def value_at(self, path: str, offset: int) -> tuple[Route, TextNode, bool] | None:
         """The key or the text at a place: its route, where it stands, and whether it is the key."""
         source = self.sources.get(path)
         for route, key, node in values(source.spans) if source and source.spans else ():

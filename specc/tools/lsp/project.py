@@ -11,7 +11,7 @@ from typing import Any
 
 from specc.diagnostics import Diagnostic, Edit
 from specc.frozen import frozen
-from specc.kept import Kept
+from specc.kept import AnswerCache
 from specc.limits import ALLOWED, left, one_run, spend
 from specc.model.system import System
 from specc.pipeline import check_spec
@@ -135,7 +135,7 @@ class Project:
     _current: dict[str, Analysis] = field(default_factory=dict)
     _understood: dict[str, Analysis] = field(default_factory=dict)
     _mended: dict[str, tuple[Analysis, Analysis]] = field(default_factory=dict)
-    _kept: dict[str, Kept] = field(default_factory=dict)
+    _kept: dict[str, AnswerCache] = field(default_factory=dict)
 
     def put(self, path: str, text: str) -> None:
         """Take the text of an open file, saved or not."""
@@ -206,7 +206,7 @@ class Project:
             yield from certain(best.diagnostics, sources, analysis.loader.sources, earlier)
 
     def _analysed(self, root: str, read: Read) -> Analysis:
-        kept = self._kept.setdefault(root, Kept())
+        kept = self._kept.setdefault(root, AnswerCache())
         earlier = kept.spent
         loader = Loader(Findings(kept=kept), read, reach=self._reach(root))
         with one_run():

@@ -13,7 +13,7 @@ from specc.model.wires import Wires
 from specc.resolve.context import Meaning, Use
 from specc.schema.keys import Role, SymbolKind
 from specc.schema.places import TRACED, role_of, split
-from specc.source import Node, Place, Route, SourceFile
+from specc.source import Place, Route, SourceFile, TextNode
 from specc.tools.lsp.formulas import Paths, paths_of
 from specc.tools.lsp.structure import (
     Mention,
@@ -200,7 +200,7 @@ def references_of(
 @dataclass(slots=True)
 class _Reader:
     path: str
-    top: Node
+    top: TextNode
     files: Mapping[str, FileSymbols]
     meanings: Mapping[Key, Meaning]
     links: Links
@@ -292,7 +292,7 @@ class _Reader:
         return self.files[key[0]].by_route.get(key[1]) if key and key[0] in self.files else None
 
     def _parameter(self, route: Route, name: str) -> Iterator[Reference]:
-        user: Node | None = self.top
+        user: TextNode | None = self.top
         for step in route[:-2]:
             user = user.values.get(step) if user else None
         used = user.values.get("use") if user else None

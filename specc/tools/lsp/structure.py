@@ -9,8 +9,8 @@ from collections.abc import Collection, Iterator
 from specc.frozen import frozen
 from specc.lang import RESERVED, ExprError
 from specc.lang.mentioned import (
-    Named,
     NameKind,
+    NameMention,
     names_of_interface,
     names_of_signature,
     names_of_type,
@@ -156,7 +156,7 @@ def signature_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
     yield from map(_mention, names_of_signature(text, types))
 
 
-def _mention(named: Named) -> Mention:
+def _mention(named: NameMention) -> Mention:
     return Mention(_KINDS[named.kind], named.name, named.start, named.end)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from specc.model.types import Type
 from specc.schema.keys import SymbolKind
 from specc.schema.places import defined_by, is_device, split
-from specc.source import Node, Place, Route, SourceFile
+from specc.source import Place, Route, SourceFile, TextNode
 from specc.tools.lsp.structure import enum_members
 
 Key = tuple[str, Route]
@@ -48,7 +48,7 @@ class FileSymbols:
     by_route: dict[Route, Symbol] = field(default_factory=dict)
 
 
-def values(node: Node, route: Route = ()) -> Iterator[tuple[Route, Node | None, Node]]:
+def values(node: TextNode, route: Route = ()) -> Iterator[tuple[Route, TextNode | None, TextNode]]:
     """Every value below a node: its route, the key that names it and the value itself."""
     for step, value in node.values.items():
         here = (*route, step)
@@ -161,7 +161,7 @@ def _all_in_files(files: Mapping[str, FileSymbols], path: str, seen: set[str]) -
         yield from (s for s in _all_in_files(files, used, seen) if s.kind != "parameter")
 
 
-def node_at(source: SourceFile | None, route: Route) -> Node | None:
+def node_at(source: SourceFile | None, route: Route) -> TextNode | None:
     """The value at a route of a file."""
     node = source.spans if source else None
     for step in route:

@@ -11,7 +11,7 @@ from typing import Any
 
 from specc.frozen import frozen
 from specc.model.system import Subsystem, System
-from specc.tools.plot.signals import Component, Signal, unwound
+from specc.tools.plot.signals import PlottedLine, Signal, unwound
 
 MANY = "…"
 """Stands for states that follow one another too fast to be told apart."""
@@ -74,14 +74,14 @@ class Sheet:
 
 
 @frozen
-class Run:
+class PlottedRun:
     """A recording that was read: its name on the plot, empty if it is the only one."""
 
     name: str
     traces: Any
 
 
-def cut(run: Run, begin_s: float, end_s: float) -> Run:
+def cut(run: PlottedRun, begin_s: float, end_s: float) -> PlottedRun:
     """What a recording has of a part of its time."""
     whole = run.traces
     begin_s, end_s = max(begin_s, whole.begin_s), min(end_s, whole.end_s)
@@ -102,10 +102,12 @@ def cut(run: Run, begin_s: float, end_s: float) -> Run:
         for every in (whole.faults, whole.violated)
     )
     own = {"lines": lines, "faults": faults, "violated": violated}
-    return Run(run.name, replace(whole, begin_s=begin_s, end_s=end_s, **own))
+    return PlottedRun(run.name, replace(whole, begin_s=begin_s, end_s=end_s, **own))
 
 
-def bands(runs: Sequence[Run], names: Sequence[str], system: System | None) -> Iterator[Band]:
+def bands(
+    runs: Sequence[PlottedRun], names: Sequence[str], system: System | None
+) -> Iterator[Band]:
     """The machines of these names, each run below the other."""
     known = {s.qualified_name: s for s in system.subsystems} if system else {}
     for name in names:
@@ -136,7 +138,7 @@ def legible(band: Band, length_s: float) -> Iterator[tuple[float, float, str]]:
 
 
 def panels(
-    runs: Sequence[Run], groups: Sequence[Sequence[Signal]], places: Mapping[str, int]
+    runs: Sequence[PlottedRun], groups: Sequence[Sequence[Signal]], places: Mapping[str, int]
 ) -> Iterator[Panel]:
     """The panels of each group of signals, one for each unit.
 
@@ -163,8 +165,8 @@ def _title(group: Sequence[Signal]) -> str:
 
 
 def _curves(
-    signal: Signal, run: Run, place: int, label: str, source: int
-) -> Iterator[tuple[Component, Curve]]:
+    signal: Signal, run: PlottedRun, place: int, label: str, source: int
+) -> Iterator[tuple[PlottedLine, Curve]]:
     times_s, columns = numbers_of(signal, run, place)
     units: dict[Any, int] = {}
     for part, column in zip(signal.components, columns, strict=True):
@@ -174,7 +176,7 @@ def _curves(
         yield part, Curve(text, kind, source, times_s, column)
 
 
-def numbers_of(signal: Signal, run: Run, place: int) -> tuple[Sequence[float], list[Any]]:
+def numbers_of(signal: Signal, run: PlottedRun, place: int) -> tuple[Sequence[float], list[Any]]:
     """Times in s, and the values of each component then."""
     line = run.traces.lines.get(signal.owner)
     if line is None:
@@ -186,7 +188,7 @@ def numbers_of(signal: Signal, run: Run, place: int) -> tuple[Sequence[float], l
     return line.times_s, columns
 
 
-def marks(runs: Sequence[Run]) -> Iterator[Mark]:
+def marks(runs: Sequence[PlottedRun]) -> Iterator[Mark]:
     """Faults and violated requirements, by time."""
     every = []
     for run in runs:

@@ -48,7 +48,7 @@ class NoSignal(Exception):
 
 
 @frozen
-class Component:
+class PlottedLine:
     """One line: its name in the legend, its unit, and the names of values that are no numbers."""
 
     name: str
@@ -65,7 +65,7 @@ class Signal:
     owner: str
     path: tuple[str, ...]
     """Where its data is in the messages of its owner."""
-    components: tuple[Component, ...]
+    components: tuple[PlottedLine, ...]
     numbers: Callable[[Any], Numbers]
     """What its data says, NaN where there is nothing. Raises NotKnown for data of another type."""
     is_pose: bool = False
@@ -199,7 +199,7 @@ def _part(value: Any, steps: Sequence[str | int]) -> Any:
     return value
 
 
-def _components(name: str, type_: Type) -> tuple[Component, ...]:
+def _components(name: str, type_: Type) -> tuple[PlottedLine, ...]:
     """The lines of a type. Raises NoSignal where it has none, or too many."""
     type_ = _there(type_)
     parts, row = type_.components, kind(type_)
@@ -208,12 +208,12 @@ def _components(name: str, type_: Type) -> tuple[Component, ...]:
     if parts:
         names = type_.names if type_.frames else tuple(f"[{i}]" for i in range(len(parts)))
         found = (_components(name, part)[0] for part in parts)
-        return tuple(Component(n, c.unit, c.words) for n, c in zip(names, found, strict=True))
+        return tuple(PlottedLine(n, c.unit, c.words) for n, c in zip(names, found, strict=True))
     if isinstance(type_, Pose):
-        turned = [Component(f"r{n}", _said(RADIAN)) for n in VECTOR3_COMPONENTS]
-        return (*(Component(n, _said(METRE)) for n in VECTOR3_COMPONENTS), *turned)
+        turned = [PlottedLine(f"r{n}", _said(RADIAN)) for n in VECTOR3_COMPONENTS]
+        return (*(PlottedLine(n, _said(METRE)) for n in VECTOR3_COMPONENTS), *turned)
     if row.sort in ("whole", "real") or row.words(type_):
-        return (Component("", "".join(map(_said, type_.units)), row.words(type_)),)
+        return (PlottedLine("", "".join(map(_said, type_.units)), row.words(type_)),)
     if isinstance(type_, Record):
         fields = ", ".join(f"{name}.{field}" for field, _ in type_.fields)
         raise NoSignal(f"{name} is a record; name one of its fields: {fields}")

@@ -7,8 +7,8 @@ import io
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from specc.tools.plot.sheet import Band, Run, numbers_of
-from specc.tools.plot.signals import Component, Signal
+from specc.tools.plot.sheet import Band, PlottedRun, numbers_of
+from specc.tools.plot.signals import PlottedLine, Signal
 
 Row = list[str]
 
@@ -25,7 +25,10 @@ def timeline(runs: Sequence[tuple[str, Sequence[Band]]]) -> str:
 
 
 def table(
-    runs: Sequence[Run], signals: Sequence[Signal], names: Sequence[str], places: Mapping[str, int]
+    runs: Sequence[PlottedRun],
+    signals: Sequence[Signal],
+    names: Sequence[str],
+    places: Mapping[str, int],
 ) -> str:
     """A row for each time at which something is told; `names` are those of machines."""
     head = [_head(signal.name, part) for signal in signals for part in signal.components]
@@ -33,14 +36,14 @@ def table(
     return _text(["recording", "time_s", *names, *head], rows)
 
 
-def _head(name: str, part: Component) -> str:
+def _head(name: str, part: PlottedLine) -> str:
     dot = "." if part.name and part.name[0] != "[" else ""
     unit = f" [{part.unit}]" if part.unit else ""
     return f"{name}{dot}{part.name}{unit}"
 
 
 def _rows(
-    run: Run, signals: Sequence[Signal], names: Sequence[str], places: Mapping[str, int]
+    run: PlottedRun, signals: Sequence[Signal], names: Sequence[str], places: Mapping[str, int]
 ) -> Iterator[Row]:
     width = len(names) + sum(len(signal.components) for signal in signals)
     rows: dict[float, Row] = {}
@@ -60,7 +63,7 @@ def _rows(
         yield [run.name, f"{time_s:.9g}", *states, *rows[time_s][len(names) :]]
 
 
-def _shown(part: Component, number: float) -> str:
+def _shown(part: PlottedLine, number: float) -> str:
     if math.isnan(number):
         return ""
     if part.words:

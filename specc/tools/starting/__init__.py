@@ -2,12 +2,12 @@
 
 from specc.tools.starting.adding import added, bound
 from specc.tools.starting.document import Robot, document, left_out, not_held
-from specc.tools.starting.facts import Facts, NoFacts, facts_of
+from specc.tools.starting.facts import ModelFacts, NoFacts, facts_of
 from specc.tools.starting.groups import NoGroup, grouped
 from specc.tools.starting.receptors import receptors
 
 __all__ = [
-    "Facts",
+    "ModelFacts",
     "NoFacts",
     "NoGroup",
     "Robot",

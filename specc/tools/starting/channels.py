@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from specc.frozen import frozen
 from specc.tools.importers.writing import Data, Noted, SpecNames
-from specc.tools.starting.facts import Actuator, Facts, Joint
+from specc.tools.starting.facts import Actuator, Joint, ModelFacts
 
 NEAR = {"rad": ("angle_tolerance", 0.05), "m": ("distance_tolerance", 0.005)}
 """By the unit of a joint: a constant that says how near to the start is near, and its value."""
@@ -63,7 +63,7 @@ class Channel:
         return len(self.actuators)
 
 
-def channels(actuators: Iterable[Actuator], facts: Facts) -> list[Channel]:
+def channels(actuators: Iterable[Actuator], facts: ModelFacts) -> list[Channel]:
     """The channels of a group, in the order of the model.
 
     A channel has a joint once: of several actuators of one kind on a joint, each is in another one.
@@ -85,7 +85,7 @@ def _share(actuator: Actuator, others: Iterable[Actuator]) -> bool:
     return len(actuator.joints) == 1 and actuator.joints[0][0] in joints
 
 
-def _kind(actuator: Actuator, facts: Facts) -> tuple[str, str, str]:
+def _kind(actuator: Actuator, facts: ModelFacts) -> tuple[str, str, str]:
     joints = [facts.joints[joint] for joint, _ in actuator.joints]
     units = {joint.unit for joint in joints}
     unit = units.pop() if len(units) == 1 else ""
@@ -103,20 +103,21 @@ def _kind(actuator: Actuator, facts: Facts) -> tuple[str, str, str]:
     return "other", unit, ""
 
 
-class Writer:
+class ChannelWriter:
     """Writes the channels of one group into a draft."""
 
-    def __init__(self, group: str, facts: Facts, names: SpecNames, near: Mapping[str, str]) -> None:
+    def __init__(
+        self, group: str, facts: ModelFacts, names: SpecNames, near: Mapping[str, str]
+    ) -> None:
         """`near`: by units of joints, the constants that say how near to the start is near."""
         self.draft = Draft()
-        self._group, self._facts, self._names, self._near = group, facts, names, near
+        self._group, self._context = group, (facts, names, near)
         self._letters: dict[str, int] = {}
 
     def write(self, channel: Channel, mark: str = "") -> None:
         """Add a channel; `mark` tells the constants of several channels apart."""
         prefix = f"{self._group}_{mark}" if mark else self._group
-        context = self._facts, self._names, self._near
-        _Channel(self.draft, channel, prefix, self._letter, *context).write()
+        _Channel(self.draft, channel, prefix, self._letter, *self._context).write()
 
     def _letter(self, wish: str) -> str:
         count = self._letters[wish] = self._letters.get(wish, 0) + 1
@@ -132,7 +133,7 @@ class _Channel:
         channel: Channel,
         prefix: str,
         letter: Callable[[str], str],
-        facts: Facts,
+        facts: ModelFacts,
         names: SpecNames,
         near: Mapping[str, str],
     ) -> None:

@@ -14,17 +14,17 @@ from specc.tools.fmt import formatted
 from specc.tools.importers.writing import PEERS, Data, SpecNames, rate, to_yaml
 from specc.tools.starting.channels import (
     NEAR,
+    ChannelWriter,
     Draft,
-    Writer,
     camel,
     channels,
     noted,
     number,
     qualified,
 )
-from specc.tools.starting.facts import Facts
-from specc.tools.starting.groups import Group
-from specc.tools.starting.receptors import Element, Receptor
+from specc.tools.starting.facts import ModelFacts
+from specc.tools.starting.groups import ActuatorGroup
+from specc.tools.starting.receptors import Receptor, ReceptorElement
 
 _WIDTH = 96
 HELD_S = 5
@@ -38,9 +38,9 @@ class Robot:
     """All that a specification is written from."""
 
     name: str
-    facts: Facts
+    facts: ModelFacts
     model: Model
-    groups: Sequence[Group]
+    groups: Sequence[ActuatorGroup]
     receptors: Sequence[Receptor]
     refused: Mapping[str, str]
 
@@ -100,7 +100,7 @@ def wrapped(*remarks: str) -> list[str]:
     return [line for remark in remarks for line in _wrapped(remark, 4)]
 
 
-def pose(facts: Facts) -> str:
+def pose(facts: ModelFacts) -> str:
     """Where the robot is at the start, in words."""
     return f"keyframe {facts.keyframe}" if facts.keyframe else "the start"
 
@@ -116,7 +116,7 @@ def left_out(refused: Mapping[str, str]) -> Iterator[str]:
         yield f"{few}{more}: {why}"
 
 
-def not_held(facts: Facts) -> str:
+def not_held(facts: ModelFacts) -> str:
     """A line about the joints that left the start in the rehearsal; empty if none did."""
     most = {joint.name: NEAR[joint.unit][1] for joint in facts.joints}
     far = {name: value for name, value in facts.strayed.items() if value > most[name]}
@@ -140,7 +140,7 @@ class _Sensed:
 
     name: str
     receptor: Receptor
-    elements: Mapping[str, Element]
+    elements: Mapping[str, ReceptorElement]
     reports: Mapping[str, Data]
     interface: str
 
@@ -165,10 +165,10 @@ class _Agent:
         self._receptors = [self._sensor(receptor) for receptor in robot.receptors]
         self._period = Fraction(str(round(robot.facts.period_s, 9)))
 
-    def _effector(self, group: Group) -> tuple[str, Group, Draft]:
+    def _effector(self, group: ActuatorGroup) -> tuple[str, ActuatorGroup, Draft]:
         name = self._parts.new(group.wish)
         found = channels(group.actuators, self._robot.facts)
-        writer = Writer(self._before + name, self._robot.facts, self._names, self._near)
+        writer = ChannelWriter(self._before + name, self._robot.facts, self._names, self._near)
         for index, channel in enumerate(found):
             writer.write(channel, f"{index + 1}" if len(found) > 1 else "")
         return name, group, writer.draft
@@ -245,11 +245,11 @@ class _Agent:
 
     # Devices and virtual effectors.
 
-    def _device(self, group: Group, draft: Draft) -> Data:
+    def _device(self, group: ActuatorGroup, draft: Draft) -> Data:
         lines = [f"A guess: {group.why}."] if group.why else []
         return noted({"x": draft.device["x"], "y": draft.device["y"]}, lines)
 
-    def _moving(self, name: str, group: Group, draft: Draft) -> Data:
+    def _moving(self, name: str, group: ActuatorGroup, draft: Draft) -> Data:
         x: dict[str, Data] = {"c": draft.inputs, "E": draft.device["y"]}
         y: dict[str, Data] = {
             "c": draft.outputs,
@@ -274,7 +274,7 @@ class _Agent:
             "through": "identity",
         }
 
-    def _bound(self, element: Element, receptor: Receptor) -> Data:
+    def _bound(self, element: ReceptorElement, receptor: Receptor) -> Data:
         rates: dict[str, Data] = {"rate": self._rate(_SEEN_S)} if receptor.camera else {}
         return {**element.bind, **rates}
 
@@ -323,7 +323,7 @@ class _Agent:
         }
 
 
-def _moved(group: Group, facts: Facts) -> str:
+def _moved(group: ActuatorGroup, facts: ModelFacts) -> str:
     """The title of a virtual effector: the joints that it moves."""
     joints = list(dict.fromkeys(facts.joints[j].name for a in group.actuators for j, _ in a.joints))
     shown = ", ".join(joints) if len(joints) < 3 else f"{joints[0]} to {joints[-1]}"

@@ -74,7 +74,7 @@ class Sensor:
 
 
 @frozen
-class Facts:
+class ModelFacts:
     """See `specc_runtime.plants.mujoco.describing`."""
 
     keyframe: str | None
@@ -92,7 +92,7 @@ class Facts:
     cameras: tuple[str, ...]
 
 
-def facts_of(path: str) -> Facts:
+def facts_of(path: str) -> ModelFacts:
     """Facts about the MJCF file at `path`. Raises NoFacts."""
     answer = _asked(os.path.abspath(path))
     for reason in ("missing", "error"):
@@ -111,7 +111,7 @@ def facts_of(path: str) -> Facts:
         "sensors": tuple(Sensor(**each) for each in answer["sensors"]),
         "cameras": tuple(answer["cameras"]),
     }
-    return Facts(**{**answer, **many})
+    return ModelFacts(**{**answer, **many})
 
 
 BRACED = "braces in names stand for indices: give it or its joint another name"

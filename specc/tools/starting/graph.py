@@ -8,7 +8,7 @@ from dataclasses import field
 from itertools import takewhile
 from typing import Any
 
-from specc.analysis.ros2 import JOINT_STATE, MESSAGES, Part, scalar, short
+from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, short
 from specc.frozen import frozen
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
@@ -47,7 +47,7 @@ class Topic:
 
 
 @frozen
-class Graph:
+class RosGraph:
     """What there is; `more` topics are left out."""
 
     topics: tuple[Topic, ...]
@@ -56,17 +56,17 @@ class Graph:
     more: int = 0
 
 
-def graph_from(data: Mapping[str, Any]) -> Graph:
+def graph_from(data: Mapping[str, Any]) -> RosGraph:
     """The graph of what `specc_runtime.ros2.looking` found."""
     actions = tuple((name, short(types[0])) for name, types in data["actions"] if len(types) == 1)
-    return Graph(tuple(Topic(**each) for each in data["topics"]), actions, data["more"])
+    return RosGraph(tuple(Topic(**each) for each in data["topics"]), actions, data["more"])
 
 
 LISTENED = tuple(name.replace("/", "/msg/") for name in MESSAGES)
 """Types of the topics whose messages say something."""
 
 
-class Unfit(Exception):
+class UnfitTopic(Exception):
     """Why a topic goes with no element."""
 
 
@@ -92,13 +92,15 @@ def is_legal(name: str, message: str) -> bool:
 def checked(topic: Topic) -> None:
     """Raises Unfit for a topic that cannot be bound, whatever its messages have."""
     if len(topic.types) != 1:
-        raise Unfit("its nodes do not agree on a type")
+        raise UnfitTopic("its nodes do not agree on a type")
     if not is_legal(topic.name, topic.type):
-        raise Unfit("its name is none of ROS 2")
+        raise UnfitTopic("its name is none of ROS 2")
     if topic.type not in MESSAGES:
-        raise Unfit("of another type: it is bound with a function under `through`, docs/ros2.md")
+        raise UnfitTopic(
+            "of another type: it is bound with a function under `through`, docs/ros2.md"
+        )
     if not topic.commanded and not topic.message:
-        raise Unfit("no message came, and a run begins when each topic has had one")
+        raise UnfitTopic("no message came, and a run begins when each topic has had one")
 
 
 _SINGLE = {"Bool": "bool", "Int64": "int", "Float64": "real", "String": "text"}
@@ -133,7 +135,7 @@ class Frames:
         frame = GUESSED_FRAME if topic.commanded else str(topic.message.get(at, ""))
         frame = frame.removeprefix("/")
         if frame and not _NAME.fullmatch(frame):
-            raise Unfit("its frame has an unusual name: bind it by hand")
+            raise UnfitTopic("its frame has an unusual name: bind it by hand")
         name = self._names.of(frame)
         self.named[name] = frame
         return name
@@ -148,19 +150,23 @@ def elements(topic: Topic, device: str, frames: Frames) -> dict[str, str]:
     types = {_symbol(part): _type(part, topic, device, frames) for part in parts}
     found = {name: type_ for name, type_ in types.items() if type_}
     if not found:
-        raise Unfit("its messages cannot be sent" if topic.commanded else "of another encoding")
+        raise UnfitTopic(
+            "its messages cannot be sent" if topic.commanded else "of another encoding"
+        )
     if topic.commanded and len(found) > 1:
-        raise Unfit("its messages have several values: name a function under `through` for all")
+        raise UnfitTopic(
+            "its messages have several values: name a function under `through` for all"
+        )
     return {f"{name}_d" if topic.commanded else name: type_ for name, type_ in found.items()}
 
 
-def _symbol(part: Part) -> str:
+def _symbol(part: MessagePart) -> str:
     if part.shape == "vector3":
         return _OF_UNITS.get(part.unit, "v") if part.unit else "v"
     return _SYMBOLS[part.shape]
 
 
-def _type(part: Part, topic: Topic, device: str, frames: Frames) -> str:
+def _type(part: MessagePart, topic: Topic, device: str, frames: Frames) -> str:
     """The type of elements whose values are that part; empty if the message has another one."""
     unit = f", {part.unit}" if part.unit else ""
     match part.shape:
@@ -182,9 +188,9 @@ def _type(part: Part, topic: Topic, device: str, frames: Frames) -> str:
     return f"pose[{parent}, {frames.of(topic, part.child, device)}]"
 
 
-def _image(part: Part, topic: Topic) -> str:
+def _image(part: MessagePart, topic: Topic) -> str:
     if topic.commanded:
-        raise Unfit(_NO_SIZE)
+        raise UnfitTopic(_NO_SIZE)
     known = _COLOURS if part.shape == "image" else _DEPTHS
     if topic.message.get("encoding") not in known:
         return ""
@@ -198,9 +204,9 @@ _NO_SIZE = "nothing says how many numbers it takes"
 def _size(topic: Topic, of: str) -> int:
     size = topic.message.get(of)
     if topic.commanded or not isinstance(size, int):
-        raise Unfit(_NO_SIZE)
+        raise UnfitTopic(_NO_SIZE)
     if not is_size(size):
-        raise Unfit("its values are too large, or empty")
+        raise UnfitTopic("its values are too large, or empty")
     return size
 
 
@@ -217,18 +223,18 @@ def joints_of(topic: Topic) -> list[str]:
 
 def _of_joints(topic: Topic) -> dict[str, str]:
     if topic.commanded:
-        raise Unfit("it takes commands to joints, and no joint states tell which these are")
+        raise UnfitTopic("it takes commands to joints, and no joint states tell which these are")
     joints = joints_of(topic)
     if len(joints) > 150 or len(set(joints)) < len(joints):
-        raise Unfit("it has more than 150 joints, or a name twice")
+        raise UnfitTopic("it has more than 150 joints, or a name twice")
     if not all(map(_NAME.fullmatch, joints)):
-        raise Unfit("its joints have unusual names: bind it by hand")
+        raise UnfitTopic("its joints have unusual names: bind it by hand")
     found: dict[str, str] = {}
     for part in MESSAGES[JOINT_STATE]:
         if topic.message.get(part.path):  # rad rather than m: it is the first
             found.setdefault(_OF_JOINTS[part.path], f"vector[{len(joints)}, {part.unit}]")
     if not joints or not found:
-        raise Unfit("its messages have no numbers of joints")
+        raise UnfitTopic("its messages have no numbers of joints")
     return found
 
 

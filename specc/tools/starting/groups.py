@@ -9,7 +9,7 @@ from typing import Literal
 
 from specc.diagnostics.nearest import hint
 from specc.frozen import frozen
-from specc.tools.starting.facts import Actuator, Facts
+from specc.tools.starting.facts import Actuator, ModelFacts
 
 GroupKind = Literal["arm", "leg", "gripper", "hand", "base", "head", "torso", "joints"]
 _WORDS: tuple[tuple[GroupKind, str], ...] = (
@@ -30,7 +30,7 @@ class NoGroup(Exception):
 
 
 @frozen
-class Group:
+class ActuatorGroup:
     """Actuators of one virtual effector; `why` is the reason of a guess, empty if it is none."""
 
     kind: GroupKind
@@ -40,12 +40,12 @@ class Group:
 
 
 def grouped(
-    facts: Facts,
+    facts: ModelFacts,
     wanted: Mapping[str, str],
     taken: Iterable[str] = (),
     *,
     guess: bool = True,
-) -> list[Group]:
+) -> list[ActuatorGroup]:
     """Groups of actuators but those that are `taken`: named ones, then guessed ones.
 
     `wanted` are the names of groups -> texts of `--group`.
@@ -57,13 +57,13 @@ def grouped(
     groups = []
     for name, text in wanted.items():
         own = [found for item in _items(text, _known(facts)) for found in _named(item, facts, left)]
-        groups.append(Group("joints", name, tuple(dict.fromkeys(own))))
+        groups.append(ActuatorGroup("joints", name, tuple(dict.fromkeys(own))))
         for actuator in own:
             left.pop(actuator.name, None)
     return groups + (_guessed(facts, list(left.values())) if guess else [])
 
 
-def _known(facts: Facts) -> set[str]:
+def _known(facts: ModelFacts) -> set[str]:
     return {a.name for a in facts.actuators} | {j.name for j in facts.joints}
 
 
@@ -78,7 +78,7 @@ def _items(text: str, known: set[str]) -> Iterator[str]:
         yield item
 
 
-def _named(item: str, facts: Facts, left: Mapping[str, Actuator]) -> list[Actuator]:
+def _named(item: str, facts: ModelFacts, left: Mapping[str, Actuator]) -> list[Actuator]:
     """What an item of `--group` names: an actuator or joint, or all `FIRST..LAST` of the model."""
     ends = _ends(item, _known(facts))
     found = _between(*ends, facts) if ends else _at(item, facts)
@@ -97,7 +97,7 @@ def _ends(item: str, known: set[str]) -> tuple[str, str] | None:
     return next((ends for ends in found if known.issuperset(ends)), found[0])
 
 
-def _between(first: str, last: str, facts: Facts) -> list[Actuator]:
+def _between(first: str, last: str, facts: ModelFacts) -> list[Actuator]:
     """The actuators of all joints from one to another, or all actuators from one to another."""
     order = list(facts.actuators)
     places = [*_places(first, facts), *_places(last, facts)]
@@ -112,11 +112,11 @@ def _between(first: str, last: str, facts: Facts) -> list[Actuator]:
     return order[min(places) : max(places) + 1]
 
 
-def _at(name: str, facts: Facts) -> list[Actuator]:
+def _at(name: str, facts: ModelFacts) -> list[Actuator]:
     return [facts.actuators[place] for place in _places(name, facts)]
 
 
-def _places(name: str, facts: Facts) -> list[int]:
+def _places(name: str, facts: ModelFacts) -> list[int]:
     joints = {index for index, joint in enumerate(facts.joints) if joint.name == name}
     places = [i for i, a in enumerate(facts.actuators) if a.name == name] or [
         i for i, a in enumerate(facts.actuators) if joints & {joint for joint, _ in a.joints}
@@ -136,11 +136,15 @@ def _places(name: str, facts: Facts) -> list[int]:
 # is cut where it branches. Short branches at the end of a chain are fingers.
 
 
-def _guessed(facts: Facts, actuators: list[Actuator]) -> list[Group]:
+def _guessed(facts: ModelFacts, actuators: list[Actuator]) -> list[ActuatorGroup]:
     bodies = {a.name: max(facts.joints[j].body for j, _ in a.joints) for a in actuators}
     wheels = [a for a in actuators if any(facts.joints[j].wheel for j, _ in a.joints)]
     rest = [a for a in actuators if a not in wheels]
-    found = [Group("base", "base", tuple(wheels), "hinges that turn without end")] if wheels else []
+    found = (
+        [ActuatorGroup("base", "base", tuple(wheels), "hinges that turn without end")]
+        if wheels
+        else []
+    )
     tree = _Tree(facts, {b for a in rest for j, _ in a.joints for b in (facts.joints[j].body,)})
     chains = _merged(list(tree.chains()), [_bodies(a, facts) for a in rest])
     for chain in chains:
@@ -150,14 +154,14 @@ def _guessed(facts: Facts, actuators: list[Actuator]) -> list[Group]:
     return _told_apart(_joined(found, facts))
 
 
-def _bodies(actuator: Actuator, facts: Facts) -> set[int]:
+def _bodies(actuator: Actuator, facts: ModelFacts) -> set[int]:
     return {facts.joints[joint].body for joint, _ in actuator.joints}
 
 
 class _Tree:
     """Bodies with driven joints; each hangs from the nearest above it."""
 
-    def __init__(self, facts: Facts, bodies: set[int]) -> None:
+    def __init__(self, facts: ModelFacts, bodies: set[int]) -> None:
         self.parent = {body: _above(body, bodies, facts.parents) for body in bodies}
         self.children: dict[int, list[int]] = {}
         for body in sorted(bodies):
@@ -198,28 +202,30 @@ def _merged(chains: list[set[int]], coupled: Iterable[set[int]]) -> list[set[int
     return chains
 
 
-def _called(own: tuple[Actuator, ...], chain: set[int], facts: Facts, tree: _Tree) -> Group:
+def _called(
+    own: tuple[Actuator, ...], chain: set[int], facts: ModelFacts, tree: _Tree
+) -> ActuatorGroup:
     joints = [facts.joints[j] for j in dict.fromkeys(j for a in own for j, _ in a.joints)]
     text = " ".join(f"{j.name} {j.body_name}" for j in joints).lower()
     counts = {kind: len(re.findall(words, text)) for kind, words in _WORDS}
     named = max(counts, key=lambda kind: counts[kind])
     if counts[named]:
         kind: GroupKind = "hand" if named == "gripper" and len(own) > _MOST_FINGERS else named
-        return Group(kind, kind, own, "by the names in the model")
+        return ActuatorGroup(kind, kind, own, "by the names in the model")
     slides = all(j.kind == "slide" for j in joints)
     tops = [body for body in chain if tree.parent.get(body) not in chain]
     if slides and 2 <= len(joints) <= _MOST_FINGERS and len(tops) > 1:
-        return Group("gripper", "gripper", own, "slides beside each other")
+        return ActuatorGroup("gripper", "gripper", own, "slides beside each other")
     if len(tops) > 1:
         kind = "gripper" if len(joints) <= _MOST_FINGERS else "hand"
-        return Group(kind, kind, own, "branches at the end of a chain")
+        return ActuatorGroup(kind, kind, own, "branches at the end of a chain")
     if len(joints) >= 3 and all(j.kind == "hinge" for j in joints):
         kind = "leg" if _floats(own, facts) else "arm"
-        return Group(kind, kind, own, "a chain of hinges")
-    return Group("joints", "joints", own, "neighbours in the tree of bodies")
+        return ActuatorGroup(kind, kind, own, "a chain of hinges")
+    return ActuatorGroup("joints", "joints", own, "neighbours in the tree of bodies")
 
 
-def _floats(own: tuple[Actuator, ...], facts: Facts) -> bool:
+def _floats(own: tuple[Actuator, ...], facts: ModelFacts) -> bool:
     """Whether a free joint carries what the actuators move."""
     above = facts.joints[own[0].joints[0][0]].body
     free = {joint.body for joint in facts.joints if joint.kind == "free"}
@@ -228,9 +234,9 @@ def _floats(own: tuple[Actuator, ...], facts: Facts) -> bool:
     return above in free
 
 
-def _joined(groups: list[Group], facts: Facts) -> list[Group]:
+def _joined(groups: list[ActuatorGroup], facts: ModelFacts) -> list[ActuatorGroup]:
     """Groups of one kind that are not worth several effectors: single joints, parts of a base."""
-    kept: list[Group] = []
+    kept: list[ActuatorGroup] = []
     for group in groups:
         small = group.kind in ("joints", "base", "gripper", "head", "torso")
         same = next((g for g in kept if g.kind == group.kind), None) if small else None
@@ -239,19 +245,19 @@ def _joined(groups: list[Group], facts: Facts) -> list[Group]:
         )
         if same is not None and one_tree:
             both = (*same.actuators, *group.actuators)
-            kept[kept.index(same)] = Group(same.kind, same.wish, both, same.why)
+            kept[kept.index(same)] = ActuatorGroup(same.kind, same.wish, both, same.why)
         else:
             kept.append(group)
     return kept
 
 
-def _base(group: Group, facts: Facts) -> int:
+def _base(group: ActuatorGroup, facts: ModelFacts) -> int:
     """The body, above all that the group moves, that hangs from the world or another group."""
     bodies = {facts.joints[j].body for a in group.actuators for j, _ in a.joints}
     return facts.parents[min(bodies)]
 
 
-def _told_apart(groups: list[Group]) -> list[Group]:
+def _told_apart(groups: list[ActuatorGroup]) -> list[ActuatorGroup]:
     """Groups of one kind get what tells their names apart: left_arm and right_arm, leg_1, leg_2."""
     counts = Counter(group.wish for group in groups)
     found = []
@@ -260,11 +266,11 @@ def _told_apart(groups: list[Group]) -> list[Group]:
         if counts[wish] > 1:
             common = [_common(g) for g in groups if g.wish == wish]
             wish = _marked(group, set.intersection(*common), common)
-        found.append(Group(group.kind, wish, group.actuators, group.why))
+        found.append(ActuatorGroup(group.kind, wish, group.actuators, group.why))
     return found
 
 
-def _marked(group: Group, of_all: set[str], groups: list[set[str]]) -> str:
+def _marked(group: ActuatorGroup, of_all: set[str], groups: list[set[str]]) -> str:
     """The name of a group with the words of all its names that not all groups have."""
     own = _common(group) - of_all - {group.wish}
     if not own or groups.count(_common(group)) > 1:
@@ -274,7 +280,7 @@ def _marked(group: Group, of_all: set[str], groups: list[set[str]]) -> str:
     return "_".join((*words, group.wish) if words else (group.wish, *ordered[:1]))
 
 
-def _common(group: Group) -> set[str]:
+def _common(group: ActuatorGroup) -> set[str]:
     return set.intersection(*(set(_parts(a.name)) for a in group.actuators))
 
 

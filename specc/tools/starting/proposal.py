@@ -14,9 +14,9 @@ from specc.tools.starting.document import wrapped
 from specc.tools.starting.graph import (
     GUESSED_FRAME,
     Frames,
-    Graph,
+    RosGraph,
     Topic,
-    Unfit,
+    UnfitTopic,
     arms,
     checked,
     elements,
@@ -35,7 +35,7 @@ _FEWEST = 3
 
 
 @dataclass(slots=True)
-class Device:
+class ProposedDevice:
     """A real effector or receptor: the types of its elements, and what is behind them."""
 
     name: str
@@ -55,14 +55,14 @@ class Device:
 class Devices:
     """The devices of a graph, and what of it is `left_out`, by the reasons."""
 
-    def __init__(self, graph: Graph) -> None:
+    def __init__(self, graph: RosGraph) -> None:
         self.graph = graph
-        self.every: list[Device] = []
+        self.every: list[ProposedDevice] = []
         self.left_out: dict[str, list[str]] = {}
         self.frames = Frames()
         self.is_simulated = any(t.name == "/clock" and t.publishers for t in graph.topics)
         self._names = SpecNames(PEERS)
-        self._cameras: dict[str, Device] = {}
+        self._cameras: dict[str, ProposedDevice] = {}
         topics = {t.name: t for t in graph.topics if not is_about_ros(t)}
         for state, command, element, unit in arms(topics.values()):
             if self._arm(state, command, element, unit):
@@ -73,11 +73,11 @@ class Devices:
         for name, type_ in graph.actions:
             self._action(name, type_)
 
-    def _new(self, wish: str, title: str, *, acts: bool) -> Device:
+    def _new(self, wish: str, title: str, *, acts: bool) -> ProposedDevice:
         """Raises Unfit if there are as many as a specification may have."""
         if len(self.every) >= _MOST_DEVICES:
-            raise Unfit(f"there are {_MOST_DEVICES} devices already")
-        self.every.append(Device(self._names.new(wish), title, acts))
+            raise UnfitTopic(f"there are {_MOST_DEVICES} devices already")
+        self.every.append(ProposedDevice(self._names.new(wish), title, acts))
         return self.every[-1]
 
     def _arm(self, state: Topic, command: Topic, element: str, unit: str) -> bool:
@@ -88,7 +88,7 @@ class Devices:
             found = elements(state, "", self.frames)
             checked(command)
             device = self._new(f"{space}/arm", "Passes on commands to joints", acts=True)
-        except Unfit:
+        except UnfitTopic:
             return False
         joints = joints_of(state)
         device.reports.update(found)
@@ -110,7 +110,7 @@ class Devices:
             if device is None or device.reports.keys() & found:
                 title = f"{topic.type} on {topic.name}"
                 device = self._new(camera or topic.name, title, acts=topic.commanded)
-        except Unfit as unfit:
+        except UnfitTopic as unfit:
             shown = f"{_shown(topic.name)} ({_shown(topic.types[0])})"
             self.left_out.setdefault(str(unfit), []).append(f"{shown}. {_ends(topic)}")
             return
@@ -130,9 +130,9 @@ class Devices:
         shown = f"{_shown(name)} ({_shown(type_)})"
         try:
             if not is_legal(name, type_):
-                raise Unfit("its name is none of ROS 2")
+                raise UnfitTopic("its name is none of ROS 2")
             device = self._new(name, f"Action {name}", acts=True)
-        except Unfit as unfit:
+        except UnfitTopic as unfit:
             self.left_out.setdefault(str(unfit), []).append(f"{shown}. An action.")
             return
         device.reports["status"] = "text"
@@ -140,7 +140,7 @@ class Devices:
         bind: dict[str, Data] = {"action": name, "type": type_, "part": "status"}
         device.bind["status"] = Noted(bind, told)
 
-    def _read(self, device: Device, topic: Topic, found: Mapping[str, str]) -> None:
+    def _read(self, device: ProposedDevice, topic: Topic, found: Mapping[str, str]) -> None:
         """Bind elements to what a topic has."""
         more: dict[str, Data] = {}
         if topic.type == JOINT_STATE:
@@ -264,7 +264,7 @@ def _remarks(devices: Devices, command: str) -> Iterator[str]:
         yield from (f"- {name}" for name in names)
 
 
-def _agent(devices: Sequence[Device]) -> Data:
+def _agent(devices: Sequence[ProposedDevice]) -> Data:
     acting = [each for each in devices if each.acts]
     sensing = [each for each in devices if not each.acts]
     return _filled(
@@ -280,11 +280,11 @@ def _agent(devices: Sequence[Device]) -> Data:
     )
 
 
-def _passing(device: Device) -> Data:
+def _passing(device: ProposedDevice) -> Data:
     return {"title": device.title, "rate": f"{device.rate_hz} Hz", "through": "identity"}
 
 
-def _moving(device: Device) -> Data:
+def _moving(device: ProposedDevice) -> Data:
     """A virtual effector that sends nothing before the first command, and then the last one."""
     report: dict[str, Data] = {f"y.c.{name}": f"x.E.{name}" for name in device.reports}
     wait: list[Data] = ["report"] if report else []
@@ -309,7 +309,7 @@ def _moving(device: Device) -> Data:
     return data
 
 
-def _control(devices: Sequence[Device]) -> Data:
+def _control(devices: Sequence[ProposedDevice]) -> Data:
     x: dict[str, Data] = {each.name: each.reports for each in devices if each.reports}
     y: dict[str, Data] = {each.name: each.commands for each in devices if each.commands}
     there = [f"present(x.{each.name}.{name})" for each in devices for name in each.reports]

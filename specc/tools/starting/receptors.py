@@ -8,13 +8,13 @@ from specc.analysis.plant import units_of_sensor
 from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.model.units import Unit
-from specc.tools.starting.facts import BRACED, Facts, Sensor
+from specc.tools.starting.facts import BRACED, ModelFacts, Sensor
 
 DEFAULT_CAMERA = (640, 480)
 
 
 @frozen
-class Element:
+class ReceptorElement:
     """What a receptor reports: its type, what it is bound to, and its wish for a name."""
 
     wish: str
@@ -28,12 +28,12 @@ class Receptor:
 
     wish: str
     title: str
-    elements: tuple[Element, ...]
+    elements: tuple[ReceptorElement, ...]
     camera: bool = False
 
 
 def receptors(
-    facts: Facts, model: Model, taken: Collection[str] = ()
+    facts: ModelFacts, model: Model, taken: Collection[str] = ()
 ) -> tuple[list[Receptor], dict[str, str]]:
     """Receptors, and name -> why not of all sensors that have none; not of those `taken`."""
     refused: dict[str, str] = {}
@@ -84,7 +84,7 @@ def _kinds(sensors: Iterable[Sensor], model: Model) -> tuple[str, ...]:
     return tuple(sorted({model.parts["sensor", each.name].kind for each in sensors}))
 
 
-def _elements(sensors: list[Sensor], model: Model) -> Iterator[Element]:
+def _elements(sensors: list[Sensor], model: Model) -> Iterator[ReceptorElement]:
     """One for all sensors of a kind and unit."""
     found: dict[tuple[str, Unit | None], list[Sensor]] = {}
     for sensor in sensors:
@@ -97,14 +97,14 @@ def _elements(sensors: list[Sensor], model: Model) -> Iterator[Element]:
         inner = f", {text}" if text and text != "1" else ""
         plain = f"[{inner[2:]}]" if inner else ""
         type_ = f"real{plain}" if size == 1 else f"vector[{size}{inner}]"
-        yield Element(kind, type_, {"sensors": [sensor.name for sensor in own]})
+        yield ReceptorElement(kind, type_, {"sensors": [sensor.name for sensor in own]})
 
 
-def _of_cameras(facts: Facts, model: Model, taken: Collection[str]) -> Iterator[Receptor]:
+def _of_cameras(facts: ModelFacts, model: Model, taken: Collection[str]) -> Iterator[Receptor]:
     # The simulator knows which are there, the text which are not added by the runtime.
     for name, size in model.cameras.items():
         if name in facts.cameras and name not in taken and not set(name) & set("{}"):
             width, height = size or DEFAULT_CAMERA
             bind = {"camera": name, "image": "rgb"}
-            image = Element("image", f"image[{height}, {width}, 3]", bind)
+            image = ReceptorElement("image", f"image[{height}, {width}, 3]", bind)
             yield Receptor(name, f"Camera {name}", (image,), camera=True)

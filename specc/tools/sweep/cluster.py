@@ -16,7 +16,7 @@ from typing import Any
 
 import distributed
 
-from specc.tools.sweep.running import Bundle, Place, enter, leave
+from specc.tools.sweep.running import Bundle, Workspace, enter, leave
 from specc.tools.sweep.settings import SweepError
 
 CONNECT_S = 10
@@ -51,7 +51,7 @@ class Shipment(distributed.WorkerPlugin):  # type: ignore[misc]  # it has no typ
                 why = f"{worker.address} has {package} {there}, not {here} as here"
                 enter(self.name, why := f"{why}; install the same there")
                 raise RuntimeError(why)
-        enter(self.name, Place(Path(worker.local_directory, self.name), self._bundle))
+        enter(self.name, Workspace(Path(worker.local_directory, self.name), self._bundle))
 
     def teardown(self, worker: Any) -> None:
         """The sweep is over, or the worker."""

@@ -44,7 +44,7 @@ Figures = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class SweepJob:
     """A run of the package `directory`, below the place that this process knows as `place`."""
 
     place: str
@@ -67,7 +67,7 @@ class Closed(Exception):
     """The sweep is over."""
 
 
-class Unfit(Exception):
+class NoRun(Exception):
     """No run can be made here; the message says why."""
 
 
@@ -75,11 +75,11 @@ class _Died(Exception):
     """The process of a run ended."""
 
 
-def perform(job: Job) -> Figures:
+def perform(job: SweepJob) -> Figures:
     """What came of a run. Raises Closed once `close` was called, and Unfit."""
     place = _PLACES.get(job.place, "a worker has no files of the sweep")
     if isinstance(place, str):
-        raise Unfit(place)
+        raise NoRun(place)
     given = {
         **job.options,
         "directory": str(place.folder / PACKAGES / job.directory),
@@ -171,7 +171,7 @@ class _Process:
         shutil.rmtree(self._scratch, ignore_errors=True)
 
 
-class Place:
+class Workspace:
     """A folder with copies of what runs read, and the processes that make them.
 
     There are as many as runs are under way at once; those that wait are used again.
@@ -222,17 +222,17 @@ class Place:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-_PLACES: dict[str, Place | str] = {}
+_PLACES: dict[str, Workspace | str] = {}
 
 
-def enter(name: str, place: Place | str) -> None:
+def enter(name: str, place: Workspace | str) -> None:
     """Have jobs that name the place find it, or why it is none."""
     _PLACES[name] = place
 
 
 def leave(name: str) -> None:
     """Close the place and forget it."""
-    if isinstance(place := _PLACES.pop(name, None), Place):
+    if isinstance(place := _PLACES.pop(name, None), Workspace):
         place.close()
 
 

@@ -23,9 +23,9 @@ from specc.tools.sweep.running import (
     Bundle,
     Closed,
     Figures,
-    Job,
-    Place,
-    Unfit,
+    NoRun,
+    SweepJob,
+    Workspace,
     enter,
     failed,
     leave,
@@ -39,7 +39,7 @@ RENEWED_S = 10.0
 
 
 @frozen
-class Inputs:
+class InputFiles:
     """The files that runs read, by their paths below one folder; `base` is the specification's."""
 
     base: str
@@ -48,7 +48,7 @@ class Inputs:
     """Another one when the specification, or a file that it uses or names, is another."""
 
 
-def inputs_of(spec: str, sources: Sources, system: System) -> Inputs:
+def inputs_of(spec: str, sources: Sources, system: System) -> InputFiles:
     """What runs of a system read beside the generated code, as it is now. Raises OSError.
 
     Paths are as they are named, whatever links they lead over: so they are found in a copy, too.
@@ -60,10 +60,10 @@ def inputs_of(spec: str, sources: Sources, system: System) -> Inputs:
     content = {os.path.abspath(path): Path(path).read_bytes() for path in paths}
     root = os.path.commonpath([base, *map(os.path.dirname, content)])
     files = {os.path.relpath(path, root): content[path] for path in sorted(content)}
-    return Inputs(os.path.relpath(base, root), files, _fingerprint(spec, sources, files))
+    return InputFiles(os.path.relpath(base, root), files, _fingerprint(spec, sources, files))
 
 
-def bundled(packages: Mapping[str, str], inputs: Inputs) -> Bundle:
+def bundled(packages: Mapping[str, str], inputs: InputFiles) -> Bundle:
     """Generated files, by their paths, and inputs as what runs read."""
     # Nearly all generated files are the same for all settings.
     encoded = {text: text.encode() for text in packages.values()}
@@ -103,7 +103,7 @@ Workshop = tuple[Executor, int]
 @contextmanager
 def here(name: str, folder: Path, bundle: Bundle, workers: int) -> Iterator[Workshop]:
     """Processes of this machine, which read copies in the folder. Raises OSError."""
-    enter(name, Place(folder.absolute(), bundle))
+    enter(name, Workspace(folder.absolute(), bundle))
     pool = ThreadPoolExecutor(workers)
     try:
         yield pool, workers
@@ -127,7 +127,7 @@ def there(name: str, address: str, bundle: Bundle) -> Iterator[Workshop]:
 
 def carry_out(
     folder: Folder,
-    jobs: Sequence[Job],
+    jobs: Sequence[SweepJob],
     executor: Executor,
     tell: Callable[[int], None],
     renew: Callable[[], None],
@@ -166,13 +166,13 @@ def carry_out(
 
 
 def _outcomes(
-    jobs: Sequence[Job], executor: Executor, watch: Callable[[], None]
-) -> Iterator[tuple[Job, Figures | None]]:
+    jobs: Sequence[SweepJob], executor: Executor, watch: Callable[[], None]
+) -> Iterator[tuple[SweepJob, Figures | None]]:
     """What came of each job, in the order in which they end; None of one whose workers died.
 
     `watch` is called from time to time.
     """
-    ended: SimpleQueue[tuple[Job, Future[Figures]]] = SimpleQueue()
+    ended: SimpleQueue[tuple[SweepJob, Future[Figures]]] = SimpleQueue()
     futures = []
     for job in jobs:
         futures.append(executor.submit(perform, job))
@@ -187,7 +187,7 @@ def _outcomes(
 
 
 def _put(
-    ended: SimpleQueue[tuple[Job, Future[Figures]]], job: Job, future: Future[Figures]
+    ended: SimpleQueue[tuple[SweepJob, Future[Figures]]], job: SweepJob, future: Future[Figures]
 ) -> None:
     ended.put((job, future))
 
@@ -199,7 +199,7 @@ def _outcome(future: Future[Figures]) -> Figures | None:
         raise SweepError(
             "the workers are gone; the same command goes on where this ended"
         ) from None
-    except Unfit as unfit:
+    except NoRun as unfit:
         raise SweepError(f"a run could not be made: {unfit}") from None
     except Exception as error:
         # A run may kill the worker itself, not only the process that it runs in; Dask blames

@@ -40,7 +40,7 @@ Values = Mapping[str, Value]
 
 
 @frozen
-class Step:
+class Periods:
     """One period, or several ones that are alike.
 
     Attributes:
@@ -75,9 +75,9 @@ class Placed:
 class Script:
     """A run: steps, what is put in place, and the last step, which is to fail."""
 
-    steps: tuple[Step, ...]
+    steps: tuple[Periods, ...]
     placed: Placed | None
-    last: Step
+    last: Periods
     answers: tuple[Answer, ...]
     rows: tuple[str, ...] = ()
     """Rows that apply in the last step, as faults of a run name them."""
@@ -122,7 +122,7 @@ def of_run(value: Value) -> Value:
 # The generated code, and a run of it.
 
 
-class Code:
+class SubsystemCode:
     """The generated code of one subsystem by itself, with operators that give what they are told.
 
     `alone` is the system that consists of the subsystem.
@@ -190,7 +190,7 @@ class Code:
 class Run:
     """One run of the generated code."""
 
-    def __init__(self, code: Code, stepper: Stepper) -> None:
+    def __init__(self, code: SubsystemCode, stepper: Stepper) -> None:
         self._code = code
         self._stepper = stepper
         self._subsystem = stepper.subsystem
@@ -215,7 +215,7 @@ class Run:
             if hasattr(memory, attribute)
         }
 
-    def step(self, step: Step) -> int:
+    def step(self, step: Periods) -> int:
         """One period; the row taken, or -1.
 
         Raises:
@@ -301,7 +301,7 @@ class Led:
     periods: int
 
 
-def led(code: Code, steps: Sequence[Step], answers: Sequence[Answer]) -> Led:
+def led(code: SubsystemCode, steps: Sequence[Periods], answers: Sequence[Answer]) -> Led:
     """Where steps lead from the first period on.
 
     Raises:
@@ -321,7 +321,7 @@ def led(code: Code, steps: Sequence[Step], answers: Sequence[Answer]) -> Led:
     return Led(run, row, periods)
 
 
-def lasting(run: Run, step: Step, most: int) -> int:
+def lasting(run: Run, step: Periods, most: int) -> int:
     """For how many periods with the inputs of a step, of at most so many, the state goes on.
 
     Raises:
@@ -338,7 +338,7 @@ def lasting(run: Run, step: Step, most: int) -> int:
     return most
 
 
-def fault(code: Code, script: Script) -> UndecidedTransition:
+def fault(code: SubsystemCode, script: Script) -> UndecidedTransition:
     """How the last step of a script ends if not exactly one row applies.
 
     Raises:
@@ -356,7 +356,7 @@ def fault(code: Code, script: Script) -> UndecidedTransition:
     raise StrayError("the last step decides")
 
 
-def _row(run: Run, step: Step) -> int:
+def _row(run: Run, step: Periods) -> int:
     """The row that a run takes in a step, under its assumptions."""
     try:
         row = run.step(step)

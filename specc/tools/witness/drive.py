@@ -21,7 +21,7 @@ from specc.proof.search import (
     NO_VALUE,
     Freedom,
     Goal,
-    Meaning,
+    Semantics,
     Situation,
     find,
     present,
@@ -29,9 +29,9 @@ from specc.proof.search import (
 )
 from specc.tools.witness.code import (
     AbsentError,
-    Code,
-    Step,
+    Periods,
     StrayError,
+    SubsystemCode,
     input_text,
     lag_text,
     lasting,
@@ -42,7 +42,7 @@ from specc.tools.witness.code import (
 # Situations of a subsystem as steps of a script.
 
 
-def step_between(before: Situation | None, at: Situation, into: str = "", way: str = "") -> Step:
+def step_between(before: Situation | None, at: Situation, into: str = "", way: str = "") -> Periods:
     """The step that makes a situation of the one before; None stands for the beginning."""
     known = {} if before is None else {n: before.inputs[n] for n in before.present}
     present = sorted(at.present)
@@ -56,7 +56,7 @@ def step_between(before: Situation | None, at: Situation, into: str = "", way: s
     there |= {lag_text(key): lag for key, lag in at.lags.items() if lags.get(key) != lag}
     arrives = {input_text(name): at.inputs[name] for name in present if name in at.fresh}
     absent = map(input_text, sorted(known.keys() - at.present))
-    return Step(arrives, there, tuple(absent), into, way)
+    return Periods(arrives, there, tuple(absent), into, way)
 
 
 # The inputs of a subsystem: what is there at first, what comes later, what comes together.
@@ -66,7 +66,7 @@ class Inputs:
     """Situations as far as the inputs of one subsystem go."""
 
     def __init__(
-        self, meaning: Meaning, facts: Facts, original: Subsystem, never: frozenset[InputName]
+        self, meaning: Semantics, facts: Facts, original: Subsystem, never: frozenset[InputName]
     ) -> None:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
         self._meaning = meaning
@@ -157,7 +157,7 @@ class Driven:
         at: what is seen there next if nothing comes.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[Periods, ...]
     seen: Situation
     state: str
     at: Situation
@@ -167,10 +167,10 @@ class Driver:
     """Drives one subsystem."""
 
     def __init__(
-        self, code: Code, facts: Facts, original: Subsystem, never: frozenset[InputName]
+        self, code: SubsystemCode, facts: Facts, original: Subsystem, never: frozenset[InputName]
     ) -> None:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
-        self.meaning = Meaning(code.alone, code.subsystem)
+        self.meaning = Semantics(code.alone, code.subsystem)
         self.inputs = Inputs(self.meaning, facts, original, never)
         self._code = code
         self._never = never
@@ -233,7 +233,7 @@ class Driver:
         at = at if wanted is None else self.inputs.with_values(at, wanted)
         return self.found(at, [*self.inputs.axioms, *goals], "")
 
-    def first_step(self, seen: Situation) -> Step:
+    def first_step(self, seen: Situation) -> Periods:
         """The step of the first period."""
         shown = self.inputs.without_own(seen)
         return step_between(None, shown, self._subsystem.initial_state, "the first period")
@@ -316,7 +316,7 @@ class Driver:
         goals = [(behaviour.error.when, False), (behaviour.terminal.when, False)]
         return self.found(at, [*goals, *self.inputs.axioms], state)
 
-    def _went(self, steps: tuple[Step, ...], seen: Situation, row: int) -> Driven:
+    def _went(self, steps: tuple[Periods, ...], seen: Situation, row: int) -> Driven:
         """The run of some steps, of which the last is what was `seen` and takes a row, or none.
 
         Raises:
@@ -373,7 +373,7 @@ class Driver:
         return self._presence.in_conditions(state)
 
 
-def _with_wait(steps: tuple[Step, ...], wait: Step) -> tuple[Step, ...]:
+def _with_wait(steps: tuple[Periods, ...], wait: Periods) -> tuple[Periods, ...]:
     """The steps with one more, which makes the last one longer if nothing distinguishes them."""
     last = steps[-1]
     if last == replace(wait, periods=last.periods):

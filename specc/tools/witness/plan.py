@@ -15,10 +15,10 @@ from specc.model.fsm import Transition
 from specc.proof.search import Goal, Situation, came, showing
 from specc.tools.witness.code import (
     AbsentError,
-    Code,
     Placed,
     Script,
     StrayError,
+    SubsystemCode,
     fault,
     led,
     row_words,
@@ -61,7 +61,7 @@ def paths(rows: Iterable[Transition], start: str, end: str) -> Iterator[Path]:
 Attempt = Callable[[], Script]
 
 
-def planned(code: Code, facts: Facts, refutation: Refutation) -> Script | None:
+def planned(code: SubsystemCode, facts: Facts, refutation: Refutation) -> Script | None:
     """The script of a refutation; None if none was found. `facts` are of the whole system."""
     for attempt in Planner(code, facts, refutation).attempts():
         try:
@@ -74,7 +74,7 @@ def planned(code: Code, facts: Facts, refutation: Refutation) -> Script | None:
 class Planner:
     """Finds the script of one refutation."""
 
-    def __init__(self, code: Code, facts: Facts, refutation: Refutation) -> None:
+    def __init__(self, code: SubsystemCode, facts: Facts, refutation: Refutation) -> None:
         whole = next(s for s in facts.system.subsystems if s.qualified_name == refutation.subsystem)
         never = () if refutation.absent is None else (refutation.absent,)
         self._driver = Driver(code, facts, whole, frozenset(never))

@@ -12,7 +12,7 @@ from specc.aside import replacing
 from specc.emit import emit
 from specc.lower import FilePlan
 from specc.proof.search import spelled
-from specc.tools.witness.code import Placed, Script, Step, Values, input_text
+from specc.tools.witness.code import Periods, Placed, Script, Values, input_text
 from specc.tools.witness.subject import Refutation
 
 # A script as the text of a test.
@@ -116,7 +116,7 @@ def _place(placed: Placed) -> Iterator[str]:
     yield f"trial.place({', '.join(arguments)})"
 
 
-def _inputs(step: Step) -> Iterator[str]:
+def _inputs(step: Periods) -> Iterator[str]:
     if step.arrives:
         yield f"arrives={_spelled(step.arrives)}"
     if step.there:

@@ -14,7 +14,15 @@ from specc.model.system import System
 from specc.pipeline import read_spec
 from specc.proof.search import Answer, Value
 from specc.source import Sources
-from specc.tools.witness.code import Code, Placed, Run, Step, Values, input_text, row_words
+from specc.tools.witness.code import (
+    Periods,
+    Placed,
+    Run,
+    SubsystemCode,
+    Values,
+    input_text,
+    row_words,
+)
 
 
 class Trial:
@@ -30,7 +38,7 @@ class Trial:
         names = {s.qualified_name for s in result.system.subsystems} if result.system else set()
         if result.system is None or subsystem not in names - result.broken:
             raise ValueError(f"{spec} has errors: see `specc validate {spec}`")
-        self._code = Code(result.system, subsystem, scratch)
+        self._code = SubsystemCode(result.system, subsystem, scratch)
         self._places = _places(self._code.alone, result.sources)
         self._answers: list[Answer] = []
 
@@ -81,7 +89,7 @@ class Trial:
         """
         __tracebackhide__ = True  # pytest then shows the test and the generated code only
         try:
-            self._run.step(Step(arrives or {}, there or {}, tuple(absent)))
+            self._run.step(Periods(arrives or {}, there or {}, tuple(absent)))
         except Exception as error:
             if self._run.is_assumed or isinstance(error, SkipTest):
                 for line in self._notes(error):

@@ -8,7 +8,17 @@ import pygraphviz
 import pytest
 
 from specc.tools.graph import as_dot
-from specc.tools.graph.diagram import Arc, Diagram, Group, Node, Row, Text, broken, joined, line
+from specc.tools.graph.diagram import (
+    Arc,
+    Box,
+    Cells,
+    Cluster,
+    Diagram,
+    TextRun,
+    broken,
+    joined,
+    line,
+)
 from specc.tools.graph.drawing import NotDrawn, drawn
 from tests.commands import specc
 
@@ -32,13 +42,15 @@ HOSTILE = (
 def diagram(texts: tuple[str, ...]) -> Diagram:
     """Texts in all places that texts can have."""
     nodes = tuple(
-        Node(f"{number}{text}", "state", (line(text, "name"), line(text)), ())
+        Box(f"{number}{text}", "state", (line(text, "name"), line(text)), ())
         for number, text in enumerate(texts)
     )
-    rows = tuple(Row((line(text, "note"), line(text, "lower"))) for text in texts)
-    table = Node(f"table {texts[0]}", "table", (line(texts[0]),), rows)
+    rows = tuple(Cells((line(text, "note"), line(text, "lower"))) for text in texts)
+    table = Box(f"table {texts[0]}", "table", (line(texts[0]),), rows)
     arcs = tuple(Arc(nodes[0].id, node.id, (line(node.id),)) for node in nodes)
-    return Diagram(texts[0], nodes, arcs, (Group(texts[0], (line(texts[0]),), (table,)),), (), rows)
+    return Diagram(
+        texts[0], nodes, arcs, (Cluster(texts[0], (line(texts[0]),), (table,)),), (), rows
+    )
 
 
 @pytest.mark.parametrize("first", HOSTILE)
@@ -77,7 +89,7 @@ def test_lines() -> None:
     assert [each[0].text for each in broken("one two three", 8)] == ["one two", "three"]
     assert broken("", 8) == ()
     (cut,) = broken("word " * 9, 20, most=1)
-    assert cut == (Text("word word word word…"),)
+    assert cut == (TextRun("word word word word…"),)
     names = [f"name_{number}" for number in range(20)]
     shown = " ".join(each[0].text for each in joined(names, 24))
     assert shown.split(", ") == names

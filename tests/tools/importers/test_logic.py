@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from specc.tools.importers.logic import (
     FALSE,
     TRUE,
-    Atom,
     Join,
     Logic,
+    LogicConstant,
     LogicError,
     Not,
-    Truth,
+    Operand,
     atoms,
     parse_logic,
     render,
@@ -25,7 +25,7 @@ NAMES = ("p", "q", "r", "android", "nothing", "order")
 
 
 def logics() -> st.SearchStrategy[Logic]:
-    leaves = st.sampled_from([TRUE, FALSE, *map(Atom, NAMES)])
+    leaves = st.sampled_from([TRUE, FALSE, *map(Operand, NAMES)])
     return st.recursive(
         leaves,
         lambda inner: st.one_of(
@@ -42,9 +42,9 @@ def logics() -> st.SearchStrategy[Logic]:
 
 def value(logic: Logic, answers: dict[str, bool]) -> bool:
     match logic:
-        case Truth(value=truth):
+        case LogicConstant(value=truth):
             return truth
-        case Atom(text=text):
+        case Operand(text=text):
             return answers[text]
         case Not(operand=operand):
             return not value(operand, answers)
@@ -80,7 +80,7 @@ def test_substitution_keeps_the_meaning_and_leaves_none_of_the_names(
 @settings(deadline=None)
 @given(logics(), ANSWERS)
 def test_everything_known_leaves_a_constant(logic: Logic, answers: dict[str, bool]) -> None:
-    assert substitute(logic, answers) == Truth(value(logic, answers))
+    assert substitute(logic, answers) == LogicConstant(value(logic, answers))
 
 
 def test_binding() -> None:

@@ -7,9 +7,9 @@ from fractions import Fraction
 
 from specc.source import Sources
 from specc.tools.importers.carried import Imported, Notes, document, read_markup
-from specc.tools.importers.fabric.reader import Definition, read_definition
-from specc.tools.importers.fabric.subsystem import Subsystem
-from specc.tools.importers.fabric.wiring import End, Ends, Library, Wiring, connect
+from specc.tools.importers.fabric.reader import FabricSubsystem, read_definition
+from specc.tools.importers.fabric.subsystem import AgentMaker
+from specc.tools.importers.fabric.wiring import End, Ends, SharedDefinitions, Wiring, connect
 from specc.tools.importers.writing import PEERS, Data, SpecNames, rate
 
 DEFAULT_PERIOD_S = Fraction(1, 1000)
@@ -48,7 +48,7 @@ def import_fabric(
     are pairs of buffers that are connected, beyond what is evident.
     """
     notes, sources = Notes(), Sources()
-    definitions: list[Definition] = []
+    definitions: list[FabricSubsystem] = []
     for path in dict.fromkeys(paths):
         root = read_markup(path, "subsystem_definition", notes, sources)
         definition = read_definition(root, notes) if root is not None else None
@@ -68,21 +68,21 @@ def import_fabric(
 
 
 def _text(
-    definitions: Sequence[Definition],
+    definitions: Sequence[FabricSubsystem],
     name: str,
     period: Fraction | None,
     wiring: Wiring,
     notes: Notes,
     sources: Sources,
 ) -> str:
-    names, library = SpecNames(PEERS), Library()
+    names, library = SpecNames(PEERS), SharedDefinitions()
     for definition in definitions:
         names.of(definition.name)
     agents: dict[str, Data] = {}
     for definition in definitions:
         own = rate(_period(definition, period, notes))
         ends = Ends(definition, names, library, wiring, own)
-        agents |= Subsystem(definition, own, ends, library, notes).agents()
+        agents |= AgentMaker(definition, own, ends, library, notes).agents()
         _assumed(definition, notes)
         notes.leftovers(definition.root, _REASONS)
     system = SpecNames().of(name or (definitions[0].name if len(definitions) == 1 else "fabric"))
@@ -93,7 +93,7 @@ def _text(
     return document("specc import fabric", [provided], notes, sources, data)
 
 
-def _assumed(definition: Definition, notes: Notes) -> None:
+def _assumed(definition: FabricSubsystem, notes: Notes) -> None:
     """What holds of every import: the two work cycles differ in little."""
     place = definition.root.place
     notes.changed(
@@ -106,7 +106,7 @@ def _assumed(definition: Definition, notes: Notes) -> None:
         notes.changed(message, place)
 
 
-def _period(definition: Definition, given: Fraction | None, notes: Notes) -> Fraction:
+def _period(definition: FabricSubsystem, given: Fraction | None, notes: Notes) -> Fraction:
     """The period of a subsystem: the given one, or the shortest of those of its states."""
     if given is not None:
         return given

@@ -9,8 +9,8 @@ from typing import TypeVar
 
 from specc.frozen import frozen
 from specc.tools.importers.carried import Notes
-from specc.tools.importers.logic import FALSE, Atom, Logic, LogicError, atoms, join, parse_logic
-from specc.tools.importers.markup import Element
+from specc.tools.importers.logic import FALSE, Logic, LogicError, Operand, atoms, join, parse_logic
+from specc.tools.importers.markup import XmlElement
 
 # A FABRIC subsystem definition as it is written: `<subsystem_definition>` read into records.
 
@@ -26,7 +26,7 @@ class Buffer:
     type: str
     side: str
     is_input: bool
-    element: Element
+    element: XmlElement
 
 
 @frozen
@@ -37,16 +37,16 @@ class Behaviour:
     stop: Logic
     error: Logic
     components: tuple[str, ...]
-    element: Element
+    element: XmlElement
 
 
 @frozen
-class Arc:
+class NextState:
     """A `<next_state>`."""
 
     target: str
     condition: Logic
-    element: Element
+    element: XmlElement
 
 
 @frozen
@@ -55,13 +55,13 @@ class FabricState:
 
     name: str
     behaviours: tuple[str, ...]
-    arcs: tuple[Arc, ...]
+    arcs: tuple[NextState, ...]
     period_s: Fraction | None
-    element: Element
+    element: XmlElement
 
 
 @frozen
-class Definition:
+class FabricSubsystem:
     """One subsystem; its name is not in the file, so it comes from the path."""
 
     name: str
@@ -71,7 +71,7 @@ class Definition:
     states: tuple[FabricState, ...]
     initial: str
     period_s: Fraction | None
-    root: Element
+    root: XmlElement
 
     def buffer(self, alias: str) -> Buffer | None:
         """The buffer of an alias."""
@@ -92,7 +92,7 @@ class Asker:
 
     notes: Notes
 
-    def need(self, element: Element, attribute: str) -> str:
+    def need(self, element: XmlElement, attribute: str) -> str:
         """The value of an attribute; a missing or empty one is an error and gives ""."""
         value = element.get(attribute)
         if value:
@@ -101,7 +101,7 @@ class Asker:
         self.notes.error("E0804", message, element.place, f'write `{attribute}="..."`')
         return ""
 
-    def name(self, element: Element, attribute: str = "name") -> str:
+    def name(self, element: XmlElement, attribute: str = "name") -> str:
         """The value of an attribute that names something; FABRIC makes C++ of it."""
         value = self.need(element, attribute)
         if value and not (value.isidentifier() and value.isascii()):
@@ -109,7 +109,7 @@ class Asker:
             self.notes.error("E0804", message, place, "write letters, digits and underscores")
         return value
 
-    def section(self, root: Element, tag: str, *, needed: bool = True) -> Element | None:
+    def section(self, root: XmlElement, tag: str, *, needed: bool = True) -> XmlElement | None:
         """The only child of a tag; a missing or a second one is an error."""
         found = root.all(tag)
         if not found and needed:
@@ -119,18 +119,18 @@ class Asker:
             self.twice(f"<{tag}>", second)
         return found[0] if found else None
 
-    def twice(self, what: str, element: Element) -> None:
+    def twice(self, what: str, element: XmlElement) -> None:
         """Report the second of two things that must be one."""
         place = element.value_place("name") if "name" in element.attributes else element.place
         self.notes.error("E0806", f"{what} is there twice", place, "delete or rename one of them")
 
-    def unknown(self, what: str, name: str, element: Element, attribute: str) -> None:
+    def unknown(self, what: str, name: str, element: XmlElement, attribute: str) -> None:
         """Report a name that nothing has."""
         message = f"there is no {what} `{name}`"
         place = element.value_place(attribute)
         self.notes.error("E0805", message, place, f"declare the {what}, or correct the name")
 
-    def seconds(self, element: Element, attribute: str) -> Fraction | None:
+    def seconds(self, element: XmlElement, attribute: str) -> Fraction | None:
         """A positive time; zero, which FABRIC takes for `at once`, is None."""
         text = self.need(element, attribute)
         try:
@@ -154,14 +154,14 @@ class Asker:
 _Named = TypeVar("_Named")
 
 
-def read_definition(root: Element, notes: Notes) -> Definition | None:
+def read_definition(root: XmlElement, notes: Notes) -> FabricSubsystem | None:
     """The subsystem that a document defines; None, with errors in `notes`, if it is not whole."""
     root.seen = True
     if root.tag != "subsystem_definition":
         message = f"the root is <{root.tag}>, not <subsystem_definition>"
         notes.error("E0803", message, root.place, "is this a subsystem definition of FABRIC?")
         return None
-    return _Reader(Asker(notes), notes, root).read()
+    return _SubsystemReader(Asker(notes), notes, root).read()
 
 
 def name_of(path: str) -> str:
@@ -175,12 +175,12 @@ def name_of(path: str) -> str:
 
 
 @dataclass(slots=True)
-class _Reader:
+class _SubsystemReader:
     ask: Asker
     notes: Notes
-    root: Element
+    root: XmlElement
 
-    def read(self) -> Definition | None:
+    def read(self) -> FabricSubsystem | None:
         before = len(self.notes.diagnostics)
         buffers = self._buffers()
         self._buffer_groups({b.alias for b in buffers if b.is_input})
@@ -191,7 +191,9 @@ class _Reader:
         if any(d.severity == "error" for d in self.notes.diagnostics[before:]):
             return None
         name = name_of(self.root.path)
-        return Definition(name, buffers, predicates, behaviours, states, initial, period, self.root)
+        return FabricSubsystem(
+            name, buffers, predicates, behaviours, states, initial, period, self.root
+        )
 
     def _buffers(self) -> tuple[Buffer, ...]:
         section = self.ask.section(self.root, "buffers")
@@ -212,7 +214,7 @@ class _Reader:
         return tuple(found.values())
 
     def _keep(
-        self, found: dict[str, _Named], name: str, thing: _Named, what: str, element: Element
+        self, found: dict[str, _Named], name: str, thing: _Named, what: str, element: XmlElement
     ) -> bool:
         """Whether `thing` is the first of its name; a second one is reported."""
         if name in found:
@@ -235,7 +237,7 @@ class _Reader:
 
     def _predicates(self) -> tuple[str, ...]:
         section = self.ask.section(self.root, "predicates")
-        found: dict[str, Element] = {}
+        found: dict[str, XmlElement] = {}
         for element in section.all("predicate") if section else ():
             name = self.ask.name(element)
             self._keep(found, name, element, f"predicate `{name}`", element)
@@ -275,7 +277,7 @@ class _Reader:
         return tuple(found.values()), initial
 
     def _state(
-        self, element: Element, predicates: frozenset[str], behaviours: dict[str, Behaviour]
+        self, element: XmlElement, predicates: frozenset[str], behaviours: dict[str, Behaviour]
     ) -> FabricState:
         name = self.ask.name(element)
         running = []
@@ -288,7 +290,7 @@ class _Reader:
             message = f"state `{name}` needs an element <behavior>"
             self.notes.error("E0804", message, element.place, 'write `<behavior name="..."/>`')
         arcs = tuple(
-            Arc(
+            NextState(
                 self.ask.need(item, "name"),
                 self._condition(item, "init_cond", predicates | {OK, IN_ERROR}),
                 item,
@@ -300,7 +302,7 @@ class _Reader:
             period = self.ask.seconds(group, "min_period") or period
         return FabricState(name, tuple(dict.fromkeys(running)), arcs, period, element)
 
-    def _condition(self, element: Element, attribute: str, known: frozenset[str]) -> Logic:
+    def _condition(self, element: XmlElement, attribute: str, known: frozenset[str]) -> Logic:
         if not self.ask.need(element, attribute):
             return FALSE
         try:
@@ -315,7 +317,7 @@ class _Reader:
                 self._unknown_predicate(atom, element, attribute)
         return logic
 
-    def _unknown_predicate(self, atom: Atom, element: Element, attribute: str) -> None:
+    def _unknown_predicate(self, atom: Operand, element: XmlElement, attribute: str) -> None:
         place = element.value_place(attribute, atom.start, atom.start + len(atom.text))
         message = f"there is no predicate `{atom.text}`"
         help = "declare the predicate, or correct the name"

@@ -6,16 +6,22 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from specc.tools.importers.carried import Notes
-from specc.tools.importers.fabric.reader import IN_ERROR, OK, Arc, Definition, FabricState
-from specc.tools.importers.fabric.wiring import PARTS, Ends, Library
-from specc.tools.importers.logic import FALSE, TRUE, Atom, Logic, Not, render, substitute
+from specc.tools.importers.fabric.reader import (
+    IN_ERROR,
+    OK,
+    FabricState,
+    FabricSubsystem,
+    NextState,
+)
+from specc.tools.importers.fabric.wiring import PARTS, Ends, SharedDefinitions
+from specc.tools.importers.logic import FALSE, TRUE, Logic, Not, Operand, render, substitute
 from specc.tools.importers.writing import Data, SpecNames
 
 # Behaviours, states and rows of a FABRIC subsystem in the terms of a specification.
 
 
 @dataclass(slots=True)
-class Machine:
+class SubsystemData:
     """The parts of a specification, as data of its YAML."""
 
     conditions: dict[str, dict[str, Data]] = field(
@@ -29,25 +35,27 @@ class Machine:
     transitions: list[Data] = field(default_factory=list)
 
 
-def machine(definition: Definition, predicate: Callable[[str], str], notes: Notes) -> Machine:
+def machine(
+    definition: FabricSubsystem, predicate: Callable[[str], str], notes: Notes
+) -> SubsystemData:
     """The Moore machine; `predicate` gives the name of a predicate in the specification."""
-    return _Maker(definition, predicate, notes).make()
+    return _MachineMaker(definition, predicate, notes).make()
 
 
-class _Maker:
+class _MachineMaker:
     def __init__(
-        self, definition: Definition, predicate: Callable[[str], str], notes: Notes
+        self, definition: FabricSubsystem, predicate: Callable[[str], str], notes: Notes
     ) -> None:
         self._definition = definition
         self._predicate = predicate
         self._notes = notes
-        self._machine = Machine()
+        self._machine = SubsystemData()
         self._names = {kind: SpecNames(("always", "never")) for kind in self._machine.conditions}
         self._known: dict[tuple[str, str, str], str] = {}
         self._behaviour_names = SpecNames()
         self._state_names = SpecNames()
 
-    def make(self) -> Machine:
+    def make(self) -> SubsystemData:
         definition = self._definition
         for state in definition.states:
             self._machine.states[self._state_names.of(state.name)] = self._behaviour(state)
@@ -78,7 +86,7 @@ class _Maker:
             }
         return name
 
-    def _rows(self, state: FabricState, arc: Arc) -> None:
+    def _rows(self, state: FabricState, arc: NextState) -> None:
         """A row for each cause under which the arc can be taken."""
         ends = {"terminal": self._definition.stop(state), "error": self._definition.error(state)}
         conditions = {
@@ -101,9 +109,9 @@ class _Maker:
         if logic in (TRUE, FALSE):
             return "always" if logic == TRUE else "never"
         match logic:
-            case Atom(text=predicate):
+            case Operand(text=predicate):
                 wish = predicate
-            case Not(operand=Atom(text=predicate)):
+            case Not(operand=Operand(text=predicate)):
                 wish = f"not_{predicate}"
         text = render(logic, self._predicate)
         key = kind, text, wish
@@ -119,11 +127,16 @@ class _Maker:
 # the subsystem (`components`); a behaviour updates the components, which give the outputs.
 
 
-class Subsystem:
+class AgentMaker:
     """Makes the agents of one definition."""
 
     def __init__(
-        self, definition: Definition, rate: str, ends: Ends, library: Library, notes: Notes
+        self,
+        definition: FabricSubsystem,
+        rate: str,
+        ends: Ends,
+        library: SharedDefinitions,
+        notes: Notes,
     ) -> None:
         self._definition, self._rate, self._ends = definition, rate, ends
         self._library, self._notes = library, notes

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from specc.tools.importers.carried import Notes
-from specc.tools.importers.fabric.reader import Buffer, Definition
+from specc.tools.importers.fabric.reader import Buffer, FabricSubsystem
 from specc.tools.importers.writing import Data, SpecNames
 
 # Types and operators that imported subsystems need, and the Python modules behind them.
@@ -17,7 +17,7 @@ PARTS = "_parts"
 
 
 @dataclass(slots=True)
-class Library:
+class SharedDefinitions:
     """Types and operators of all subsystems, as data of the YAML."""
 
     types: dict[str, Data] = field(default_factory=dict)
@@ -95,7 +95,7 @@ class Wiring:
 
 
 def connect(
-    definitions: Sequence[Definition], asked: Iterable[tuple[End, End]], notes: Notes
+    definitions: Sequence[FabricSubsystem], asked: Iterable[tuple[End, End]], notes: Notes
 ) -> Wiring:
     """The connections that were asked for, then those that are evident."""
     wiring = Wiring()
@@ -118,7 +118,7 @@ def connect(
     return wiring
 
 
-def _evident(definitions: Sequence[Definition], wiring: Wiring) -> Iterator[tuple[End, End]]:
+def _evident(definitions: Sequence[FabricSubsystem], wiring: Wiring) -> Iterator[tuple[End, End]]:
     """Outputs and inputs that meet under one name, or without these those that meet no other.
 
     Several subsystems may read an output under its name.
@@ -140,7 +140,7 @@ def _evident(definitions: Sequence[Definition], wiring: Wiring) -> Iterator[tupl
             return
 
 
-def _meeting(definitions: Sequence[Definition], wiring: Wiring) -> dict[End, list[End]]:
+def _meeting(definitions: Sequence[FabricSubsystem], wiring: Wiring) -> dict[End, list[End]]:
     """The buffers that are not connected, each with those that it meets."""
     left = [
         ((d.name, b.alias), b)
@@ -163,7 +163,7 @@ def _meeting(definitions: Sequence[Definition], wiring: Wiring) -> dict[End, lis
 
 
 def _asked(
-    by_name: dict[str, Definition], first: End, second: End, wiring: Wiring, notes: Notes
+    by_name: dict[str, FabricSubsystem], first: End, second: End, wiring: Wiring, notes: Notes
 ) -> None:
     root = next(iter(by_name.values())).root
     found = []
@@ -197,7 +197,12 @@ class Ends:
     """What the buffers of one subsystem are connected with."""
 
     def __init__(
-        self, definition: Definition, agents: SpecNames, library: Library, wiring: Wiring, rate: str
+        self,
+        definition: FabricSubsystem,
+        agents: SpecNames,
+        library: SharedDefinitions,
+        wiring: Wiring,
+        rate: str,
     ) -> None:
         self._definition, self._agents, self._library = definition, agents, library
         self._wiring, self._rate = wiring, rate

@@ -10,7 +10,7 @@ from specc.source import Sources
 from specc.tools.importers.carried import Imported, Notes, document, read_markup
 from specc.tools.importers.logic import atoms
 from specc.tools.importers.scxml.chart import Chart, ChartState, read_chart
-from specc.tools.importers.scxml.machine import EVENTS, Events, Row, left, rows_of
+from specc.tools.importers.scxml.machine import EVENTS, Events, GuardedTransition, left, rows_of
 from specc.tools.importers.writing import PEERS, Data, SpecNames, rate
 
 DEFAULT_PERIOD_S = Fraction(1, 100)
@@ -44,7 +44,7 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
         notes.changed(message, chart.root.place, "give one with `--period`")
     stem = os.path.splitext(os.path.basename(path))[0]
     own = SpecNames((*PEERS, "outside")).of(name or chart.name or stem)
-    agents = _Maker(chart, own, period or DEFAULT_PERIOD_S, notes).agents()
+    agents = _SystemMaker(chart, own, period or DEFAULT_PERIOD_S, notes).agents()
     notes.leftovers(chart.root, _REASONS)
     data: dict[str, Data] = {"specc": "1", "system": own, **agents}
     return Imported(
@@ -52,7 +52,7 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
     )
 
 
-class _Maker:
+class _SystemMaker:
     def __init__(self, chart: Chart, own: str, period: Fraction, notes: Notes) -> None:
         self._chart, self._own, self._period, self._notes = chart, own, period, notes
         self._events = Events(d for s in chart.states for t in s.transitions for d in t.events)
@@ -131,7 +131,7 @@ class _Maker:
             found.append(self._row(state, row))
         return found
 
-    def _row(self, state: ChartState, row: Row) -> list[Data]:
+    def _row(self, state: ChartState, row: GuardedTransition) -> list[Data]:
         target = row.transition.target or state.id
         if not row.transition.target:
             message = f"a transition without a target enters `{state.id}` again"

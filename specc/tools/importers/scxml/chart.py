@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from specc.frozen import frozen
 from specc.source import Place
 from specc.tools.importers.carried import Notes
-from specc.tools.importers.logic import TRUE, Atom, Logic, LogicError, parse_logic
-from specc.tools.importers.markup import Element
+from specc.tools.importers.logic import TRUE, Logic, LogicError, Operand, parse_logic
+from specc.tools.importers.markup import XmlElement
 
 NAMESPACE = "http://www.w3.org/2005/07/scxml"
 _MOST_TRANSITIONS = 300
@@ -24,7 +24,7 @@ class Transition:
     events: tuple[str, ...]
     guard: Logic
     target: str
-    element: Element
+    element: XmlElement
 
 
 @frozen
@@ -33,7 +33,7 @@ class ChartState:
 
     id: str
     transitions: tuple[Transition, ...]
-    element: Element
+    element: XmlElement
 
 
 @frozen
@@ -43,10 +43,10 @@ class Chart:
     name: str
     states: tuple[ChartState, ...]
     initial: str
-    root: Element
+    root: XmlElement
 
 
-def read_chart(root: Element, notes: Notes) -> Chart | None:
+def read_chart(root: XmlElement, notes: Notes) -> Chart | None:
     """The chart of a document; None, with errors in `notes`, if it is not flat or not whole."""
     _plain_tags(root)
     root.seen = True
@@ -68,7 +68,7 @@ def read_chart(root: Element, notes: Notes) -> Chart | None:
     return Chart(root.get("name") or "", tuple(states), initial, root)
 
 
-def _plain_tags(element: Element) -> None:
+def _plain_tags(element: XmlElement) -> None:
     """Tags of the namespace of SCXML without it; others keep theirs."""
     space, _, tag = element.tag.rpartition(" ")
     element.tag = tag if space in ("", NAMESPACE) else f"{space}:{tag}"
@@ -76,14 +76,14 @@ def _plain_tags(element: Element) -> None:
         _plain_tags(child)
 
 
-def _initial_element(root: Element) -> str:
+def _initial_element(root: XmlElement) -> str:
     for element in root.all("initial"):
         for transition in element.all("transition"):
             return transition.get("target") or ""
     return ""
 
 
-def _state(element: Element, notes: Notes) -> ChartState:
+def _state(element: XmlElement, notes: Notes) -> ChartState:
     name = element.get("id") or ""
     if not name:
         message = f"<{element.tag}> needs the attribute `id`"
@@ -106,14 +106,14 @@ def _state(element: Element, notes: Notes) -> ChartState:
     return ChartState(name, transitions, element)
 
 
-def _refuse_nesting(element: Element, notes: Notes, tags: tuple[str, ...]) -> None:
+def _refuse_nesting(element: XmlElement, notes: Notes, tags: tuple[str, ...]) -> None:
     for inner in element.all(*tags):
         inner.take_whole()
         message = f"<{inner.tag}> inside <{element.tag}>: only flat charts can be imported"
         notes.error("E0808", message, inner.place, _FLATTEN)
 
 
-def _transition(element: Element, notes: Notes) -> Transition:
+def _transition(element: XmlElement, notes: Notes) -> Transition:
     target = element.get("target") or ""
     if len(target.split()) > 1:
         message = "a transition with several targets needs parallel states"
@@ -122,7 +122,7 @@ def _transition(element: Element, notes: Notes) -> Transition:
     return Transition(events, _guard(element), target, element)
 
 
-def _guard(element: Element) -> Logic:
+def _guard(element: XmlElement) -> Logic:
     """The condition; a text whose structure is not Boolean is one question as a whole."""
     text = element.get("cond")
     if not text:
@@ -130,10 +130,10 @@ def _guard(element: Element) -> Logic:
     try:
         return parse_logic(text)
     except LogicError:
-        return Atom(" ".join(text.split()))
+        return Operand(" ".join(text.split()))
 
 
-def _nested(root: Element) -> Iterator[tuple[str, str]]:
+def _nested(root: XmlElement) -> Iterator[tuple[str, str]]:
     """The states inside others, each with the words for the one that it is in."""
     open_ = [(child, root) for child in root.children]
     while open_:
@@ -146,7 +146,11 @@ def _nested(root: Element) -> Iterator[tuple[str, str]]:
 
 
 def _check_names(
-    states: list[ChartState], initial: str, root: Element, nested: Mapping[str, str], notes: Notes
+    states: list[ChartState],
+    initial: str,
+    root: XmlElement,
+    nested: Mapping[str, str],
+    notes: Notes,
 ) -> None:
     known: set[str] = set()
     for state in states:

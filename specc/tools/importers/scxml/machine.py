@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from specc.frozen import frozen
-from specc.tools.importers.logic import FALSE, TRUE, Atom, Logic, join, negation, render
+from specc.tools.importers.logic import FALSE, TRUE, Logic, Operand, join, negation, render
 from specc.tools.importers.scxml.chart import ChartState, Transition
 from specc.tools.importers.writing import SpecNames
 
@@ -76,18 +76,22 @@ EVENTS = "\0"
 
 
 @frozen
-class Row:
+class GuardedTransition:
     """Under which condition a transition is taken, as text; "" if earlier ones always are."""
 
     transition: Transition
     condition: str
 
 
-def rows_of(state: ChartState, events: Events, name: Callable[[str], str]) -> list[Row]:
+def rows_of(
+    state: ChartState, events: Events, name: Callable[[str], str]
+) -> list[GuardedTransition]:
     """The rows of a state; `name` gives the expression of an atom."""
     ordered = sorted(state.transitions, key=lambda t: bool(t.events))
     known = [(t, events.matching(t.events) if t.events else None) for t in ordered]
-    return [Row(t, _condition(t, known[:i], events, name)) for i, t in enumerate(ordered)]
+    return [
+        GuardedTransition(t, _condition(t, known[:i], events, name)) for i, t in enumerate(ordered)
+    ]
 
 
 def left(state: ChartState, events: Events, name: Callable[[str], str]) -> str:
@@ -132,4 +136,4 @@ def _event(descriptors: tuple[str, ...], events: Events) -> Logic:
 
 def _members(members: frozenset[str]) -> Logic:
     """The question for events has no text in the chart; a mark keeps it apart from guards."""
-    return Atom(EVENTS + " ".join(sorted(members)))
+    return Operand(EVENTS + " ".join(sorted(members)))

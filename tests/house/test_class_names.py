@@ -1,0 +1,25 @@
+"""A class name stands for one thing: whoever reads `Finding` knows which one is meant."""
+
+import re
+from collections import defaultdict
+
+from tests.house.tree import modules
+
+SAME = {
+    "Behaviour": "what a state does: in a file of FABRIC, and in a system",
+    "Text": "a text: a value in a file, and the type of values in a run",
+    "Transition": "from one state to the next: in a file of SCXML, and in a system",
+    "Truth": "true or false: a value in a file, and an expression",
+}
+"""Names that several classes have, since they are the same in two layers."""
+CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
+
+
+def test_a_class_name_stands_for_one_thing() -> None:
+    found: defaultdict[str, list[str]] = defaultdict(list)
+    for module in modules(".", "specc"):
+        for name in CLASS.findall(module.path.read_text(encoding="utf-8")):
+            found[name].append(module.name)
+    several = {name: where for name, where in found.items() if len(where) > 1}
+    assert {name: where for name, where in several.items() if name not in SAME} == {}
+    assert several.keys() >= SAME.keys(), "it is not needed any more"
