@@ -12,9 +12,10 @@ SAME = {
     "Truth": "true or false: a value in a file, and an expression",
 }
 """Names that several classes have, since they are the same in two layers."""
-OPEN = frozenset(
-    ["Edit", "Entry", "Finding", "Formulas", "Judged", "Junction", "Lasting", "Part", "Signature", "State", "Trace", "Values", "View", "_Reader"]
-)
+OPEN = {
+    *("Edit", "Entry", "Finding", "Formulas", "Judged", "Junction", "Lasting", "Part"),
+    *("Signature", "State", "Trace", "Values", "View", "_Reader"),
+}
 """Names that still stand for several things."""
 CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
 
