@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
@@ -62,20 +62,30 @@ class Where:
 
 @frozen
 class Meaning:
-    """What a text in a file was taken for, in its scope; `expr` is None if it has an error."""
+    """What a text in a file was taken for, in its scope; `expr` is None if it has an error.
+
+    `places` are those of the definitions in force, by kind and name, `home` is the subsystem.
+    """
 
     where: Where
     text: str
     scope: Scope
     expr: Expr | None
+    places: Mapping[str, Place]
+    home: Where | None = None
 
 
 @frozen
 class Use:
-    """A name in a text of a file, and what it names: the place of a definition."""
+    """A name in a text of a file, and what it names: the place of a definition.
+
+    `type` is that of the value there; what is not `sure` is in a text that has an error.
+    """
 
     place: Place
     of: Place
+    type: Type | None = None
+    sure: bool = True
 
 
 @dataclass(slots=True)

@@ -137,6 +137,7 @@ class Expressions:
 
     def inside(self, where: Where, text: str, scope: Scope) -> None:
         """Report what is wrong in an expression, whatever it is used for."""
+        self._note(where, text, scope, None)
         tree = self.tree(where, text)
         if tree is None:
             return
@@ -151,13 +152,16 @@ class Expressions:
         self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
     ) -> Expr | None:
         expr = self._typed(where, text, scope, expected, declared)
-        known = None if expr is None or has_unknown(expr) else expr
-        self.findings.meanings.append(Meaning(where, text, scope, known))
+        self._note(where, text, scope, None if expr is None or has_unknown(expr) else expr)
         try:
             return expr and self.definitions.inlined(expr)
         except ExprError as error:
             self.report(where, text, error)
             return None
+
+    def _note(self, where: Where, text: str, scope: Scope, expr: Expr | None) -> None:
+        places = self.definitions.places
+        self.findings.meanings.append(Meaning(where, text, scope, expr, places, self.home))
 
     def _typed(
         self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None

@@ -11,6 +11,7 @@ from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, RESERVED, ExprError
 from specc.lang.parse import DEEPEST, nodes_of, span
 from specc.lang.temporal import USAGE, parse_formula
+from specc.model.expr import Span
 from specc.model.requirement import FormulaLet
 from specc.resolve.context import Findings, Where
 from specc.resolve.readings import World, formula_error
@@ -55,8 +56,8 @@ class Lets:
         """Those that a formula names."""
         return frozenset(_names(text)) & self._trees.keys() if self._trees else frozenset()
 
-    def written_out(self, tree: ast.expr) -> ast.expr:
-        """A formula with the text of each name in its place.
+    def written_out(self, tree: ast.expr, uses: dict[Span, Place] | None = None) -> ast.expr:
+        """A formula with the text of each name in its place; `uses` gets these names.
 
         Raises:
             ExprError: a name has errors, means something else there, or too much is written out.
@@ -71,7 +72,8 @@ class Lets:
                     raise formula_error(node, message, "say less in one formula", "E0017")
         if not self._trees:
             return tree
-        found: ast.expr = _Writer(self._trees).visit(tree)
+        writer = _Writer(self._trees, self.places, {} if uses is None else uses)
+        found: ast.expr = writer.visit(tree)
         if _is_deep(found):
             message = f"with its names written out, this is nested more than {DEEPEST} deep"
             raise formula_error(tree, message, "say less in one formula", "E0303")
@@ -121,8 +123,13 @@ def _names(text: str) -> set[str]:
 class _Writer(ast.NodeTransformer):
     """Writes what names stand for in their place, where no variable of a quantifier has one."""
 
-    def __init__(self, trees: Mapping[str, ast.expr | None]) -> None:
-        self._trees = trees
+    def __init__(
+        self,
+        trees: Mapping[str, ast.expr | None],
+        places: Mapping[str, Place],
+        uses: dict[Span, Place],
+    ) -> None:
+        self._trees, self._places, self._uses = trees, places, uses
         self._bound: frozenset[str] = frozenset()
 
     def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.expr:
@@ -140,6 +147,7 @@ class _Writer(ast.NodeTransformer):
         """A name that stands for something."""
         if node.id in self._bound or node.id not in self._trees:
             return node
+        self._uses[span(node)] = self._places[node.id]
         tree = self._trees[node.id]
         if tree is None:
             raise ExprError("", *span(node), code=FOLLOW_UP)

@@ -106,9 +106,8 @@ class Formulas:
         try:
             return read()
         except ExprErrors as failure:
-            self.expressions.findings.meanings.append(Meaning(at, reader.text, reader.scope, None))
             reader.note_others()
-            self._note_uses(reader, at)
+            self._meaning(reader, at, None)
             for error in failure.errors:
                 self.expressions.report(at, reader.text, error)
         return None
@@ -123,12 +122,12 @@ class Formulas:
         names = self.lets.names_in(text)
         shown = tuple(dict.fromkeys(_as_written(part, text, names) for part in parts))
         whole = Logic("and", shown, type=Bool(), span=(0, len(text)))
-        self.expressions.findings.meanings.append(Meaning(at, text, reader.scope, whole))
-        self._note_uses(reader, at)
+        self._meaning(reader, at, whole)
 
-    def _note_uses(self, reader: _Reader, at: Where) -> None:
-        found = reader.uses.items()
-        self.expressions.findings.uses += [Use(at.place.within(*s), of) for s, of in found]
+    def _meaning(self, reader: _Reader, at: Where, expr: Expr | None) -> None:
+        findings, places = self.expressions.findings, self.expressions.definitions.places
+        findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
+        findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
 
 
 def _as_written(expr: Expr, text: str, names: frozenset[str]) -> Expr:
@@ -209,7 +208,7 @@ class _Reader:
 
     def _tree(self) -> ast.expr:
         self._read = [parse_formula(self.text)]
-        tree = self._lets.written_out(self._read[0])
+        tree = self._lets.written_out(self._read[0], self.uses)
         self._names.note_groups(tree)
         for root, groups in self._many.items():
             tree = spread(tree, groups, root)

@@ -16,7 +16,16 @@ from specc.resolve.context import Findings, Meaning, Use
 from specc.schema.places import split
 from specc.source import Place, Route, SourceFile, Sources, TextNode
 from specc.tools.lsp.references import Links, Reference, links_of, references_of
-from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, collect, in_force, node_at, values
+from specc.tools.lsp.symbols import (
+    FileSymbols,
+    Key,
+    Symbol,
+    collect,
+    in_force,
+    node_at,
+    symbol_at,
+    values,
+)
 
 _DEVICES = {"virtual_effectors": "real_effectors", "virtual_receptors": "real_receptors"}
 
@@ -187,12 +196,6 @@ def _tie(file: FileSymbols, source: SourceFile) -> None:
         node = node_at(source, route)
         if device is not None and node is not None and "uses" not in node.values:
             symbol.tied, device.tied = (device,), (symbol,)
-
-
-def symbol_at(files: Mapping[str, FileSymbols], key: Key) -> Symbol | None:
-    """The symbol that is defined at a place."""
-    file = files.get(key[0])
-    return file.by_route.get(key[1]) if file else None
 
 
 def _smallest(index: Index, meaning: Meaning, expr: Expr, offset: int) -> Expr:

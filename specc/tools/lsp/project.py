@@ -276,7 +276,7 @@ class Project:
         if earlier is not None and self._differs(earlier) <= _LITTLE:
             return earlier
         best = self._without_errors(root, current)
-        return best if best.complete else earlier or current
+        return best if best.complete or earlier is None else earlier
 
     def _without_errors(self, root: str, current: Analysis) -> Analysis:
         """The analysis of mended texts; made once for each of the present ones."""

@@ -4,26 +4,35 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass
 
 from specc.frozen import frozen
 from specc.model.system import Subsystem, System
-from specc.model.types import Enum, Type
+from specc.model.types import Bool, Enum, Type
 from specc.model.wires import Wires
 from specc.resolve.context import Meaning, Use
+from specc.resolve.uses import uses_in
 from specc.schema.keys import Role, SymbolKind
 from specc.schema.places import TRACED, role_of, split
 from specc.source import Place, Route, SourceFile, TextNode
 from specc.tools.lsp.formulas import Paths, paths_of
 from specc.tools.lsp.structure import (
     Mention,
-    guesses,
     interface_mentions,
-    mentions,
     signature_mentions,
     type_mentions,
 )
-from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, beside, in_force, lookup, values
+from specc.tools.lsp.symbols import (
+    FileSymbols,
+    Key,
+    Symbol,
+    beside,
+    in_force,
+    lookup,
+    node_at,
+    symbol_at,
+    values,
+)
 
 # Which names of a specification Python code relies on.
 
@@ -98,6 +107,8 @@ def links_of(system: System | None) -> Links:
         return links
     for constant in system.constants:
         links.types[key_of(constant.place)] = constant.value.type
+    for let in system.formula_lets:
+        links.types[key_of(let.place)] = let.value.type if let.value else Bool()
     links.agents = {agent.name: key_of(agent.place) for agent in system.agents}
     links.in_python = enums_in_python(system)
     wires = Wires(system.agents)
@@ -187,9 +198,9 @@ def references_of(
 ) -> Iterator[Reference]:
     """The names of symbols in a file, definitions among them; `uses` are of that file."""
     if source.spans is not None:
-        reader = _Reader(source.path, source.spans, files, meanings, links)
+        reader = _Reader(source, source.spans, files, meanings, links)
         yield from reader.definitions()
-        yield from (found for use in uses for found in reader.at(use.place, key_of(use.of)))
+        yield from (found for use in uses for found in reader.used(use))
         for route, key, node in values(source.spans):
             if key is not None:
                 yield from reader.in_key(route)
@@ -199,11 +210,16 @@ def references_of(
 
 @dataclass(slots=True)
 class _Reader:
-    path: str
+    source: SourceFile
     top: TextNode
     files: Mapping[str, FileSymbols]
     meanings: Mapping[Key, Meaning]
     links: Links
+    variables: dict[Place, Symbol] = field(default_factory=dict)
+
+    @property
+    def path(self) -> str:
+        return self.source.path
 
     def definitions(self) -> Iterator[Reference]:
         """The definitions themselves; members of enums stand in the texts of types."""
@@ -214,10 +230,27 @@ class _Reader:
             if symbol.kind == "member":
                 yield Reference(symbol.place, symbol, defines=True)
 
-    def at(self, place: Place, key: Key) -> Iterator[Reference]:
-        """A name at a place, if a symbol is defined under the key."""
-        if (symbol := self._at(key)) is not None:
-            yield Reference(place, symbol, type=symbol.type)
+    def used(self, use: Use) -> Iterator[Reference]:
+        """A name in a text, if what it names is a symbol."""
+        key = key_of(use.of)
+        if use.of.start is not None:
+            symbol: Symbol | None = self._variable(use)
+        else:
+            symbol = self._at(self.links.named.get(key, key))
+        if symbol is not None:
+            defines, type_ = use.place == use.of, use.type or symbol.type
+            yield Reference(use.place, symbol, defines, guess=not use.sure, type=type_)
+
+    def _variable(self, use: Use) -> Symbol:
+        """A variable lives in its text only."""
+        if use.of not in self.variables:
+            node = node_at(self.source, use.of.route)
+            name = (node.scalar or "")[use.of.start : use.of.end] if node else ""
+            owner = split(use.of.route)[0]
+            self.variables[use.of] = Symbol("variable", name, use.of, owner, name)
+        symbol = self.variables[use.of]
+        symbol.type = symbol.type or use.type
+        return symbol
 
     def in_key(self, route: Route) -> Iterator[Reference]:
         """Names in keys: targets of functions, peers, arguments of parameters, bound elements."""
@@ -254,8 +287,13 @@ class _Reader:
         if role is None or role.form == "path":
             return
         meaning = self.meanings.get((self.path, route))
-        if meaning is not None and meaning.expr is not None:
-            yield from self._all(route, owner, mentions(meaning.expr, meaning.text))
+        if meaning is not None:
+            for use in uses_in(meaning):
+                here = slice(use.place.start, use.place.end)
+                if text[here] == meaning.text[here]:  # of many, the text has a `{i}` for an index
+                    yield from self.used(use)
+        if role.form == "argument" and not (meaning and meaning.expr):
+            yield from self._named(Place(self.path, route), (), ("frame", "agent"), text.strip())
         elif role.form in ("name", "task"):
             yield from self._name(route, owner, role, text)
         elif role.form == "type":
@@ -264,12 +302,6 @@ class _Reader:
             yield from self._types(route, interface_mentions(text, self._type_names()))
         elif role.form == "signature":
             yield from self._types(route, signature_mentions(text, self._type_names()))
-        else:
-            if role.form == "argument":
-                yield from self._named(
-                    Place(self.path, route), (), ("frame", "agent"), text.strip()
-                )
-            yield from self._all(route, owner, guesses(text), guess=True)
 
     def _target(self, route: Route, owner: Route, target: str) -> Iterator[Reference]:
         parts = target.split(".")
@@ -289,7 +321,7 @@ class _Reader:
             yield Reference(place, symbol, type=symbol.type)
 
     def _at(self, key: Key | None) -> Symbol | None:
-        return self.files[key[0]].by_route.get(key[1]) if key and key[0] in self.files else None
+        return symbol_at(self.files, key) if key else None
 
     def _parameter(self, route: Route, name: str) -> Iterator[Reference]:
         user: TextNode | None = self.top
@@ -337,38 +369,6 @@ class _Reader:
         symbol = lookup(self.files, self.path, owner, kinds, name)
         if symbol is not None:
             yield Reference(place, symbol, type=symbol.type)
-
-    def _all(
-        self, route: Route, owner: Route, mentioned: Iterable[Mention], guess: bool = False
-    ) -> Iterator[Reference]:
-        variables: dict[str, Symbol] = {}
-        for mention in mentioned:
-            place = Place(self.path, route, "value", mention.start, mention.end)
-            if mention.kinds == ("variable",):
-                yield self._variable(place, owner, mention, variables)
-            elif mention.kinds == ("subsystem",):
-                peer = (*owner, *mention.name.split("."))
-                yield from self._linked(place, self.links.named, peer)
-            elif mention.kinds == ("memory",) and "safe" in route:
-                device = route[: route.index("safe") - 2]
-                reported = self._at((self.path, (*device, "y", mention.name)))
-                if reported is not None:
-                    yield Reference(place, reported, guess=guess, type=reported.type)
-            else:
-                for found in self._named(place, owner, mention.kinds, mention.name):
-                    yield replace(found, guess=guess, type=mention.type or found.type)
-
-    def _variable(
-        self, place: Place, owner: Route, mention: Mention, known: dict[str, Symbol]
-    ) -> Reference:
-        """A variable lives in its text only; its quantifier comes before its uses."""
-        defines = mention.name not in known
-        if defines:
-            name = mention.name.partition("@")[0]
-            known[mention.name] = Symbol("variable", name, place, owner, mention.name)
-        symbol = known[mention.name]
-        symbol.type = symbol.type or mention.type
-        return Reference(place, symbol, defines, type=mention.type)
 
     def _types(self, route: Route, found: Iterable[Mention]) -> Iterator[Reference]:
         """Frames that a record takes as parameters stand for others and are not symbols."""

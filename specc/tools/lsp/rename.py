@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from specc.frozen import frozen
 from specc.lang import RESERVED
 from specc.model.units import UNITS
-from specc.schema.keys import SymbolKind
+from specc.schema.keys import Form, SymbolKind
 from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import TYPE_WORDS
 from specc.tools.lsp.index import Index, Occurrence
@@ -143,6 +143,7 @@ def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
 
 __all__ = ["Edit", "RenameError", "apply", "check_renameable", "rename"]
 
+_EXPRESSIONS: tuple[Form, ...] = ("constant", "initial", "full", "formula")
 _SPELLED_APART = frozenset(("member", "field", "agent", "subsystem", "device"))
 """Kinds that a text which could not be typed may name without anybody knowing."""
 
@@ -165,7 +166,9 @@ def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Edi
     check_renameable(index, symbol)
     check_name(symbol, new)
     edits: dict[Edit, None] = {}
-    for around, twin in _everywhere(project, index, symbol):
+    known = _everywhere(project, index, symbol)
+    _check_read(known)
+    for around, twin in known:
         for other in (twin, *twin.tied):
             check_renameable(around, other)
             check_unclaimed(around, other, new)
@@ -221,6 +224,21 @@ def _check_typed(index: Index, symbol: Symbol) -> None:
     for meaning in index.meanings.values():
         if meaning.expr is None and word.search(meaning.text):
             raise RenameError(_mend_first(symbol))
+
+
+def _check_read(known: Iterable[tuple[Index, Symbol]]) -> None:
+    """Texts that no system has read, such as those of a part that is replaced, may name it too."""
+    known = list(known)
+    read = {key for index, _ in known for key in index.meanings}
+    for index, symbol in known:
+        word = re.compile(rf"\b{re.escape(symbol.name)}\b")
+        owners = {end.owner for end in symbol.declarations}
+        for source in index.sources:
+            for route, _, node in values(source.spans) if source.spans else ():
+                role, near = role_of(route), () in owners or split(route)[0] in owners
+                is_text = role and role.form in _EXPRESSIONS and near and node.scalar
+                if is_text and (source.path, route) not in read and word.search(node.scalar or ""):
+                    raise RenameError(_mend_first(symbol))
 
 
 def _mend_first(symbol: Symbol) -> str:

@@ -161,6 +161,15 @@ def _all_in_files(files: Mapping[str, FileSymbols], path: str, seen: set[str]) -
         yield from (s for s in _all_in_files(files, used, seen) if s.kind != "parameter")
 
 
+def symbol_at(files: Mapping[str, FileSymbols], key: Key) -> Symbol | None:
+    """The symbol that is defined at a place; a member of an enum stands a step below its type."""
+    path, route = key
+    file = files.get(path)
+    if file is None or route in file.by_route or route[:1] != ("types",) or len(route) != 3:
+        return file.by_route.get(route) if file else None
+    return file.top.get(("member", f"{route[1]}.{route[2]}"))
+
+
 def node_at(source: SourceFile | None, route: Route) -> TextNode | None:
     """The value at a route of a file."""
     node = source.spans if source else None

@@ -1,0 +1,149 @@
+"""Which definition each name in an expression names: what resolving knew when it read the text.
+
+Nothing else looks names up. A definition is known by the place of its name; a variable of a
+quantifier by its place in the text, a member of an enum by a step below its type, the peer in
+`x.peer.element` by the key of the buffer.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+from specc.frozen import frozen
+from specc.lang import RESERVED
+from specc.model import expr as m
+from specc.model.types import Enum, Record, Type
+from specc.resolve.context import Meaning, Use
+from specc.schema.places import split
+from specc.source import Place
+
+NAME = re.compile(r"[^\W\d]\w*")
+_INPUT = re.compile(r"\bx\s*\.\s*(\w+)")
+_ELEMENT = re.compile(r"\bx\s*\.\s*(\w+)\s*\.\s*(\w+)")
+_LITERAL = re.compile(r"\d\s*\[[^\]]*\]|\"[^\"]*\"|'[^']*'")
+_VARIABLE = re.compile(r"\bfor\s+(\w+)\s+in\b")
+
+
+def uses_in(meaning: Meaning) -> Iterator[Use]:
+    """The names in an expression; in one that has errors, those that tell what they are."""
+    text = _Text(meaning)
+    return text.guessed() if meaning.expr is None else text.named(meaning.expr, {})
+
+
+@frozen
+class _Text:
+    """The text of an expression, with the names that are in force there."""
+
+    meaning: Meaning
+
+    def named(self, expr: m.Expr, variables: Mapping[str, Place]) -> Iterator[Use]:
+        """The names in a part that is typed, each known for what it is."""
+        text, (start, end) = self.meaning.text, expr.span
+        match expr:
+            case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() | m.Call():
+                kind, name = _KINDS[type(expr)], m.written(_name(expr))
+                if text.startswith(name, start):
+                    type_ = None if kind == "operator" else expr.type
+                    yield from self._use(start, start + len(name), self._defined(kind, name), type_)
+            case m.BoundVariable():
+                yield from self._use(start, end, variables.get(expr.name), expr.type)
+            case m.Member(type=Enum() as enum):
+                yield from self._use(start, end, self._part(enum, expr.name), enum)
+            case m.Input():
+                yield from self._input(expr)
+            case m.FieldOf(value=m.Node(type=Record() as record)):
+                part = self._part(record, "fields", expr.name)
+                yield from self._use(end - len(expr.name), end, part, expr.type)
+            case m.Among(item=m.Node(type=Enum() as enum)):
+                opening = text.find("{", expr.item.span[1], end)
+                for found in NAME.finditer(text, opening, end) if opening >= 0 else ():
+                    yield from self._use(*found.span(), self._part(enum, found.group()), enum)
+            case m.Quantifier() if declared := self._declaration(expr):
+                at = self.meaning.where.place.within(*declared)
+                variables = {**variables, expr.variable: at}
+                yield from self._use(*declared, at)
+        for child in m.children(expr):
+            yield from self.named(child, variables)
+
+    def guessed(self) -> Iterator[Use]:
+        """The names in a text that could not be typed, by how they are spelt alone."""
+        text = self.meaning.text
+        hidden = [found.span() for found in _LITERAL.finditer(text)]
+        variables = {found.group(1) for found in _VARIABLE.finditer(text)}
+        for found in _ELEMENT.finditer(text):
+            peer, element = found.groups()
+            yield from self._use(*found.span(1), self._buffer(peer))
+            yield from self._use(*found.span(2), self._element(peer, element), sure=False)
+        for found in NAME.finditer(text):
+            start, end, name = *found.span(), found.group()
+            behind_dot = text[:start].rstrip().endswith(".")
+            in_literal = any(first <= start < last for first, last in hidden)
+            if not (name in RESERVED or name in variables or behind_dot or in_literal):
+                called = text[end:].lstrip().startswith("(")
+                kinds = ("operator",) if called else ("memory", "let", "constant", "file")
+                known = (self._defined(kind, name) for kind in kinds)
+                yield from self._use(start, end, next(filter(None, known), None), sure=False)
+
+    def _use(
+        self, start: int, end: int, of: Place | None, type_: Type | None = None, sure: bool = True
+    ) -> Iterator[Use]:
+        if of is not None:
+            yield Use(self.meaning.where.place.within(start, end), of, type_, sure)
+
+    def _defined(self, kind: str, name: str) -> Place | None:
+        """Where what has a name of its own is defined."""
+        scope, where = self.meaning.scope, self.meaning.where
+        if kind in ("memory", "let"):
+            declared = (scope.memory if kind == "memory" else scope.lets).get(name)
+            return declared.place if declared else self._at_home(kind, name)
+        place = self.meaning.places.get(f"{kind} {name}")
+        if place is None and kind == "constant" and name in scope.constants:
+            return Place(where.file, ("parameters", name), "key")
+        return place
+
+    def _at_home(self, *steps: str) -> Place | None:
+        """Where the subsystem declares what has an error, or comes later."""
+        at = self.meaning.home
+        for step in steps:
+            at = at[step] if at and isinstance(at.raw, dict) and step in at.raw else None
+        return at.key if at else None
+
+    def _part(self, type_: Enum | Record, *steps: str) -> Place | None:
+        place = self.meaning.places.get(f"type {type_.name}")
+        return place.below(*steps) if place else None
+
+    def _input(self, expr: m.Input) -> Iterator[Use]:
+        """The peer, if it stands there, and the element; of many peers it may stand behind one."""
+        text, (start, end) = self.meaning.text, expr.span
+        if found := _INPUT.match(text, start):
+            yield from self._use(*found.span(1), self._buffer(found.group(1)))
+        begin = end - len(expr.element)
+        if text[begin:end] == expr.element:
+            yield from self._use(begin, end, self._element(expr.peer, expr.element), expr.type)
+
+    def _element(self, peer: str, element: str) -> Place | None:
+        declared = self.meaning.scope.inputs.get((peer, element))
+        return declared.place if declared else self._at_home("x", peer, element)
+
+    def _buffer(self, peer: str) -> Place:
+        where = self.meaning.where
+        return Place(where.file, (*split(where.route)[0], "x", peer), "key")
+
+    def _declaration(self, expr: m.Quantifier) -> tuple[int, int] | None:
+        """Where a quantifier declares its variable."""
+        found = _VARIABLE.finditer(self.meaning.text, expr.body.span[1], expr.over.span[0])
+        return next((f.span(1) for f in found if f.group(1) == expr.variable), None)
+
+
+_KINDS = {
+    m.MemoryRef: "memory",
+    m.LetRef: "let",
+    m.ConstantRef: "constant",
+    m.FileRef: "file",
+    m.Call: "operator",
+}
+
+
+def _name(expr: m.MemoryRef | m.LetRef | m.ConstantRef | m.FileRef | m.Call) -> str:
+    return expr.operator if isinstance(expr, m.Call) else expr.name
