@@ -197,6 +197,12 @@ def _agents(
 ) -> tuple[tuple[Agent, ...], AgentResolver]:
     resolver = AgentResolver(library, findings, library.agents)
     setting = Setting(file, definitions)
+    places = {f"agent {name}": file.top["agents"][name].key for name in file.spec.agents}
+    places |= {
+        f"agent {group}": places[f"agent {next(iter(of.values()))}"]
+        for group, of in library.groups.items()
+    }
+    definitions.places |= places
     found = [
         resolver.resolve(name, item, file.top["agents"][name], setting)
         for name, item in file.spec.agents.items()

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from typing import Any
 
 from specc.diagnostics import Diagnostic
 from specc.limits import left, spend
 from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
-from specc.resolve.context import Findings, Meaning, Where, duration_in, trace_of
+from specc.resolve.context import Findings, Where, duration_in, trace_of
 from specc.resolve.definitions import Definitions
 from specc.resolve.elements import with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
@@ -146,7 +147,7 @@ class AgentResolver:
         named = inside.definitions.agents
         if kind == "control":
             peers = {**peers, **{local: f"{other}.c" for local, other in named.items()}}
-        neighbours = Neighbours(name, kind, around, (*self.names, *named), self.findings)
+        neighbours = Neighbours(name, kind, around, (*self.names, *named), self.findings, where)
         devices = neighbours.missing_devices(device_user, at_uses)
         missing = neighbours.missing_peers(described, here, peers, devices)
         # An end that is not there yet may be anything, as one with errors may.
@@ -222,15 +223,15 @@ class AgentResolver:
         if kept is None:
             return made()
         given = (*given, repr(raw))
-        known: tuple[Subsystem, list[Meaning], int] | None = kept.answer(name, given)
+        known: tuple[Subsystem, tuple[list[Any], ...], int] | None = kept.answer(name, given)
         if known is not None and known[2] <= left("parts"):  # else it is made, as far as it goes
             spend("parts", known[2])
-            findings.meanings += known[1]
+            findings.note(known[1])
             return known[0]
-        before, meant, parts = self._told(), len(findings.meanings), left("parts")
+        before, noted, parts = self._told(), findings.noted(), left("parts")
         subsystem = made()
         if self._told() == before:
-            kept.keep(name, given, (subsystem, findings.meanings[meant:], parts - left("parts")))
+            kept.keep(name, given, (subsystem, findings.notes(noted), parts - left("parts")))
         return subsystem
 
     def _told(self) -> tuple[int, ...]:
@@ -283,6 +284,7 @@ class AgentResolver:
 
     def _initial_state(self, definition: SubsystemDef, where: Where) -> str:
         if definition.initial_state in definition.states:
+            self.findings.use(where["states"][definition.initial_state].key, where, "initial_state")
             return definition.initial_state
         if definition.initial_state is None or not definition.states:
             code, message, help_text = _unstarted(definition)

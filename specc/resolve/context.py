@@ -7,11 +7,12 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from typing import Any, Literal
 
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
 from specc.frozen import frozen
 from specc.kept import AnswerCache
-from specc.lang import FOLLOW_UP, ExprError, Scope, or_else
+from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
 from specc.model.types import Type
@@ -76,6 +77,17 @@ class Meaning:
 
 
 @frozen
+class TypeText:
+    """The text of a type, of a signature or of an interface with its arguments, in its scope."""
+
+    where: Where
+    form: Literal["type", "signature", "interface"]
+    text: str
+    names: TypeNames
+    places: Mapping[str, Place]
+
+
+@frozen
 class Use:
     """A name in a text of a file, and what it names: the place of a definition.
 
@@ -92,13 +104,14 @@ class Use:
 class Findings:
     """Collects diagnostics, so that all that is wrong is reported in one go.
 
-    `meanings` has every expression that was read, for editors, `uses` names beside those that the
-    scopes of expressions have, and `kept` what editors found earlier.
+    For editors there are `meanings`, every expression that was read, `types`, every type, and
+    `uses`, the names in all other texts; and `kept`, what they found earlier.
     `withheld` counts errors that only follow from others and are not reported.
     """
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
     meanings: list[Meaning] = field(default_factory=list)
+    types: list[TypeText] = field(default_factory=list)
     uses: list[Use] = field(default_factory=list)
     withheld: int = 0
     kept: AnswerCache | None = None
@@ -113,6 +126,42 @@ class Findings:
     def certain(self, found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
         """Those findings that do not depend on names in a file that cannot be read."""
         return tuple(d for d in found if not self.unread or d.code.startswith(_OF_FILES))
+
+    @property
+    def _notes(self) -> tuple[list[Any], ...]:
+        return self.meanings, self.types, self.uses
+
+    def noted(self) -> tuple[int, ...]:
+        """How much is noted for editors."""
+        return tuple(map(len, self._notes))
+
+    def notes(self, since: tuple[int, ...] = (0, 0, 0)) -> tuple[list[Any], ...]:
+        """What is noted for editors, without what was `noted` before."""
+        return tuple(notes[count:] for notes, count in zip(self._notes, since, strict=True))
+
+    def note(self, notes: tuple[list[Any], ...]) -> None:
+        """Take in the notes of others."""
+        for known, more in zip(self._notes, notes, strict=True):
+            known += more
+
+    def use(
+        self,
+        of: Place | None,
+        at: Where,
+        *below: str | int,
+        start: int | None = None,
+        end: int | None = None,
+    ) -> None:
+        """Note for an editor that a value at or below a place, or a part of it, is a name."""
+        if of is not None and self.kept is not None:
+            self.uses.append(Use(Place(at.file, (*at.route, *below), "value", start, end), of))
+
+    def use_key(
+        self, of: Place | None, at: Where, start: int | None = None, end: int | None = None
+    ) -> None:
+        """Note for an editor that the key at a place, or a part of it, is a name."""
+        if of is not None and self.kept is not None:
+            self.uses.append(Use(Place(at.file, at.route, "key", start, end), of))
 
     def report(
         self,

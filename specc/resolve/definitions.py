@@ -291,7 +291,7 @@ class Definitions:
         self.frame_titles |= other.frame_titles
         for label, place in other.places.items():
             kind, name = label.split(" ", 1)
-            if self.claim(kind, name, place, findings):
+            if kind != "parameter" and self.claim(kind, name, place, findings):
                 self._copy(kind, name, other)
 
     def _copy(self, kind: str, name: str, other: Definitions) -> None:

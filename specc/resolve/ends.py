@@ -12,6 +12,7 @@ from specc.resolve.library import Loaded
 from specc.schema import SubsystemDef
 from specc.schema.files import AgentDef, SpecFile, TypeDef
 from specc.schema.subsystem import BufferDef, InterfaceDef
+from specc.source import Place
 
 # Which types and interfaces the definitions and agents of the main file name in their texts.
 #
@@ -129,6 +130,8 @@ class Neighbours:
     around: AgentDef
     agents: Collection[str]
     findings: Findings
+    at: Where
+    """The subsystem in its agent."""
 
     def missing_devices(self, definition: SubsystemDef, where: Where) -> list[str]:
         """Devices that a subsystem uses and that are not there or not for it, after reporting."""
@@ -145,6 +148,9 @@ class Neighbours:
         for index, name in enumerate(definition.uses or ()):
             place = where["uses"][index].place
             if name in own:
+                beside = "receptors" if word == "receptor" else "effectors"
+                route = *self.at.route[:-2], f"real_{beside}", name
+                self.findings.use(Place(self.at.file, route, "key"), where, "uses", index)
                 continue
             if name in others:
                 message = f"`{name}` is a real {other}, which a virtual {word} does not work with"

@@ -33,7 +33,7 @@ from specc.model.expr import Expr, constants_in, has_unknown
 from specc.model.system import Constant
 from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
-from specc.resolve.context import Findings, Meaning, Where
+from specc.resolve.context import Findings, Meaning, TypeText, Where
 from specc.resolve.definitions import Definitions, indices_of, inlined, report_taken
 from specc.source import Place, Sources
 
@@ -101,9 +101,11 @@ class Expressions:
 
     def type(self, where: Where, text: str) -> Type | None:
         """The type that `text` spells, or None after reporting."""
+        names = self.definitions.names()
+        self.findings.types.append(TypeText(where, "type", text, names, self.definitions.places))
         try:
             count_parts(_OF_A_DECLARATION, 0, len(text))
-            return parse_type(text, self.definitions.names())
+            return parse_type(text, names)
         except ExprError as error:
             self.report(where, text, error)
             return None

@@ -10,7 +10,7 @@ from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, TYPE_WORDS, ExprError, parse_interface
 from specc.model.system import Element, Shared
 from specc.model.types import Frame, Type
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Findings, TypeText, Where
 from specc.resolve.definitions import Definitions, Interface, MakeType
 from specc.resolve.elements import resolve_elements
 from specc.resolve.expressions import Expressions
@@ -34,7 +34,7 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
                     findings.report("E0221", message, place, help=help_text)
         alone = _alone(interface)
         findings.diagnostics += alone.diagnostics
-        findings.meanings += alone.meanings
+        findings.note(alone.notes())
 
 
 def all_elements(
@@ -75,9 +75,11 @@ def _elements_of(
     """The interface that a buffer names at `where` and its elements, or None after reporting."""
     definitions, findings = expressions.definitions, expressions.findings
     known = definitions.interfaces
+    names = definitions.names()
+    findings.types.append(TypeText(where, "interface", text, names, definitions.places))
     takes = {n: (i.definition.frames, i.definition.types) for n, i in known.items()}
     try:
-        used = parse_interface(text, definitions.names(), takes)
+        used = parse_interface(text, names, takes)
     except ExprError as error:
         findings.expression_error(where, error)
         return None

@@ -21,7 +21,7 @@ from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, left, spend
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
 from specc.read import ANYWHERE, Reach
-from specc.resolve.context import Findings, Where, file_hint, trace_of
+from specc.resolve.context import Findings, TypeText, Where, file_hint, trace_of
 from specc.resolve.definitions import Definitions, Interface, MakeType, open_sizes, sizes_met
 from specc.resolve.expressions import Expressions
 from specc.resolve.given import Given
@@ -92,12 +92,17 @@ class Library:
         They are to be made `complete`. The files that `file` uses are in them.
         """
         own = Definitions(frames=dict(frames or {}), has_points=file.spec.specc > 1)
+        parameters = file.top["parameters"]
+        own.places |= {f"parameter {n}": parameters[n].key for n in file.spec.parameters}
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         if self.findings.kept is not None:
             own.made_from = _digest((file.path, frames, sizes, _defined_in(file)))
         self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)
+        for name, text in file.spec.parameters.items():
+            note = TypeText(parameters[name], "type", text, own.names(), own.places)
+            self.findings.types.append(note)
         return own
 
     def complete(
@@ -210,8 +215,12 @@ class Library:
             where = file.top["operators"][name]
             if not self._is_free(own, "operator", name, where):
                 continue
+            text = definition.signature
+            self.findings.types.append(
+                TypeText(where["signature"], "signature", text, names, own.places)
+            )
             try:
-                signature = parse_signature(definition.signature, names)
+                signature = parse_signature(text, names)
             except ExprError as error:
                 self.findings.expression_error(where["signature"], error)
                 own.broken.add(name)

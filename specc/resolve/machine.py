@@ -32,6 +32,7 @@ from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.definitions import inlined
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import targets_of
+from specc.resolve.uses import declared_at, note_event, note_row, note_target
 from specc.schema.subsystem import (
     AssignmentDef,
     ConditionDef,
@@ -117,8 +118,9 @@ class MachineResolver:
         fixed: dict[str, Expr] = {"always": TRUE, "never": FALSE}
         if kind == "initial":
             fixed[OTHERWISE] = TRUE  # of the other rows, once they are known
-        if (kind, name) in self._conditions:
-            return self._conditions[kind, name]
+        if known := self._conditions.get((kind, name)):
+            self.expressions.findings.use(known.place, where)
+            return known
         if name in fixed:
             return Condition(name, kind, fixed[name], "", Trace(), where.place)
         others = [k for k, n in self._conditions if n == name]
@@ -127,8 +129,8 @@ class MachineResolver:
             help_text = f"declare it under `conditions:` as {_article(kind)} condition as well"
             self.expressions.findings.report("E0212", message, where.place, help=help_text)
             return _vague(name, kind, where, where)
-        known = [n for k, n in self._conditions if k == kind] + list(fixed)
-        self.expressions.findings.unknown("E0212", f"{kind} condition", name, known, where.place)
+        names = [n for k, n in self._conditions if k == kind] + list(fixed)
+        self.expressions.findings.unknown("E0212", f"{kind} condition", name, names, where.place)
         return _vague(name, kind, where, where)
 
     def _resolve_functions(self) -> None:
@@ -177,6 +179,7 @@ class MachineResolver:
         parts = target.split(".")
         if len(parts) == 3 and parts[0] == "y":
             sent = self._sent.get((parts[1], parts[2]))
+            note_target(self.expressions.findings, at, self.where, sent)
             if sent is None and target.rpartition(".")[0] in self.expressions.meant:
                 self.expressions.findings.withheld += 1
             elif sent is None and parts[2] not in self.expressions.broken:
@@ -191,6 +194,7 @@ class MachineResolver:
             self.expressions.findings.report("E0214", message, at.key, help=help)
             return "", target, None
         kept = self._memory.get(target)
+        self.expressions.findings.use_key(declared_at(self.where, "memory", target), at)
         if kept is None and target not in self.expressions.broken:
             known = [*self._memory, *self._outputs()]
             self.expressions.findings.unknown("E0214", "memory target", target, known, at.key)
@@ -231,7 +235,9 @@ class MachineResolver:
         if used.function not in known:
             place = at.scalar("function").place
             self.expressions.findings.unknown("E0215", "function", used.function, known, place)
-        return self._functions.get(used.function)
+        found = self._functions.get(used.function)
+        self.expressions.findings.use(found.place if found else None, at, "function")
+        return found
 
     def _terminal(self, behaviour: str, given: TerminalDef | None, at: Where) -> Condition:
         if given is not None:
@@ -264,6 +270,8 @@ class MachineResolver:
             behaviour = self._behaviours.get(item.behaviour or "")
             if behaviour is None:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
+            else:
+                self.expressions.findings.use(behaviour.place, at, "behaviour")
             ignored = tuple(self._ignored(item.ignores, at["ignores"]))
             states.append(State(name, behaviour, item.title, trace_of(item), at.key, ignored))
         return tuple(states)
@@ -272,6 +280,8 @@ class MachineResolver:
         """The events that a state ignores."""
         for index, name in enumerate(names):
             if name in self._events:
+                declared = self.scope.inputs[self._events[name]]
+                note_event(self.expressions.findings, name, where[index], self.where, declared)
                 yield self._events[name]
             elif name not in self.expressions.meant and not self.expressions.broken:
                 place = where[index].place
@@ -296,6 +306,7 @@ class MachineResolver:
             at = table[index]
             sources = self._sources(item.sources, at)
             known = self._is_state(item.target, at, "to", 3)
+            note_row(self.expressions.findings, item, at, self.where, self._conditions)
             condition = self._conditions.get(("initial", item.when)) or self._condition(
                 "initial", item.when, at.cell("when", 2)
             )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from specc.lang import FOLLOW_UP, ExprError, TypeNames, parse_type
 from specc.limits import MAX_DEPTH, MAX_TYPE_PARTS
 from specc.model.types import Enum, Frame, Opaque, Record, Type
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Findings, TypeText, Where
 from specc.resolve.definitions import Definitions
 from specc.schema.files import TypeDef
 
@@ -86,10 +86,21 @@ class TypeMaker:
             message = f"type `{self.name}` has a codec and is not opaque"
             help_text = "remove `codec`: values of all other types are recorded as they are"
             self.findings.report("E0104", message, self.where["codec"].place, help=help_text)
+        self._note(frames)
         try:
             self(frames)
         except ExprError as error:
             self.findings.expression_error(self.where.scalar("type"), error)
+
+    def _note(self, frames: tuple[Frame, ...]) -> None:
+        """Note for editors which texts of types the definition has."""
+        given, known = self.definition, self.definitions
+        local = known.frames | dict(zip(given.frames, frames, strict=True))
+        names = TypeNames(local, known.types, known.sizes)
+        texts = [(self.where["fields"][n], text) for n, text in (given.fields or {}).items()]
+        texts += [(self.where.scalar("type"), given.type)] if given.type else []
+        notes = (TypeText(at, "type", text, names, known.places) for at, text in texts)
+        self.findings.types.extend(notes)
 
     def _refused(self, message: str, code: str) -> ExprError:
         """Report that the type is too large, here and nowhere else."""

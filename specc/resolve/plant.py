@@ -205,6 +205,7 @@ def _report_names(
             return
         findings.unknown("E0220", "subsystem", cycle.of, subsystems, at["of"].place)
         return
+    _note_names(definition, subsystem, where, agents, findings)
     states = [s.name for s in subsystem.states]
     for name, key in ((cycle.source, "from"), (cycle.target, "to")):
         if name not in states:
@@ -216,6 +217,26 @@ def _report_names(
         if name not in memory:
             place = where["watch"][index].place
             findings.unknown("E0201", "memory element", name, memory, place)
+
+
+def _note_names(
+    definition: TaskDef,
+    subsystem: Subsystem,
+    where: Where,
+    agents: tuple[Agent, ...],
+    findings: Findings,
+) -> None:
+    """Note agent and subsystem, states and memory that the task names, for editors."""
+    cycle, at, size = definition.cycle, where["cycle"], len(subsystem.agent)
+    agent = next(agent for agent in agents if agent.name == subsystem.agent)
+    findings.use(agent.place, at, "of", start=0, end=size)
+    findings.use(subsystem.place, at, "of", start=size + 1, end=len(cycle.of))
+    states = {s.name: s.place for s in subsystem.states}
+    for name, key in ((cycle.source, "from"), (cycle.target, "to")):
+        findings.use(states.get(name), at, key)
+    memory = {m.name: m.place for m in subsystem.memory}
+    for index, name in enumerate(definition.watch):
+        findings.use(memory.get(name), where, "watch", index)
 
 
 def _report_no_row(

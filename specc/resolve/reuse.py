@@ -60,7 +60,7 @@ def reuse(
         return None
     outer, findings = at.definitions, library.findings
     binder = _Binder(user.arguments, where["with"], where["use"], outer, findings)
-    frames = binder.frames(file.spec.parameters)
+    frames = binder.frames(file)
     whole, sizes = binder.sizes(file, library.given, name)
     if sizes is None:
         return None
@@ -111,15 +111,19 @@ class _Binder:
     findings: Findings
     complete: bool = True
 
-    def frames(self, parameters: Mapping[str, str]) -> dict[str, Frame]:
+    def frames(self, file: Loaded) -> dict[str, Frame]:
         """Frame parameter -> actual frame; also reports missing and unknown arguments."""
+        parameters = file.spec.parameters
         self._names(parameters)
+        for name in self.arguments.keys() & parameters.keys():
+            self.findings.use_key(file.top["parameters"][name].key, self.where[name])
         bound = {}
         for name, kind in parameters.items():
             if kind == "frame" and name in self.arguments:
                 actual = self.arguments[name]
                 if actual in self.outer.frames:
                     bound[name] = self.outer.frames[actual]
+                    self._note("frame", actual, self.where[name])
                 else:
                     self._fail()
                     known = self.outer.frames
@@ -197,6 +201,7 @@ class _Binder:
             if not is_agent(kind, inner) or name not in self.arguments:
                 continue
             actual = self.arguments[name]
+            self._note("agent", actual, self.where[name])
             if actual in many:
                 own = {at: "_".join((name, *map(str, at))) for at in many[actual]}
                 groups[name] = own
@@ -230,6 +235,10 @@ class _Binder:
             self._fail()
             self.findings.expression_error(where, error)
             return None
+
+    def _note(self, kind: str, name: str, at: Where) -> None:
+        places = self.outer.places
+        self.findings.use(places.get(f"{kind} {name}") or places.get(f"parameter {name}"), at)
 
     def _fail(self) -> None:
         self.complete = False

@@ -11,12 +11,68 @@ import re
 from collections.abc import Iterator, Mapping
 
 from specc.frozen import frozen
-from specc.lang import RESERVED
+from specc.lang import RESERVED, Declared
+from specc.lang.mentioned import NameKind, names_of_interface, names_of_signature, names_of_type
 from specc.model import expr as m
+from specc.model.fsm import Condition
+from specc.model.system import Element
 from specc.model.types import Enum, Record, Type
-from specc.resolve.context import Meaning, Use
+from specc.resolve.context import Findings, Meaning, TypeText, Use, Where
 from specc.schema.places import split
+from specc.schema.subsystem import TransitionDef
 from specc.source import Place
+
+# Names in the machine of a subsystem, noted where they are looked up.
+
+
+def note_target(findings: Findings, at: Where, home: Where, sent: Element | None) -> None:
+    """Note peer and element of the key `y.peer.element`; the peer may stand for many."""
+    written = str(at.route[-1])
+    begin, middle = 2, written.rindex(".")
+    findings.use_key(_buffer_of(home, "y", written[begin:middle]), at, begin, middle)
+    element = sent.place if sent else declared_at(home, "y", *written[begin:].split("."))
+    findings.use_key(element, at, middle + 1, len(written))
+
+
+def note_event(findings: Findings, name: str, at: Where, home: Where, event: Declared) -> None:
+    """Note peer and element of an event, `x.peer.element`."""
+    begin, middle = 2, name.rindex(".")
+    findings.use(_buffer_of(home, "x", name[begin:middle]), at, start=begin, end=middle)
+    findings.use(event.place, at, start=middle + 1, end=len(name))
+
+
+def note_row(
+    findings: Findings,
+    row: TransitionDef,
+    at: Where,
+    home: Where,
+    conditions: Mapping[tuple[str, str], Condition],
+) -> None:
+    """Note the states and the condition that a row names."""
+    if findings.kept is None:
+        return
+    several = isinstance(at.cell("from", 0).raw, list)
+    named = [(name, ("from", n) if several else ("from",)) for n, name in enumerate(row.sources)]
+    for name, below in (*named, (row.target, ("to",))):
+        findings.use(declared_at(home, "states", name), at, *below)
+    condition = conditions.get(("initial", row.when))
+    findings.use(condition.place if condition else None, at, "when")
+
+
+def declared_at(home: Where | None, *steps: str) -> Place | None:
+    """Where a subsystem declares what may have an error, or comes later."""
+    at = home
+    for step in steps:
+        at = at[step] if at and isinstance(at.raw, dict) and step in at.raw else None
+    return at.key if at else None
+
+
+def _buffer_of(home: Where, direction: str, peer: str) -> Place:
+    return Place(home.file, (*home.route, direction, peer), "key")
+
+
+# Names in expressions, as their scopes have them.
+
 
 NAME = re.compile(r"[^\W\d]\w*")
 _INPUT = re.compile(r"\bx\s*\.\s*(\w+)")
@@ -96,18 +152,11 @@ class _Text:
         scope, where = self.meaning.scope, self.meaning.where
         if kind in ("memory", "let"):
             declared = (scope.memory if kind == "memory" else scope.lets).get(name)
-            return declared.place if declared else self._at_home(kind, name)
+            return declared.place if declared else declared_at(self.meaning.home, kind, name)
         place = self.meaning.places.get(f"{kind} {name}")
         if place is None and kind == "constant" and name in scope.constants:
             return Place(where.file, ("parameters", name), "key")
         return place
-
-    def _at_home(self, *steps: str) -> Place | None:
-        """Where the subsystem declares what has an error, or comes later."""
-        at = self.meaning.home
-        for step in steps:
-            at = at[step] if at and isinstance(at.raw, dict) and step in at.raw else None
-        return at.key if at else None
 
     def _part(self, type_: Enum | Record, *steps: str) -> Place | None:
         place = self.meaning.places.get(f"type {type_.name}")
@@ -124,7 +173,8 @@ class _Text:
 
     def _element(self, peer: str, element: str) -> Place | None:
         declared = self.meaning.scope.inputs.get((peer, element))
-        return declared.place if declared else self._at_home("x", peer, element)
+        home = self.meaning.home
+        return declared.place if declared else declared_at(home, "x", peer, element)
 
     def _buffer(self, peer: str) -> Place:
         where = self.meaning.where
@@ -147,3 +197,31 @@ _KINDS = {
 
 def _name(expr: m.MemoryRef | m.LetRef | m.ConstantRef | m.FileRef | m.Call) -> str:
     return expr.operator if isinstance(expr, m.Call) else expr.name
+
+
+# Names in the texts of types.
+
+
+_READ = {
+    "type": names_of_type,
+    "signature": names_of_signature,
+    "interface": names_of_interface,
+}
+_CALLED: dict[NameKind, tuple[str, ...]] = {
+    "type": ("type",),
+    "interface": ("interface",),
+    "frame": ("frame", "parameter"),
+    "argument": ("frame", "parameter", "type"),
+    "size": ("parameter",),
+}
+
+
+def uses_in_type(text: TypeText) -> Iterator[Use]:
+    """The types, frames, sizes and interfaces that the text of a type names."""
+    frames = text.names.frames
+    for named in _READ[text.form](text.text, text.names.types):
+        labels = (f"{kind} {named.name}" for kind in _CALLED[named.kind])
+        of = next((text.places[label] for label in labels if label in text.places), None)
+        # A frame that a record or an interface takes stands for others.
+        if of is not None and not str(frames.get(named.name, "")).startswith("?"):
+            yield Use(text.where.place.within(named.start, named.end), of)

@@ -5,7 +5,7 @@ It is made from the texts, and from what the compiler took their expressions for
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,6 +13,7 @@ from specc.frozen import frozen
 from specc.model.expr import Expr, walk
 from specc.model.system import System
 from specc.resolve.context import Findings, Meaning, Use
+from specc.resolve.uses import uses_in, uses_in_type
 from specc.schema.places import split
 from specc.source import Place, Route, SourceFile, Sources, TextNode
 from specc.tools.lsp.references import Links, Reference, links_of, references_of
@@ -49,7 +50,7 @@ class Index:
     meanings: Mapping[Key, Meaning]
     files: Mapping[str, FileSymbols]
     links: Links
-    uses: Collection[Use]
+    found: Findings
     _occurrences: dict[str, tuple[Occurrence, ...]] = field(default_factory=dict)
 
     def text(self, path: str) -> str:
@@ -68,13 +69,29 @@ class Index:
         if source is None:
             return ()
         if path not in self._occurrences:
-            uses = (use for use in self.uses if use.place.file == path)
-            found = references_of(source, self.files, self.meanings, self.links, uses)
+            uses = dict.fromkeys(self._uses(source))
+            found = references_of(source, self.files, self.links, uses)
             self._occurrences[path] = tuple(
                 Occurrence(*source.offsets(reference.place), reference.symbol, reference)
                 for reference in found
             )
         return self._occurrences[path]
+
+    def _uses(self, source: SourceFile) -> Iterator[Use]:
+        """What resolving knows of the names in a file.
+
+        The texts of many have a `{i}` for their index, before which alone names stand in place.
+        """
+        yield from (use for use in self.found.uses if use.place.file == source.path)
+        texts = [(m.where, m.text, uses_in(m)) for m in self._by_file.get(source.path, ())]
+        types = (t for t in self.found.types if t.where.file == source.path)
+        texts += [(t.where, t.text, uses_in_type(t)) for t in types]
+        for where, text, uses in texts:
+            written = source.scalar(where.place) or ""
+            for use in uses:
+                here = slice(use.place.start, use.place.end)
+                if text[here] == written[here]:
+                    yield use
 
     def at(self, path: str, offset: int) -> Occurrence | None:
         """The name at a place; the place behind its last character counts too."""
@@ -141,8 +158,7 @@ def build_index(sources: Sources, system: System | None, found: Findings) -> Ind
     _attach(files, links)
     for source in sources:
         _tie(files[source.path], source)
-    uses = dict.fromkeys(found.uses)
-    return Index(sources, system, _by_place(found.meanings), files, links, uses)
+    return Index(sources, system, _by_place(found.meanings), files, links, found)
 
 
 def _by_place(meanings: Iterable[Meaning]) -> dict[Key, Meaning]:

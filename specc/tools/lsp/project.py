@@ -115,6 +115,14 @@ class Analysis:
         """The symbols; made when somebody asks for them."""
         return build_index(self.loader.sources, self.system, self.loader.findings)
 
+    def has(self, path: str) -> bool:
+        """Whether a file took part."""
+        return self.loader.sources.get(path) is not None
+
+    def has_read(self, path: str) -> bool:
+        """Whether a part of the system is what the file describes, not other parts alone."""
+        return any(use.place.file == path for use in self.loader.findings.uses)
+
 
 @frozen
 class View:
@@ -135,6 +143,7 @@ class Project:
     _current: dict[str, Analysis] = field(default_factory=dict)
     _understood: dict[str, Analysis] = field(default_factory=dict)
     _mended: dict[str, tuple[Analysis, Analysis]] = field(default_factory=dict)
+    _alone: dict[str, tuple[str, Analysis]] = field(default_factory=dict)
     _kept: dict[str, AnswerCache] = field(default_factory=dict)
 
     def put(self, path: str, text: str) -> None:
@@ -259,13 +268,23 @@ class Project:
 
     def view(self, path: str) -> View | None:
         """What is known of a file; None if it was never part of an analysis."""
-        for root in (path, *self._current):
-            analysis = self._best(root)
-            known = analysis.loader.sources.get(path) if analysis else None
-            if analysis is not None and known is not None:
-                source = self.source(path)
-                return View(analysis.index, source, shift(known.text, source.text))
-        return None
+        roots = dict.fromkeys((path, *self._current))
+        found = [best for root in roots if (best := self._best(root)) and best.has(path)]
+        if found and not any(best.has_read(path) for best in found):
+            found.append(self._by_itself(path))
+        best = next((best for best in found if best.has_read(path)), *found[:1] or (None,))
+        if best is None:
+            return None
+        source, text = self.source(path), best.index.text(path)
+        return View(best.index, source, shift(text, source.text))
+
+    def _by_itself(self, path: str) -> Analysis:
+        """What a file says that no system uses as it is described; made once for its text."""
+        text = self.source(path).text
+        known = self._alone.get(path)
+        if known is None or known[0] != text:
+            known = self._alone[path] = (text, self._analysed(path, self._read_mended))
+        return known[1]
 
     def _best(self, root: str) -> Analysis | None:
         """The analysis that says most: of texts with errors, an earlier or a mended one."""

@@ -10,26 +10,14 @@ from specc.frozen import frozen
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Enum, Type
 from specc.model.wires import Wires
-from specc.resolve.context import Meaning, Use
-from specc.resolve.uses import uses_in
-from specc.schema.keys import Role, SymbolKind
-from specc.schema.places import TRACED, role_of, split
-from specc.source import Place, Route, SourceFile, TextNode
+from specc.resolve.context import Use
+from specc.schema.places import split
+from specc.source import Place, Route, SourceFile
 from specc.tools.lsp.formulas import Paths, paths_of
-from specc.tools.lsp.structure import (
-    Mention,
-    interface_mentions,
-    signature_mentions,
-    type_mentions,
-)
 from specc.tools.lsp.symbols import (
     FileSymbols,
     Key,
     Symbol,
-    beside,
-    in_force,
-    lookup,
-    node_at,
     symbol_at,
     values,
 )
@@ -192,38 +180,29 @@ class Reference:
 def references_of(
     source: SourceFile,
     files: Mapping[str, FileSymbols],
-    meanings: Mapping[Key, Meaning],
     links: Links,
     uses: Iterable[Use],
 ) -> Iterator[Reference]:
     """The names of symbols in a file, definitions among them; `uses` are of that file."""
     if source.spans is not None:
-        reader = _Reader(source, source.spans, files, meanings, links)
+        reader = _Reader(source, files, links)
         yield from reader.definitions()
         yield from (found for use in uses for found in reader.used(use))
-        for route, key, node in values(source.spans):
+        for route, key, _ in values(source.spans):
             if key is not None:
                 yield from reader.in_key(route)
-            if node.scalar is not None:
-                yield from reader.in_value(route, node.scalar)
 
 
 @dataclass(slots=True)
 class _Reader:
     source: SourceFile
-    top: TextNode
     files: Mapping[str, FileSymbols]
-    meanings: Mapping[Key, Meaning]
     links: Links
     variables: dict[Place, Symbol] = field(default_factory=dict)
 
-    @property
-    def path(self) -> str:
-        return self.source.path
-
     def definitions(self) -> Iterator[Reference]:
         """The definitions themselves; members of enums stand in the texts of types."""
-        own = self.files[self.path]
+        own = self.files[self.source.path]
         for symbol in own.by_route.values():
             yield Reference(symbol.place, symbol, defines=True)
         for symbol in own.top.values():
@@ -244,8 +223,7 @@ class _Reader:
     def _variable(self, use: Use) -> Symbol:
         """A variable lives in its text only."""
         if use.of not in self.variables:
-            node = node_at(self.source, use.of.route)
-            name = (node.scalar or "")[use.of.start : use.of.end] if node else ""
+            name = (self.source.scalar(use.of) or "")[use.of.start : use.of.end]
             owner = split(use.of.route)[0]
             self.variables[use.of] = Symbol("variable", name, use.of, owner, name)
         symbol = self.variables[use.of]
@@ -253,136 +231,26 @@ class _Reader:
         return symbol
 
     def in_key(self, route: Route) -> Iterator[Reference]:
-        """Names in keys: targets of functions, peers, arguments of parameters, bound elements."""
-        owner, rest = split(route)
+        """What the model knows of keys: the ends of buffers, and bound elements."""
+        key, rest = (self.source.path, route), split(route)[1]
         match rest:
-            case ("functions", _, str(target)) | ("through", str(target)) if target not in (
-                *TRACED,
-                "rule",
-            ):
-                yield from self._target(route, owner, target)
             case ("x" | "y", str()):
-                yield from self._linked(Place(self.path, route, "key"), self.links.named, route)
-            case (*_, "with", str(name)):
-                yield from self._parameter(route, name)
+                if (symbol := self._at(self.links.named.get(key))) is not None:
+                    yield Reference(Place(*key, "key"), symbol, type=symbol.type)
             case ("plant", "bind", str(name)):
                 yield from self._bound(route, name)
 
     def _bound(self, route: Route, name: str) -> Iterator[Reference]:
         """Agent, device and element in `irp.E.m.c_d`."""
-        element = self._at(self.links.bindings.get((self.path, route)))
+        element = self._at(self.links.bindings.get((self.source.path, route)))
         device = self._at((element.place.file, element.owner)) if element else None
         agent = self._at(self.links.agents.get(name.partition(".")[0]))
         parts = list(_PART.finditer(name))
         if len(parts) == 4:
             for part, symbol in zip(parts, (agent, None, device, element), strict=True):
                 if symbol is not None:
-                    place = Place(self.path, route, "key", *part.span())
+                    place = Place(self.source.path, route, "key", *part.span())
                     yield Reference(place, symbol, type=symbol.type)
-
-    def in_value(self, route: Route, text: str) -> Iterator[Reference]:
-        """Names in the text of a value."""
-        role = role_of(route)
-        owner = split(route)[0]
-        if role is None or role.form == "path":
-            return
-        meaning = self.meanings.get((self.path, route))
-        if meaning is not None:
-            for use in uses_in(meaning):
-                here = slice(use.place.start, use.place.end)
-                if text[here] == meaning.text[here]:  # of many, the text has a `{i}` for an index
-                    yield from self.used(use)
-        if role.form == "argument" and not (meaning and meaning.expr):
-            yield from self._named(Place(self.path, route), (), ("frame", "agent"), text.strip())
-        elif role.form in ("name", "task"):
-            yield from self._name(route, owner, role, text)
-        elif role.form == "type":
-            yield from self._types(route, type_mentions(text, self._type_names()))
-        elif role.form == "interface":
-            yield from self._types(route, interface_mentions(text, self._type_names()))
-        elif role.form == "signature":
-            yield from self._types(route, signature_mentions(text, self._type_names()))
-
-    def _target(self, route: Route, owner: Route, target: str) -> Iterator[Reference]:
-        parts = target.split(".")
-        if len(parts) != 3 or parts[0] != "y":
-            yield from self._named(Place(self.path, route, "key"), owner, ("memory",), target)
-            return
-        middle = 2 + len(parts[1])
-        peer = Place(self.path, route, "key", 2, middle)
-        yield from self._linked(peer, self.links.named, (*owner, "y", parts[1]))
-        place = Place(self.path, route, "key", middle + 1, len(target))
-        yield from self._named(place, owner, ("element",), target)
-
-    def _linked(self, place: Place, links: Mapping[Key, Key], route: Route) -> Iterator[Reference]:
-        """A name that only the model can follow."""
-        symbol = self._at(links.get((self.path, route)))
-        if symbol is not None:
-            yield Reference(place, symbol, type=symbol.type)
 
     def _at(self, key: Key | None) -> Symbol | None:
         return symbol_at(self.files, key) if key else None
-
-    def _parameter(self, route: Route, name: str) -> Iterator[Reference]:
-        user: TextNode | None = self.top
-        for step in route[:-2]:
-            user = user.values.get(step) if user else None
-        used = user.values.get("use") if user else None
-        if used is not None and used.scalar:
-            file = self.files.get(beside(self.path, used.scalar))
-            symbol = file.top.get(("parameter", name)) if file else None
-            if symbol is not None:
-                yield Reference(Place(self.path, route, "key"), symbol)
-
-    def _name(self, route: Route, owner: Route, role: Role, text: str) -> Iterator[Reference]:
-        place = Place(self.path, route)
-        if role == Role("name", "device"):
-            yield from self._device(place, owner, text)
-        elif role == Role("task", "subsystem"):
-            yield from self._subsystem(route, text)
-        elif role.form == "name" and role.kind is not None:
-            yield from self._named(place, owner, (role.kind,), text)
-        else:
-            known = self.links.states if role.kind == "state" else self.links.memory
-            symbol = self._at(known.get(text))
-            if symbol is not None:
-                yield Reference(place, symbol)
-
-    def _device(self, place: Place, owner: Route, name: str) -> Iterator[Reference]:
-        """A device that a virtual effector or receptor uses, in the same agent."""
-        for group in ("real_effectors", "real_receptors"):
-            symbol = self._at((self.path, (*owner[:-2], group, name)))
-            if symbol is not None and owner:
-                yield Reference(place, symbol)
-
-    def _subsystem(self, route: Route, name: str) -> Iterator[Reference]:
-        """Agent and subsystem in `irp.m`."""
-        agent = self._at(self.links.agents.get(name.partition(".")[0]))
-        subsystem = self._at(self.links.subsystems.get(name))
-        for part, symbol in zip(_PART.finditer(name), (agent, subsystem), strict=False):
-            if symbol is not None:
-                yield Reference(Place(self.path, route, "value", *part.span()), symbol)
-
-    def _named(
-        self, place: Place, owner: Route, kinds: tuple[SymbolKind, ...], name: str
-    ) -> Iterator[Reference]:
-        symbol = lookup(self.files, self.path, owner, kinds, name)
-        if symbol is not None:
-            yield Reference(place, symbol, type=symbol.type)
-
-    def _types(self, route: Route, found: Iterable[Mention]) -> Iterator[Reference]:
-        """Frames that a record takes as parameters stand for others and are not symbols."""
-        local = self._frame_parameters(route)
-        for mention in found:
-            if mention.kinds != ("frame",) or mention.name not in local:
-                place = Place(self.path, route, "value", mention.start, mention.end)
-                yield from self._named(place, (), mention.kinds, mention.name)
-
-    def _frame_parameters(self, route: Route) -> set[str]:
-        section = self.top.values.get(route[0]) if route[0] in ("types", "interfaces") else None
-        definition = section.values.get(route[1]) if section else None
-        listed = definition.values.get("frames") if definition else None
-        return {node.scalar or "" for node in listed.values.values()} if listed else set()
-
-    def _type_names(self) -> set[str]:
-        return {s.name for s in in_force(self.files, self.path, ()) if s.kind == "type"}

@@ -111,37 +111,6 @@ def _add_members(found: FileSymbols, path: str, route: Route, text: str) -> None
         found.top.setdefault(("member", qualified), symbol)
 
 
-def lookup(
-    files: Mapping[str, FileSymbols],
-    path: str,
-    owner: Route,
-    kinds: tuple[SymbolKind, ...],
-    name: str,
-) -> Symbol | None:
-    """The symbol of a name where it is used: in its subsystem, its file, or a file in use."""
-    file = files.get(path)
-    if file is None:
-        return None
-    for kind in kinds:
-        inside = file.inside.get(owner, {}).get((kind, name))
-        found = inside or _in_files(files, path, (kind, name), ())
-        if found is not None:
-            return found
-    return None
-
-
-def _in_files(
-    files: Mapping[str, FileSymbols], path: str, key: tuple[SymbolKind, str], seen: tuple[str, ...]
-) -> Symbol | None:
-    file = files.get(path)
-    if file is None or path in seen:
-        return None
-    if key in file.top:
-        return file.top[key]
-    below = (_in_files(files, used, key, (*seen, path)) for used in file.uses)
-    return next((found for found in below if found is not None), None)
-
-
 def in_force(files: Mapping[str, FileSymbols], path: str, owner: Route) -> Iterator[Symbol]:
     """The symbols that a text in a subsystem of a file may name, innermost first."""
     file = files.get(path)
