@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from specc.analysis.machine import Machine
+from specc.analysis.memory import known_of_memory
 from specc.analysis.reads import ExpressionText, text_of
-from specc.analysis.remembered import known_of_memory
 from specc.lang.order import InOrder
 from specc.model.expr import (
     Choice,

@@ -8,7 +8,7 @@ from dataclasses import replace
 from specc.analysis.arrivals import always_present
 from specc.analysis.facts import Facts
 from specc.analysis.machine import Decided
-from specc.analysis.vague import is_vague, sure, unmet
+from specc.analysis.unknown_parts import is_vague, sure, unmet
 from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem

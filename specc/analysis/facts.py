@@ -9,15 +9,15 @@ from typing import Any
 
 from specc.analysis.ages import Ages
 from specc.analysis.arrivals import arrivals_of
-from specc.analysis.arriving import Arriving
+from specc.analysis.assumed_arrivals import Arriving
 from specc.analysis.dataflow import DataFlow, InputNode
 from specc.analysis.machine import Decided, Machine
-from specc.analysis.misfits import Misfits
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
+from specc.analysis.pointless import PointlessParts
 from specc.analysis.rates import Rates
 from specc.analysis.reads import Dependences
 from specc.analysis.required import known_of_readings
-from specc.kept import AnswerCache
+from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, TooMuchError, take
 from specc.mjcf import Model, ModelError
@@ -118,9 +118,9 @@ class Facts:
         return {c.name: c for c in self.system.constants if c.place not in none}
 
     @cached_property
-    def misfits(self) -> Misfits:
+    def misfits(self) -> PointlessParts:
         """What cannot be meant in the constants of the system."""
-        return Misfits(self.system, self._constants, Dependences(()))
+        return PointlessParts(self.system, self._constants, Dependences(()))
 
     @cached_property
     def ticks(self) -> Ticks:

@@ -8,12 +8,12 @@ from functools import cached_property, partial
 from typing import Any, TypeVar
 
 from specc.analysis.arrivals import Arrivals
+from specc.analysis.durations import Durations
 from specc.analysis.graph import CAUSES, RowEdge, find_steps, reached_from
-from specc.analysis.lasting import Lasting
-from specc.analysis.misfits import Misfits
-from specc.analysis.must import Presence, PresentValues
+from specc.analysis.pointless import PointlessParts
+from specc.analysis.presence import Presence, PresentValues
 from specc.analysis.reads import Dependences, names_any
-from specc.analysis.vague import Views, is_vague
+from specc.analysis.unknown_parts import Views, is_vague
 from specc.frozen import frozen
 from specc.model.expr import Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
@@ -126,9 +126,9 @@ class Machine:
         return Views(self.subsystem, self._new_prover)
 
     @cached_property
-    def misfits(self) -> Misfits:
+    def misfits(self) -> PointlessParts:
         """What cannot be meant in expressions."""
-        return Misfits(self.subsystem, self._constants, self.dependences)
+        return PointlessParts(self.subsystem, self._constants, self.dependences)
 
     @cached_property
     def dependences(self) -> Dependences:
@@ -136,9 +136,9 @@ class Machine:
         return Dependences(self.subsystem.lets)
 
     @cached_property
-    def lasting(self) -> Lasting:
+    def lasting(self) -> Durations:
         """How long states can last, if there are no unknowns."""
-        return Lasting(self.subsystem, self.prover, self.dependences, self.verdict)
+        return Durations(self.subsystem, self.prover, self.dependences, self.verdict)
 
     # How much can be asked of it.
 

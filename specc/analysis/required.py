@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from specc.analysis.machine import Machine
-from specc.analysis.remembered import known_of_memory
+from specc.analysis.memory import known_of_memory
 from specc.model.expr import Compare, Expr, Member, MemoryRef, mapped
 from specc.model.requirement import Reading
 from specc.model.system import System

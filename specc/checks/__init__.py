@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from types import ModuleType
 
 from specc.analysis import Facts
+from specc.answers import AnswerCache
 from specc.checks import (
     assumptions,
     bindings,
@@ -31,7 +32,6 @@ from specc.checks import (
     waiting,
 )
 from specc.diagnostics import Diagnostic, stops
-from specc.kept import AnswerCache
 from specc.limits import is_used_up
 from specc.model.system import System
 from specc.source import Place

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts, Machine
 from specc.analysis.constancy import Constancy, ConstantPart
-from specc.analysis.lasting import Late
+from specc.analysis.durations import Late
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.lang import show

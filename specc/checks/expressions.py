@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis import Facts
-from specc.analysis.misfits import Misfit
+from specc.analysis.pointless import PointlessPart
 from specc.analysis.reads import texts
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED, show
@@ -57,7 +57,7 @@ _CODES = {
 
 def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
     """E0330, E0331, W0332, W0333 and W0338, once where several uses have one origin."""
-    found: dict[tuple[str, Place], list[Misfit]] = {}
+    found: dict[tuple[str, Place], list[PointlessPart]] = {}
     for misfits in (facts.misfits, *(machine.misfits for machine in facts.machines)):
         for misfit in misfits.found:
             found.setdefault((_CODES[misfit.kind], _place(misfit)), []).append(misfit)
@@ -76,14 +76,14 @@ def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
         yield Diagnostic(code, message, place, "", tuple(_uses(place, alike)), help_text)
 
 
-def _place(misfit: Misfit) -> Place:
+def _place(misfit: PointlessPart) -> Place:
     if misfit.kind == "bounds":
         return misfit.text.place(misfit.expr)
     text, expr = misfit.origin
     return text.place(expr)
 
 
-def _uses(place: Place, misfits: list[Misfit]) -> Iterator[Related]:
+def _uses(place: Place, misfits: list[PointlessPart]) -> Iterator[Related]:
     """Where a number is used that is written down elsewhere, or is written down."""
     for misfit in misfits[:4]:
         text, expr = misfit.origin
@@ -94,7 +94,7 @@ def _uses(place: Place, misfits: list[Misfit]) -> Iterator[Related]:
             yield Related(other, "written here" if misfit.kind == "bounds" else "used here")
 
 
-def _words(misfit: Misfit) -> tuple[str, str]:
+def _words(misfit: PointlessPart) -> tuple[str, str]:
     """What is wrong, and a way out."""
     first = show(misfit.because[0])
     match misfit.kind:
@@ -130,7 +130,7 @@ def _words(misfit: Misfit) -> tuple[str, str]:
     return _itself(misfit), "replace one of the two by what is meant"
 
 
-def _itself(misfit: Misfit) -> str:
+def _itself(misfit: PointlessPart) -> str:
     one, other = map(show, misfit.because)
     if isinstance(misfit.expr, Choice):
         return f"both branches are `{one}`"

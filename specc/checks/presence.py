@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 from specc.analysis import Facts, Machine
 from specc.analysis.guards import Evaluation, uses
-from specc.analysis.must import InputRead, Need
+from specc.analysis.presence import InputRead, Need
 from specc.analysis.reads import text_of
 from specc.diagnostics import Diagnostic, Related
 from specc.frozen import frozen

@@ -285,7 +285,7 @@ COMMANDS = tuple(starmap(Command, (
      "run a specification many times: over values of constants, and over seeds", _sweep),
     ("fmt", "rewrite:fmt", "put specifications into the canonical layout", _fmt),
     ("status", "status:status", "show which steps of the design are done", _told),
-    ("init", "skeletons:init", "start a specification that runs at once", _init),
+    ("init", "init:init", "start a specification that runs at once", _init),
     ("explain", "commands:explain", "say what a code of a diagnostic means", _explain),
     ("ages", "ages:ages", "show how old values are where they are read", _told),
     ("graph", "graph:graph", "draw the structure, a state machine, frames or a data flow", _graph,
@@ -306,7 +306,7 @@ COMMANDS = tuple(starmap(Command, (
     ("plot", "plot:plot",
      "draw signals of recorded runs, and the states of machines, over time", _plot, True),
     ("recover", "recordings:recover", "make a clean file of a recording that was cut", _recover),
-    ("completion", "completing:completion",
+    ("completion", "completion:completion",
      "print what makes a shell complete the commands of specc", _completion),
 )))  # fmt: skip
 

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from specc.cli import completing, interruption, streams
+from specc.cli import completion, interruption, streams
 from specc.cli.arguments import parser
 
 UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141
@@ -83,7 +83,7 @@ def _guarded(arguments: Sequence[str] | None) -> int:
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     whole = parser()
-    completing.answer(whole)
+    completion.answer(whole)
     try:
         return whole.parse_args(arguments)
     except SystemExit:

@@ -13,7 +13,7 @@ from typing import Any
 
 from specc.cli import streams
 from specc.cli.pictures import NotWritten, put
-from specc.cli.recorded import placed
+from specc.cli.recorded_spec import placed
 from specc.cli.recordings import called, lost, unusable
 from specc.cli.streams import Refused
 from specc.model.system import System

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from specc import output
 from specc.checks.plant import without_plant
 from specc.cli.inspect import judged, overrides_of
-from specc.cli.recorded import recorded_package, texts_of
+from specc.cli.recorded_spec import recorded_package, texts_of
 from specc.cli.recordings import unusable
 from specc.cli.streams import Refused, tell
 from specc.diagnostics import Diagnostic

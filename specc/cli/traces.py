@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from specc import output
 from specc.aside import sync
-from specc.cli.recorded import texts_of
+from specc.cli.recorded_spec import texts_of
 from specc.cli.recordings import called
 from specc.cli.streams import Refused
 from specc.frozen import frozen

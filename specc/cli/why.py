@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.recorded import texts_of
+from specc.cli.recorded_spec import texts_of
 from specc.cli.recordings import DIFFERS, called, lost, unnamed, unusable, values_of
 from specc.cli.streams import Refused
 from specc.model.fsm import Behaviour, Cause, Condition

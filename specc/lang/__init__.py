@@ -18,8 +18,8 @@ from specc.lang.errors import (
 )
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.interfaces import parse_interface
-from specc.lang.many import Members, spread
 from specc.lang.parse import CUT_SHORT, count_parts, parse, parse_syntax
+from specc.lang.peer_groups import Members, spread
 from specc.lang.show import show
 from specc.lang.types import (
     A_SIZE,

@@ -13,7 +13,7 @@ from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
 from specc.limits import MAX_BYTES
 from specc.read.compose import compose
-from specc.read.reach import claims_to_be_one
+from specc.read.permitted import claims_to_be_one
 from specc.source import Place, SourceFile
 
 # Characters that a specification may not contain, found before a parser sees them.

@@ -6,9 +6,9 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 
+from specc.answers import AnswerCache
 from specc.diagnostics import Related
 from specc.frozen import frozen
-from specc.kept import AnswerCache
 from specc.model.binding import PLANT
 from specc.model.requirement import Requirement
 from specc.model.system import Agent, Constant, Operator, Plant, System

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Literal
 
+from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
 from specc.frozen import frozen
-from specc.kept import AnswerCache
 from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace

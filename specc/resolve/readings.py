@@ -11,8 +11,8 @@ from typing import Literal
 from specc.frozen import frozen
 from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
-from specc.lang.many import Root
 from specc.lang.parse import nodes_of, span
+from specc.lang.peer_groups import Root
 from specc.model.binding import PLANT
 from specc.model.expr import Span
 from specc.model.requirement import Reading

@@ -10,7 +10,7 @@ import pytest
 
 from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import RowEdge, reached_from
-from specc.analysis.must import Presence
+from specc.analysis.presence import Presence
 from specc.model.expr import TRUE, Choice, Expr, Fresh, Input, LetRef, Logic, Present, Unary
 from specc.model.fsm import Transition
 from specc.model.system import Element, Port, Subsystem

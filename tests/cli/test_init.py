@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from specc.cli import main
-from specc.cli.skeletons import names
+from specc.cli.init import names
 
 
 def spec_in(folder: Path) -> Path:

@@ -13,8 +13,8 @@ SAME = {
 }
 """Names that several classes have, since they are the same in two layers."""
 OPEN = {
-    *("Edit", "Entry", "Finding", "Formulas", "Judged", "Junction", "Lasting", "Part"),
-    *("Signature", "State", "Trace", "Values", "View", "_Reader"),
+    *("Edit", "Entry", "Finding", "Formulas", "Judged", "Junction", "Part"),
+    *("Signature", "State", "Trace", "Values", "_Reader"),
 }
 """Names that still stand for several things."""
 CLASS = re.compile(r"^class (\w+)", re.MULTILINE)

@@ -24,7 +24,7 @@ from specc.proof.search import SearchBudget, Semantics
 from specc.proof.search.example import worded
 from specc.proof.search.search import Ways
 from specc.proof.search.situation import Freedom
-from specc.proof.search.trying import Thresholds
+from specc.proof.search.thresholds import Thresholds
 from tests.lower.test_law import systems
 from tests.witness.runs import CASES as SMALL
 from tests.witness.runs import ROOT

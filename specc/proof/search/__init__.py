@@ -17,7 +17,7 @@ from specc.proof.search.situation import (
     lag_key,
     runnable,
 )
-from specc.proof.search.trying import SearchBudget
+from specc.proof.search.thresholds import SearchBudget
 
 __all__ = [
     "NO_VALUE",

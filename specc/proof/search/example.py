@@ -23,7 +23,7 @@ from specc.model.types import (
 from specc.model.units import DIMENSIONLESS
 from specc.proof.search.search import Goal, find
 from specc.proof.search.situation import NO_VALUE, Freedom, Semantics, Situation, lag_key
-from specc.proof.search.trying import SearchBudget
+from specc.proof.search.thresholds import SearchBudget
 from specc.proof.verdict import InputName
 
 # What a witness is about: the inputs, memory, time and operators that its answers depend on.

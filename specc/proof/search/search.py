@@ -24,7 +24,7 @@ from specc.proof.search.situation import (
     Situation,
     runnable,
 )
-from specc.proof.search.trying import SearchBudget, Thresholds
+from specc.proof.search.thresholds import SearchBudget, Thresholds
 from specc.proof.verdict import InputName
 
 # Ways to give an expression a wanted value, by changing one thing that it depends on.

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic, Edit
 from specc.frozen import frozen
-from specc.kept import AnswerCache
 from specc.limits import ALLOWED, left, one_run, spend
 from specc.model.system import System
 from specc.pipeline import check_spec

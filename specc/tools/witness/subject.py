@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from specc.analysis import Decided, Facts, Machine
-from specc.analysis.vague import surely
+from specc.analysis.unknown_parts import surely
 from specc.checks.presence import absences
 from specc.checks.rows import ending, situation
 from specc.emit import filled

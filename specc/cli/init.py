@@ -8,7 +8,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from specc.cli import streams
-from specc.cli.placing import placing, reason
+from specc.cli.new_files import placing, reason
 from specc.cli.streams import Refused
 from specc.diagnostics import nearest
 from specc.resources import specs_dir
@@ -41,13 +41,13 @@ def _written(options: Namespace) -> list[Path]:
     if refusal := _misplaced(options):
         raise Refused(refusal)
     if options.model is not None:
-        from specc.cli import modelled
+        from specc.cli import init_model
 
-        return modelled.write(options)
+        return init_model.write(options)
     if options.ros2 is not None:
-        from specc.cli import graphed
+        from specc.cli import init_ros2
 
-        return graphed.write(options)
+        return init_ros2.write(options)
     directory, name = options.directory, options.skeleton or "joint"
     target = Path(directory)
     if name not in names() or not directory or (os.path.exists(target) and not target.is_dir()):

@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 from specc.cli import streams
-from specc.cli.placing import placing, refuse_taken
+from specc.cli.new_files import placing, refuse_taken
 from specc.cli.streams import Refused
 from specc.pipeline import check_spec
 from specc.source import real_path

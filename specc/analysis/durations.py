@@ -10,7 +10,7 @@ from typing import NamedTuple
 from specc.analysis.graph import CAUSES
 from specc.analysis.guards import ended, said
 from specc.analysis.reads import Dependences, names_any
-from specc.analysis.vague import possibly
+from specc.analysis.unknown_parts import possibly
 from specc.model.expr import (
     Clock,
     Compare,
@@ -57,7 +57,7 @@ class _Ending(NamedTuple):
     in_time: dict[Cause, list[Expr]]
 
 
-class Lasting:
+class Durations:
     """Asks about the states of one subsystem that has no unknowns."""
 
     def __init__(

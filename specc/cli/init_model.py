@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.placing import placing, refuse_taken
+from specc.cli.new_files import placing, refuse_taken
 from specc.cli.rewrite import rewrite
 from specc.cli.streams import Refused
 from specc.diagnostics import Diagnostic

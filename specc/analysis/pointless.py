@@ -52,7 +52,7 @@ _ANGLE_OF_ALL = math.pi * (1 - 1e-12)
 
 
 @frozen
-class Misfit:
+class PointlessPart:
     """`expr` in a text cannot be meant because of its parts `because`; `number` is what they are.
 
     `origin` is where the first of these parts was written down.
@@ -66,7 +66,7 @@ class Misfit:
     number: float = 0.0
 
 
-class Misfits:
+class PointlessParts:
     """Finds them in one subsystem, or in the constants of a system."""
 
     def __init__(
@@ -98,7 +98,7 @@ class Misfits:
         if isinstance(owner, Subsystem):
             found += self._kept(owner)
         self.found = tuple(_in_all_copies(found, every))
-        self._at = {id(misfit.expr) for misfit in self.found}
+        self._at = {id(part.expr) for part in self.found}
         self._spoilt: set[str] = set()
         for item in owner.lets if isinstance(owner, Subsystem) else ():
             if self.within(item.value):
@@ -111,7 +111,7 @@ class Misfits:
             for node in walk(expr)
         )
 
-    def _in(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[Misfit]:
+    def _in(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[PointlessPart]:
         match expr:
             case Builtin():
                 yield from self._of_call(text, expr, FUNCTIONS[expr.name])
@@ -124,7 +124,7 @@ class Misfits:
 
     def _of_call(
         self, text: ExpressionText, call: Builtin, function: BuiltinFunction
-    ) -> Iterator[Misfit]:
+    ) -> Iterator[PointlessPart]:
         if function.compares:
             yield from self._tolerances(text, call, call.args[2:])
         if function.direction is not None:
@@ -136,9 +136,9 @@ class Misfits:
         if function.neutral is not None:
             place, value = function.neutral
             if self._value(call.args[place]) == value:
-                yield Misfit("unchanged", call, text, call.args[:1], (text, call))
+                yield PointlessPart("unchanged", call, text, call.args[:1], (text, call))
 
-    def _kept(self, owner: Subsystem) -> Iterator[Misfit]:
+    def _kept(self, owner: Subsystem) -> Iterator[PointlessPart]:
         """Memory that is given the value that it has."""
         number = self._numbering.number
         items = {item.place: item for function in owner.functions for item in function.assignments}
@@ -147,28 +147,32 @@ class Misfits:
             memory = MemoryRef(item.name, type=value.type)
             if not item.peer and number(value) == number(memory):
                 text = ExpressionText(value, item.place, "is")
-                yield Misfit("unchanged", value, text, (memory,), (text, value))
+                yield PointlessPart("unchanged", value, text, (memory,), (text, value))
 
     def _tolerances(
         self, text: ExpressionText, near: Expr, limits: tuple[Expr, ...]
-    ) -> Iterator[Misfit]:
+    ) -> Iterator[PointlessPart]:
         for limit, is_angle in zip(limits, (False, True), strict=False):
             value = self._value(limit)
             if value is not None and value <= 0:
-                yield Misfit("tolerance", near, text, (limit,), self._origin(text, limit), value)
+                yield PointlessPart(
+                    "tolerance", near, text, (limit,), self._origin(text, limit), value
+                )
             elif value is not None and is_angle and value >= _ANGLE_OF_ALL:
-                yield Misfit("angle", near, text, (limit,), self._origin(text, limit), value)
+                yield PointlessPart("angle", near, text, (limit,), self._origin(text, limit), value)
 
-    def _quaternion(self, text: ExpressionText, pose: Expr, quaternion: Expr) -> Iterator[Misfit]:
+    def _quaternion(
+        self, text: ExpressionText, pose: Expr, quaternion: Expr
+    ) -> Iterator[PointlessPart]:
         origin = self._origin(text, quaternion)
         if not isinstance(origin[1], Items):
             return
         parts = [part for item in origin[1].items if (part := self._value(item)) is not None]
         length = math.hypot(*parts)
         if len(parts) == 4 and not abs(length - 1) <= UNIT_LENGTH_WITHIN:
-            yield Misfit("quaternion", pose, text, (quaternion,), origin, length)
+            yield PointlessPart("quaternion", pose, text, (quaternion,), origin, length)
 
-    def _clamp(self, text: ExpressionText, outer: Builtin) -> list[Misfit]:
+    def _clamp(self, text: ExpressionText, outer: Builtin) -> list[PointlessPart]:
         """`min(max(a, 2), 1)` is 1, and `max(min(a, 1), 2)` is 2."""
         known = [(value, arg) for arg in outer.args if (value := self._value(arg)) is not None]
         if not known:
@@ -185,20 +189,22 @@ class Misfits:
             least, most = bounded(whole, self._known)
             if least > value if is_least else most < value:
                 because = limit, inner
-                return [Misfit("bounds", outer, text, because, self._origin(text, limit), value)]
+                return [
+                    PointlessPart("bounds", outer, text, because, self._origin(text, limit), value)
+                ]
         return []
 
     def _crossed(
         self, text: ExpressionText, call: Builtin, limits: tuple[int, int]
-    ) -> Iterator[Misfit]:
+    ) -> Iterator[PointlessPart]:
         """`clamp(a, 2, 1)` is 1."""
         low, high = (call.args[place] for place in limits)
         if self._exceeds(low, high):
             value = self._value(high)
             origin = (text, call) if value is None else self._origin(text, high)
-            yield Misfit("bounds", call, text, (high, low), origin, value or 0.0)
+            yield PointlessPart("bounds", call, text, (high, low), origin, value or 0.0)
 
-    def _computed_clamp(self, text: ExpressionText, outer: Builtin) -> list[Misfit]:
+    def _computed_clamp(self, text: ExpressionText, outer: Builtin) -> list[PointlessPart]:
         """`min(max(a, b + 1), b)` is b."""
         sign = -_picks(outer)
         for inner in outer.args:
@@ -209,7 +215,7 @@ class Misfits:
                     continue
                 lower, upper = (other, limit) if sign > 0 else (limit, other)
                 if self._exceeds(lower, upper):
-                    return [Misfit("bounds", outer, text, (limit, other), (text, outer))]
+                    return [PointlessPart("bounds", outer, text, (limit, other), (text, outer))]
         return []
 
     def _exceeds(self, one: Expr, other: Expr) -> bool:
@@ -244,7 +250,7 @@ class Misfits:
         value = self._value(expr)
         return None if value is None else (value, value)
 
-    def _itself(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[Misfit]:
+    def _itself(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[PointlessPart]:
         match expr:
             case Compare(left=left, right=right) | Binary(op="-" | "/", left=left, right=right):
                 pairs = [(left, right)]
@@ -261,7 +267,7 @@ class Misfits:
             written_alike = isinstance(expr, Choice) and one == other and not has_unknown(one)
             if written_alike or self._same(one, other, bound):
                 at = other if isinstance(expr, Logic) else expr
-                yield Misfit("itself", expr, text, (one, other), (text, at))
+                yield PointlessPart("itself", expr, text, (one, other), (text, at))
                 return
 
     def _alike(self, args: tuple[Expr, ...], bound: Depths) -> Iterator[tuple[Expr, Expr]]:
@@ -301,16 +307,18 @@ class Misfits:
         return text, expr
 
 
-def _in_all_copies(found: list[Misfit], every: list[ExpressionText]) -> Iterator[Misfit]:
+def _in_all_copies(
+    found: list[PointlessPart], every: list[ExpressionText]
+) -> Iterator[PointlessPart]:
     """Those that are there in all copies of what is written once, for the members of a group."""
     if not found:
         return
     copies = Counter(_written(text, node) for text in every for node in walk(text.expr))
-    alike = Counter(_written(misfit.text, misfit.expr) for misfit in found)
-    for misfit in found:
-        key = _written(misfit.text, misfit.expr)
+    alike = Counter(_written(part.text, part.expr) for part in found)
+    for part in found:
+        key = _written(part.text, part.expr)
         if alike[key] >= copies[key]:
-            yield misfit
+            yield part
 
 
 def _written(text: ExpressionText, node: Expr) -> tuple[Place, str, Span, type]:

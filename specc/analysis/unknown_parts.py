@@ -61,8 +61,8 @@ def _bound(expr: Expr, unknown: Expr, is_unknown: Asks) -> Expr:
 
 
 @frozen
-class View:
-    """A view of a machine with unknowns: what is assumed about them."""
+class Approximation:
+    """What a machine with unknowns surely or possibly is."""
 
     cause: Cause
     ends: Rewriting
@@ -87,19 +87,19 @@ class View:
         return replace(state, behaviour=seen)
 
 
-def sure(cause: Cause) -> View:
+def sure(cause: Cause) -> Approximation:
     """Where ends and rows surely hold."""
-    return View(cause, surely, surely)
+    return Approximation(cause, surely, surely)
 
 
-def unmet(cause: Cause) -> View:
+def unmet(cause: Cause) -> Approximation:
     """Where ends surely hold, beside rows that possibly do."""
-    return View(cause, surely, possibly)
+    return Approximation(cause, surely, possibly)
 
 
-def possible(cause: Cause) -> View:
+def possible(cause: Cause) -> Approximation:
     """Where ends and rows possibly hold."""
-    return View(cause, possibly, possibly)
+    return Approximation(cause, possibly, possibly)
 
 
 def is_vague(subsystem: Subsystem, state: State, cause: Cause) -> bool:
@@ -129,7 +129,7 @@ class Views:
         """`prover` makes one for a subsystem without unknowns."""
         self._subsystem = subsystem
         self._new = prover
-        self._provers: dict[View, Prover] = {}
+        self._provers: dict[Approximation, Prover] = {}
 
     def verdict(
         self, state: str, cause: Cause, present: Collection[InputName]
@@ -162,7 +162,7 @@ class Views:
 
         return find_steps(self._subsystem, prove)
 
-    def _prover(self, view: View) -> Prover:
+    def _prover(self, view: Approximation) -> Prover:
         if view not in self._provers:
             self._provers[view] = self._new(view.of(self._subsystem))
         return self._provers[view]

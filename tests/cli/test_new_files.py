@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from specc.cli import placing as module
-from specc.cli.placing import Content, Taken, placing
+from specc.cli import new_files as module
+from specc.cli.new_files import Content, Taken, placing
 
 
 @pytest.mark.parametrize(
