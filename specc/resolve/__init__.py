@@ -28,7 +28,7 @@ from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.named import Lets
 from specc.resolve.plant import resolve_plant, resolve_task
 from specc.resolve.readings import World
-from specc.resolve.requirements import Formulas
+from specc.resolve.requirements import FormulaResolver
 from specc.resolve.reuse import Setting
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
@@ -83,7 +83,7 @@ def resolve(
     faulty = set(spec.plant.observe) - observed if spec.plant else set()
     expressions = Expressions(findings, definitions, broken=faulty)
     world = _world(file, agents, plant, resolver)
-    formulas = Formulas(world, expressions, Lets()).with_lets(spec.let, file.top["let"])
+    formulas = FormulaResolver(world, expressions, Lets()).with_lets(spec.let, file.top["let"])
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
     system = System(
@@ -151,7 +151,7 @@ def _world(
     )
 
 
-def _task(file: Loaded, formulas: Formulas, resolver: AgentResolver) -> Task | None:
+def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> Task | None:
     """The task, if there is one, with the disturbances and the `formulas` that they wait for."""
     definition, where = file.spec.task, file.top["task"]
     if definition is None:
@@ -169,7 +169,7 @@ def _task(file: Loaded, formulas: Formulas, resolver: AgentResolver) -> Task | N
     return replace(task, disturbances=disturbed)
 
 
-def _stop(formulas: Formulas, at: Where) -> Requirement | None:
+def _stop(formulas: FormulaResolver, at: Where) -> Requirement | None:
     """The formula that ends a run; None after reporting an error."""
     found = formulas.requirement(str(at.raw), "", at)
     if found is not None and (wrong := untimely(found, "a run", "end")):

@@ -25,12 +25,12 @@ def disturbances_of(
     definitions: Definitions,
 ) -> tuple[Disturbance, ...]:
     """Those without errors; `specc.checks` compares them with model and bindings."""
-    reader = _Reader(condition, findings, definitions)
+    reader = _DisturbanceReader(condition, findings, definitions)
     found = (reader.disturbance(item, where[index]) for index, item in enumerate(items))
     return tuple(each for each in found if each is not None)
 
 
-class _Reader:
+class _DisturbanceReader:
     def __init__(self, condition: Condition, findings: Findings, definitions: Definitions) -> None:
         self._condition = condition
         self._findings = findings

@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 
 @frozen
-class Formulas:
+class FormulaResolver:
     """Resolves formulas in a world; `lets` are the names that all formulas may use."""
 
     world: World
@@ -61,7 +61,7 @@ class Formulas:
             found.append(inside.requirement(item.that, item.because, where[i]["that"], name))
         return tuple(each for each in found if each is not None)
 
-    def with_lets(self, items: Mapping[str, FormulaLetDef], where: Where) -> Formulas:
+    def with_lets(self, items: Mapping[str, FormulaLetDef], where: Where) -> FormulaResolver:
         """A copy that knows these names as well."""
         lets, findings = Lets(self.lets), self.expressions.findings
         constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
@@ -76,11 +76,11 @@ class Formulas:
             findings.report("E0221", message, places[name], related=related, help=help)
         known = {name: item for name, item in items.items() if name not in refused}
         lets.define(known, where, findings, self._named)
-        return Formulas(self.world, self.expressions, lets)
+        return FormulaResolver(self.world, self.expressions, lets)
 
     def requirement(self, text: str, because: str, at: Where, name: str = "") -> Requirement | None:
         """The requirement of a text; None after reporting an error."""
-        reader = _Reader(text, self)
+        reader = _RequirementReader(text, self)
         found = self._meant(reader, at, reader.requirement)
         if found is None:
             return None
@@ -90,11 +90,11 @@ class Formulas:
         return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
     def _named(self, lets: Lets, name: str, text: str, at: Where) -> FormulaLet | None:
-        reader = _Reader(text, Formulas(self.world, self.expressions, lets))
+        reader = _RequirementReader(text, FormulaResolver(self.world, self.expressions, lets))
         found = self._meant(reader, at, reader.named)
         if found is None:
             return None
-        Formulas(self.world, self.expressions, lets)._note(reader, at, found)
+        FormulaResolver(self.world, self.expressions, lets)._note(reader, at, found)
         names = lets.names_in(text)
         if not isinstance(found, TickCondition | Junction | Temporal):
             return FormulaLet(name, None, found, names, lets.places[name])
@@ -102,7 +102,7 @@ class Formulas:
         said = Requirement(text, "", found, True, readings, at.place, name, names)
         return FormulaLet(name, said, None, names, lets.places[name])
 
-    def _meant(self, reader: _Reader, at: Where, read: Callable[[], T]) -> T | None:
+    def _meant(self, reader: _RequirementReader, at: Where, read: Callable[[], T]) -> T | None:
         try:
             return read()
         except ExprErrors as failure:
@@ -112,7 +112,7 @@ class Formulas:
                 self.expressions.report(at, reader.text, error)
         return None
 
-    def _note(self, reader: _Reader, at: Where, found: Formula | Expr) -> None:
+    def _note(self, reader: _RequirementReader, at: Where, found: Formula | Expr) -> None:
         """Note the meaning of a text, for editors."""
         text = reader.text
         if isinstance(found, TickCondition | Junction | Temporal):
@@ -124,7 +124,7 @@ class Formulas:
         whole = Logic("and", shown, type=Bool(), span=(0, len(text)))
         self._meaning(reader, at, whole)
 
-    def _meaning(self, reader: _Reader, at: Where, expr: Expr | None) -> None:
+    def _meaning(self, reader: _RequirementReader, at: Where, expr: Expr | None) -> None:
         findings, places = self.expressions.findings, self.expressions.definitions.places
         findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
         findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
@@ -157,10 +157,10 @@ def _report_same_names(
             )
 
 
-class _Reader:
+class _RequirementReader:
     """Resolves one requirement: `readings` are values of agents, `scope` all other names."""
 
-    def __init__(self, text: str, known: Formulas) -> None:
+    def __init__(self, text: str, known: FormulaResolver) -> None:
         world, expressions = known.world, known.expressions
         self.readings: dict[str, Reading] = {}
         self.text = text

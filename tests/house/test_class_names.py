@@ -7,15 +7,13 @@ from tests.house.tree import modules
 
 SAME = {
     "Behaviour": "what a state does: in a file of FABRIC, and in a system",
+    "Junction": "`and`, `or`: of formulas that are specified, and of what is left of them in a run",
     "Text": "a text: a value in a file, and the type of values in a run",
     "Transition": "from one state to the next: in a file of SCXML, and in a system",
     "Truth": "true or false: a value in a file, and an expression",
 }
 """Names that several classes have, since they are the same in two layers."""
-OPEN = {
-    *("Edit", "Entry", "Finding", "Formulas", "Judged", "Junction", "Part"),
-    *("Signature", "State", "Trace", "Values", "_Reader"),
-}
+OPEN = {"Edit", "Finding", "Part", "Trace", "Values"}
 """Names that still stand for several things."""
 CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
 

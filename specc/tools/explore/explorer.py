@@ -15,7 +15,7 @@ from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import Finding, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
 from specc.tools.explore.refine import best, not_refuted, refined
-from specc.tools.explore.required import Group, Judged, groups, judged, undecided
+from specc.tools.explore.required import Group, RequirementVerdict, groups, judged, undecided
 from specc.tools.explore.symmetry import likewise
 
 FOR_REQUIREMENTS = 8
@@ -88,7 +88,7 @@ class Exploration:
     slices: list[Explored] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     assumptions: list[tuple[str, Axiom, Verdict]] = field(default_factory=list)
-    requirements: list[Judged] = field(default_factory=list)
+    requirements: list[RequirementVerdict] = field(default_factory=list)
     alone: tuple[str, ...] = ()
     """Machines that decide nothing."""
     left: list[tuple[str, ...]] = field(default_factory=list)
@@ -173,9 +173,9 @@ def _require(result: Exploration, required: Sequence[Group], facts: Facts, budge
     spent = sum(each.steps for each in result.slices)
     # A formula with a distant deadline has a configuration for each tick.
     left = min(budget - spent, budget // FOR_REQUIREMENTS)
-    told: dict[int, Judged] = {}
+    told: dict[int, RequirementVerdict] = {}
     for index, group in enumerate(required):
-        told |= {id(r): Judged(r, "not explored") for r in group.requirements}
+        told |= {id(r): RequirementVerdict(r, "not explored") for r in group.requirements}
         if result.broken_off:
             continue
         share = max(0, left) // (len(required) - index)

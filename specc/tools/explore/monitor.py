@@ -66,7 +66,7 @@ class Past:
     operands: tuple[Node, ...]
 
 
-class State(NamedTuple):
+class MonitorState(NamedTuple):
     """The obligation, and for each past operator when it surely, and when it maybe, held."""
 
     left: Node
@@ -95,9 +95,11 @@ class Monitor:
         self._formula = self._node(_each_tick(formula) if self._lasts else formula, meant=True)
         self._atom_leaves = [i for i in range(self._count) if i not in self._past]
         begun = Said(True) if self._lasts else self._formula
-        self.begin = State(begun, tuple((-1, -1) for _ in self._past))
+        self.begin = MonitorState(begun, tuple((-1, -1) for _ in self._past))
 
-    def step(self, state: State, atoms: tuple[Truth, ...], ticks: int) -> tuple[State, set[Truth]]:
+    def step(
+        self, state: MonitorState, atoms: tuple[Truth, ...], ticks: int
+    ) -> tuple[MonitorState, set[Truth]]:
         """The state after some ticks with constant conditions, and the verdicts on these ticks."""
         said: set[Truth] = set()
         while ticks:
@@ -116,7 +118,7 @@ class Monitor:
             if len(pending) > MOST_PENDING:
                 said.add(None)
                 pending = []
-            after = State(_joined("and", pending), past)
+            after = MonitorState(_joined("and", pending), past)
             if after == state:
                 break
             state, passed = self._passed(state, after, ticks) if ticks else (after, 0)
@@ -125,7 +127,9 @@ class Monitor:
 
     # While conditions are constant, most ticks only move deadlines and ages by one.
 
-    def _passed(self, before: State, after: State, ticks: int) -> tuple[State, int]:
+    def _passed(
+        self, before: MonitorState, after: MonitorState, ticks: int
+    ) -> tuple[MonitorState, int]:
         """Skip ticks on which only deadlines and ages move, at most `ticks`; and their number."""
         awaited, left = _awaited(before.left, after.left), self._aging(before.past, after.past)
         if awaited is None or left is None:
@@ -139,7 +143,7 @@ class Monitor:
             (a + passed * (a != was), b + passed * (b != had))
             for (was, had), (a, b) in zip(before.past, after.past, strict=True)
         )
-        return State(_joined("and", parts), past), passed
+        return MonitorState(_joined("and", parts), past), passed
 
     def _aging(
         self, before: tuple[tuple[int, int], ...], after: tuple[tuple[int, int], ...]

@@ -38,7 +38,7 @@ MOST_NAMED = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class RequirementVerdict:
     """The verdict on a requirement, and the trace on which it is violated, if there is one."""
 
     requirement: Requirement
@@ -99,11 +99,11 @@ def groups(facts: Facts) -> list[Group]:
     return [found[key] for key in sorted(found, key=itemgetter(0))]
 
 
-def undecided(requirement: Requirement) -> Judged:
+def undecided(requirement: Requirement) -> RequirementVerdict:
     """The verdict on a requirement that is in no group."""
     if is_followed(requirement):
-        return Judged(requirement, "not decided")
-    return Judged(requirement, "not decided", why="it looks ahead from the past")
+        return RequirementVerdict(requirement, "not decided")
+    return RequirementVerdict(requirement, "not decided", why="it looks ahead from the past")
 
 
 def is_followed(requirement: Requirement) -> bool:
@@ -116,7 +116,7 @@ def is_followed(requirement: Requirement) -> bool:
 
 def judged(
     group: Group, facts: Facts, budget: int
-) -> tuple[list[Judged], list[Finding], list[Graph]]:
+) -> tuple[list[RequirementVerdict], list[Finding], list[Graph]]:
     """The verdicts on the requirements of a group, their findings, and the graphs."""
     abstraction = Abstraction(facts, group.requirements)
 
@@ -147,7 +147,7 @@ def judged(
         verdict = _verdict(graphs, index, requirement, way)
         place = len(group.requirements) + [*probes].index(index) if index in probes else -1
         is_asked = not (verdict == "proved" and place >= 0 and _is_proved(graphs, place))
-        said.append(Judged(requirement, verdict, way, asked=is_asked))
+        said.append(RequirementVerdict(requirement, verdict, way, asked=is_asked))
         if way is not None and verdict != "open":
             findings.append(replace(way, is_confirmed=exactly or way.way.is_decided))
     return said, findings, [graph for graph, _ in told]

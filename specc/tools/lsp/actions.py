@@ -14,9 +14,9 @@ from specc.read import read_text
 from specc.source import Place, Route, SourceFile, TextNode
 from specc.tools.fmt import LayoutError, formatted
 from specc.tools.lsp.cursor import line_break
-from specc.tools.lsp.describe import Entry, contents
+from specc.tools.lsp.describe import OutlineEntry, contents
 from specc.tools.lsp.project import Analysis, Project
-from specc.tools.lsp.signature import Signature, signature
+from specc.tools.lsp.signature import CallSignature, signature
 from specc.tools.lsp.symbols import node_at
 
 # Repairs that an editor offers: those that findings carry, and rows that are missing.
@@ -151,13 +151,13 @@ def _line_end(source: SourceFile, node: TextNode) -> int:
 # What an editor asks of a file or a stretch of it: outline, repairs, layout, calls.
 
 
-def outline(project: Project, path: str) -> list[Entry]:
+def outline(project: Project, path: str) -> list[OutlineEntry]:
     """The definitions of a file, the one inside the other."""
     view = project.view(path)
     return contents(view.index, path, view.shift.to_new) if view else []
 
 
-def signature_at(project: Project, path: str, offset: int) -> Signature | None:
+def signature_at(project: Project, path: str, offset: int) -> CallSignature | None:
     """The call whose arguments are being written at an offset."""
     view = project.view(path)
     return signature(view.index if view else None, project.source(path).text, offset)

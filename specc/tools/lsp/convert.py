@@ -13,11 +13,11 @@ from specc.source import SourceFile
 from specc.tools.lsp.actions import Action
 from specc.tools.lsp.answers import Hover, Note, Stretch
 from specc.tools.lsp.completion import Completion
-from specc.tools.lsp.describe import Entry
+from specc.tools.lsp.describe import OutlineEntry
 from specc.tools.lsp.mending import difference
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import Edit
-from specc.tools.lsp.signature import Signature
+from specc.tools.lsp.signature import CallSignature
 
 # Offsets into a text and positions of the protocol, whose columns count code units.
 #
@@ -184,7 +184,7 @@ def hover(texts: Texts, found: Hover | None) -> lsp.Hover | None:
     return lsp.Hover(content, range_of(texts, found.where))
 
 
-def symbols(texts: Texts, path: str, entries: Iterable[Entry]) -> list[lsp.DocumentSymbol]:
+def symbols(texts: Texts, path: str, entries: Iterable[OutlineEntry]) -> list[lsp.DocumentSymbol]:
     """The outline of a file."""
     return [
         lsp.DocumentSymbol(
@@ -199,7 +199,7 @@ def symbols(texts: Texts, path: str, entries: Iterable[Entry]) -> list[lsp.Docum
     ]
 
 
-def signature_help(found: Signature | None) -> lsp.SignatureHelp | None:
+def signature_help(found: CallSignature | None) -> lsp.SignatureHelp | None:
     """One signature with the argument that is being written."""
     if found is None:
         return None

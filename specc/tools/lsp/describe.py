@@ -234,7 +234,7 @@ _INSIDE: frozenset[SymbolKind] = frozenset(("field", "variable"))
 
 
 @dataclass(slots=True)
-class Entry:
+class OutlineEntry:
     """A definition: the stretch of all of it and, `name_start` to `name_end`, of its name."""
 
     kind: SymbolKind
@@ -244,15 +244,15 @@ class Entry:
     end: int
     name_start: int
     name_end: int
-    inside: list[Entry] = field(default_factory=list)
+    inside: list[OutlineEntry] = field(default_factory=list)
 
 
-def contents(index: Index, path: str, moved: Callable[[int], int | None]) -> list[Entry]:
+def contents(index: Index, path: str, moved: Callable[[int], int | None]) -> list[OutlineEntry]:
     """The definitions of a file, in its order; `moved` gives offsets in the present text."""
     file = index.files.get(path)
     source = index.sources.get(path)
-    top: list[Entry] = []
-    known: dict[Route, Entry] = {}
+    top: list[OutlineEntry] = []
+    known: dict[Route, OutlineEntry] = {}
     for route, symbol in file.by_route.items() if file and source else ():
         node = node_at(source, route)
         if node is None:
@@ -265,7 +265,7 @@ def contents(index: Index, path: str, moved: Callable[[int], int | None]) -> lis
         shown = symbol.name if symbol.kind in _INSIDE else shown
         start, end, name_start, name_end = (at or 0 for at in offsets)
         title = title_of(symbol, node)
-        entry = Entry(symbol.kind, shown, title, start, end, name_start, name_end)
+        entry = OutlineEntry(symbol.kind, shown, title, start, end, name_start, name_end)
         around = next(
             (known[route[:n]] for n in range(len(route) - 1, 0, -1) if route[:n] in known), None
         )

@@ -16,7 +16,7 @@ _OPENING = {")": "(", "]": "[", "}": "{"}
 
 
 @frozen
-class Signature:
+class CallSignature:
     """How a call is written; `active` counts the argument at the cursor from 0."""
 
     label: str
@@ -25,7 +25,7 @@ class Signature:
     active: int
 
 
-def signature(index: Index | None, text: str, offset: int) -> Signature | None:
+def signature(index: Index | None, text: str, offset: int) -> CallSignature | None:
     """The innermost call around an offset of a text, however unfinished the call is."""
     for cursor in cursors(text, offset):
         role = role_of(cursor.route)
@@ -58,7 +58,7 @@ def _call(before: str) -> tuple[str, int] | None:
     return None
 
 
-def _of(index: Index | None, name: str, active: int) -> Signature | None:
+def _of(index: Index | None, name: str, active: int) -> CallSignature | None:
     operators = index.system.operators if index and index.system else ()
     operator = next((o for o in operators if o.name == name), None)
     if operator is not None:
@@ -78,6 +78,6 @@ def _of(index: Index | None, name: str, active: int) -> Signature | None:
 
 def _signature(
     name: str, parameters: tuple[str, ...], result: str, words: str, active: int
-) -> Signature:
+) -> CallSignature:
     label = f"{name}({', '.join(parameters)}) -> {result}"
-    return Signature(label, parameters, words, min(active, max(len(parameters) - 1, 0)))
+    return CallSignature(label, parameters, words, min(active, max(len(parameters) - 1, 0)))

@@ -8,7 +8,7 @@ from specc.lang.builtins import BUILTIN_NAMES
 from specc.tools.fmt import formatted
 from specc.tools.lsp import actions
 from specc.tools.lsp.actions import Action
-from specc.tools.lsp.describe import Entry
+from specc.tools.lsp.describe import OutlineEntry
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.signature import signature
 from tests.house.tree import ROOT
@@ -158,7 +158,7 @@ def test_the_outline_has_the_parts_inside_each_other(tmp_path: Path) -> None:
     assert {("memory", "q_p"), ("state", "S1"), ("element", "x.c.q_d")} <= names
     assert entries["Grip"].inside[0].name == "width"
 
-    def inside(entry: Entry) -> None:
+    def inside(entry: OutlineEntry) -> None:
         assert entry.start <= entry.name_start < entry.name_end <= entry.end
         for below in entry.inside:
             assert entry.start <= below.start <= below.end <= entry.end
@@ -225,7 +225,7 @@ def test_all_of_the_flagship_is_in_its_outline() -> None:
     project = Project()
     index = project.analyse(path).index
 
-    def count(entries: list[Entry]) -> int:
+    def count(entries: list[OutlineEntry]) -> int:
         return sum(1 + count(entry.inside) for entry in entries)
 
     assert count(actions.outline(project, path)) == len(index.files[path].by_route)
