@@ -11,6 +11,7 @@ from typing import ClassVar, Final
 
 from specc_runtime.builtins import (
     argmax,
+    composed,
     finite,
     identity,
     inverse,
@@ -363,7 +364,7 @@ class IrpC(Subsystem):
         grasp = GC(fingers, X_EF)  # grasp pose
         memory.d_o = finite(norm(position(fingers.X_Bl) - position(fingers.X_Br)))  # eq. 67
         memory.X_BEg = grasp  # eq. 68
-        memory.X_BEp = finite(grasp @ GENERATE_GRASP_X_BEP)  # eq. 69
+        memory.X_BEp = composed(grasp, GENERATE_GRASP_X_BEP)  # eq. 69
         memory.O_s = (O_b,)
 
     def _move_to_pregrasp_pose(self) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.builtins import finite, near_pose, vector
+from specc_runtime.builtins import composed, finite, near_pose, read_only, vector
 from specc_runtime.contracts import as_instance, as_pose, as_record, as_vector, operator
 from specc_runtime.operators.dynamics import Arm, gravity_feedforward, load_arm
 from specc_runtime.operators.force_control import (
@@ -319,7 +319,7 @@ class IrpM(Subsystem):
         weight = GF(q_c, memory.arm)  # currents that carry the weight
         F_c = GE(x.E_F_m, T_c, TOOL_WEIGHT, P_S_COM)  # current force without gravity
         r_d = PF(x.c_F_d, x.c_V_d, x.c_D_d, x.c_I_d, x.c_b, memory.r_p, F_c, PERIOD)  # eq. 26
-        q_d = IK(finite(DK(memory.q_p) @ AA(finite(r_d * PERIOD))), memory.q_p)
+        q_d = IK(composed(DK(memory.q_p), AA(read_only(r_d * PERIOD))), memory.q_p)
         m_f = JM(q_d)  # desired motor positions
         forced = MR(finite(m_f - x.E_m_m), memory.R_p, weight)
         y.E_c_d = forced.c_d  # eq. 27; Fig. 13

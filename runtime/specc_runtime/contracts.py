@@ -1,8 +1,9 @@
 """Contracts: values that enter generated code are checked there against their declared types.
 
 A contract is a function `as_...`: it gives the value as its type says, with numbers of numpy turned
-into Python's and arrays copied and read-only, or raises `Unfit`. Values of opaque types are checked
-by their class only: nobody but operators looks into them. Contracts are always on.
+into Python's and arrays copied and read-only, or raises `Unfit`. An array is not copied if nobody
+can change it, its numbers being bytes. Values of opaque types are checked by their class only:
+nobody but operators looks into them. Contracts are always on.
 
 A class is what `type` says, not what a value says of itself, and values of subclasses are converted
 by the methods of their base: no code of a foreign class is executed.
@@ -10,16 +11,17 @@ by the methods of their base: no code of a foreign class is executed.
 
 from __future__ import annotations
 
-import functools
 import math
 import sys
-from collections.abc import Callable, Iterable, Set
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Iterable
+from struct import Struct
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
 from specc_runtime.buffers import freeze
+from specc_runtime.building import builder, named
+from specc_runtime.usual import calling, usual_of, usual_record, usually, with_usual
 from specc_runtime.wrong import Unfit, WrongValue, said
 
 Contract = Callable[[Any], Any]
@@ -29,9 +31,28 @@ R = TypeVar("R")
 _FLOAT64 = np.dtype(np.float64)
 _ORTHONORMAL = 1e-3
 """How far columns of a rotation may be from unit length and from right angles."""
+_NEARLY = 1e-9
+"""How far the columns of a usual rotation are from that at most, all together."""
 _LAST_ROW = [0.0, 0.0, 0.0, 1.0]
 _LAST_ROW_OFF = 1e-9
 """How far the last row of a pose may be off, e.g. after an inversion; it is made exact."""
+_FLOATS = "type({v}) is array and {v}.dtype is float64"
+_OF_FLOATS: dict[str, Any] = {
+    "array": np.ndarray,
+    "float64": _FLOAT64,
+    "isfinite": math.isfinite,  # a sum that overflows is looked at again
+    "frombuffer": np.frombuffer,
+}
+# Of all 3 x 3 matrices with these squares of their numbers in sum, a rotation has the largest
+# determinant (Hadamard), so that both together leave it no room for anything else: not 2e-4 in a
+# length or an angle.
+_OF_POSES: dict[str, Any] = {
+    "rows": Struct("12d32s").unpack,
+    "hypot": math.hypot,
+    "longest": math.sqrt(3.0) + _NEARLY,
+    "least": 1.0 - _NEARLY,
+    "last_row": np.array(_LAST_ROW).tobytes(),
+}
 _INTS = (int, np.integer)
 _NUMBERS = (*_INTS, np.floating)
 _NO_NUMBERS = (bool, np.timedelta64)  # subclasses of the above
@@ -45,26 +66,25 @@ def operator(
     Calls raise `WrongValue`, and whatever the function raises.
     """
 
-    untyped: Callable[..., Any] = function
-    limit, set_limit = sys.getrecursionlimit, sys.setrecursionlimit
-    most = limit()
+    most = sys.getrecursionlimit()
 
-    @functools.wraps(function)
-    def call(*args: Any) -> Any:
-        try:
-            found = contract(untyped(*args))
-            if limit() != most:
-                set_limit(most)
-                raise RuntimeError(f"operator {name} has changed how deep Python may call")
-            return found
-        except Unfit as unfit:
-            raise WrongValue(f"operator {name}", declared, unfit, trace) from None
-        except StopIteration as stop:  # a generator around the call would take it for its own
-            error = RuntimeError(f"operator {name} raised StopIteration")
-            raise error.with_traceback(stop.__traceback__) from stop
+    def changed() -> None:
+        sys.setrecursionlimit(most)
+        raise RuntimeError(f"operator {name} has changed how deep Python may call")
 
-    call.trace = trace  # type: ignore[attr-defined]  # for faults
-    call.with_function = lambda other: operator(name, other, contract, declared, trace)  # type: ignore[attr-defined]  # for examinations
+    def wrong(unfit: Unfit) -> WrongValue:
+        return WrongValue(f"operator {name}", declared, unfit, trace)
+
+    def stopped(stop: StopIteration) -> RuntimeError:
+        error = RuntimeError(f"operator {name} raised StopIteration")
+        return error.with_traceback(stop.__traceback__)
+
+    call: Any = calling(
+        function, contract, limit=sys.getrecursionlimit, most=most, changed=changed,
+        Unfit=Unfit, wrong=wrong, stopped=stopped,
+    )  # fmt: skip
+    call.trace = trace  # for faults
+    call.with_function = lambda other: operator(name, other, contract, declared, trace)
     return cast("Callable[P, R]", call)
 
 
@@ -74,6 +94,7 @@ def as_any(value: Any) -> Any:
     return value
 
 
+@usually("if type({v}) is bool:")
 def as_bool(value: Any) -> bool:
     """A truth value; numpy's becomes Python's."""
     if type(value) in (bool, np.bool_):  # nothing inherits from these
@@ -81,26 +102,25 @@ def as_bool(value: Any) -> bool:
     raise Unfit(said(value), "True or False")
 
 
+@usually("if type({v}) is int:")
 def as_int(value: Any) -> int:
     """A whole number of any size; numpy's becomes Python's, so that it never wraps."""
-    if type(value) is int:
-        return value
     kind = type(value)
     if issubclass(kind, _INTS) and not issubclass(kind, _NO_NUMBERS):
         return int.__int__(value) if issubclass(kind, int) else np.generic.__int__(value)
     raise Unfit(said(value), "an int")
 
 
+@usually("if type({v}) is float and isfinite({v}):", names={"isfinite": math.isfinite})
 def as_real(value: Any) -> float:
     """A finite number, SI units."""
-    if type(value) is float and math.isfinite(value):
-        return value
     number = _number(value)
     if math.isfinite(number):
         return number
     raise Unfit(said(value), "a finite float")
 
 
+@usually("if type({v}) is str and {v}.isascii():")
 def as_text(value: Any) -> str:
     """A text without lone surrogates, which no file can hold."""
     if issubclass(type(value), str):
@@ -118,6 +138,11 @@ def as_member(*members: str) -> Contract:
     known = {member: member for member in members}
     wanted = f"one of {', '.join(map(repr, members))}"
 
+    @usually(
+        "if type({v}) is str and {v} in {v}_known:",
+        accepted="{v}_known[{v}]",
+        names={"{v}_known": known},
+    )
     def accept(value: Any) -> str:
         if type(value) is not str and issubclass(type(value), str):
             value = str.__str__(value)
@@ -130,18 +155,14 @@ def as_member(*members: str) -> Contract:
 
 def as_vector(size: int) -> Contract:
     """A vector (size,) of finite numbers."""
-    shape = (size,)
-    array, finite, float64 = np.ndarray, math.isfinite, _FLOAT64
 
+    @usually(
+        f"if {_FLOATS} and {{v}}.shape == ({size},) and isfinite(sum({{v}}.tolist(), 0.0)):",
+        accepted="{v} if type({v}.base) is bytes else frombuffer({v}.tobytes())",
+        names=_OF_FLOATS,
+    )
     def accept(value: Any) -> np.ndarray[Any, Any]:
-        if (
-            type(value) is array
-            and value.dtype is float64
-            and value.shape == shape
-            and finite(sum(value.tolist()))  # a sum that overflows is looked at again
-        ):
-            return array(shape, float64, value.tobytes())
-        return _array(value, shape)
+        return _array(value, (size,))
 
     return accept
 
@@ -151,11 +172,19 @@ def as_partial(size: int) -> Contract:
     return lambda value: _array(value, (size,), partial=True)
 
 
+@usually(
+    f"if {_FLOATS} and {{v}}.shape == (4, 4):",
+    "{v}_data = {v}.tobytes()",
+    "a, b, c, x, d, e, f, y, g, h, i, z, last = rows({v}_data)",
+    "if hypot(a, b, c, d, e, f, g, h, i) < longest and last == last_row and isfinite(x + y + z):",
+    "if a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > least:",
+    accepted="{v} if type({v}.base) is bytes else array((4, 4), float64, {v}_data)",
+    names=_OF_FLOATS | _OF_POSES,
+)
 def as_pose(value: Any) -> np.ndarray[Any, Any]:
     """A homogeneous transform (4, 4): a rotation, a translation in metres, and 0 0 0 1."""
-    if type(value) is not np.ndarray or value.dtype is not _FLOAT64 or value.shape != (4, 4):
-        value = _array(value, (4, 4))
-    (a, b, c, x), (d, e, f, y), (g, h, i, z), last = value.tolist()
+    value = _array(value, (4, 4))
+    (a, b, c, _), (d, e, f, _), (g, h, i, _), last = value.tolist()
     off = _ORTHONORMAL
     rotation = (  # two columns of unit length at a right angle, and the third is their product
         -off < a * a + d * d + g * g - 1.0 < off
@@ -165,8 +194,8 @@ def as_pose(value: Any) -> np.ndarray[Any, Any]:
         and -off < b * g - a * h - f < off
         and -off < a * e - b * d - i < off
     )
-    if not rotation or last != _LAST_ROW or not math.isfinite(x + y + z):
-        value = _repaired(_array(value, (4, 4)), rotation)
+    if not rotation or last != _LAST_ROW:
+        value = _repaired(value, rotation)
     return _owned(value)
 
 
@@ -216,10 +245,11 @@ def as_instance(kind: type) -> Contract:
     Raises TypeError for what is no class, or a protocol that classes cannot be tested for.
     """
     if not _has_subclasses(kind):
-        raise TypeError(f"{_name_of(kind)} cannot be the class of an opaque type")
+        raise TypeError(f"{named(kind)} cannot be the class of an opaque type")
 
+    @usually("if type({v}) is {v}_kind:", names={"{v}_kind": kind})
     def accept(value: Any) -> Any:
-        if type(value) is kind or issubclass(type(value), kind):
+        if issubclass(type(value), kind):
             return value
         raise Unfit(said(value), f"a value of class {kind.__name__}")
 
@@ -231,21 +261,21 @@ def as_record(kind: type, /, **parts: Contract) -> Contract:
 
     Raises TypeError for a class whose values can be changed, or that has other fields.
     """
-    build = builder(kind, parts.keys())
-    items = tuple(parts.items())
+    known, build = builder(kind, parts.keys())
 
     def accept(value: Any) -> Any:
         if type(value) is not kind:  # a subclass may compute its fields, and have others
             raise Unfit(said(value), f"a value of class {kind.__module__}:{kind.__qualname__}")
         accepted = {}
-        for name, contract in items:
+        for name, contract in parts.items():
             try:
                 accepted[name] = contract(getattr(value, name, None))
             except Unfit as unfit:
                 raise unfit.inside(f".{name}") from None
-        return build(accepted)
+        return build([accepted[name] for name in known])
 
-    return accept
+    usual = usual_record(kind, build, {name: usual_of(parts[name]) for name in known})
+    return with_usual(usual, accept) if usual else accept
 
 
 def _number(value: Any) -> float:
@@ -318,51 +348,9 @@ def _each(contract: Contract, values: Iterable[Any]) -> Iterable[Any]:
             raise unfit.inside(f"[{index}]") from None
 
 
-def builder(kind: Any, names: Set[str]) -> Callable[[dict[str, Any]], Any]:
-    """What rebuilds a record from its fields once they are checked.
-
-    No code of the class is executed, which could change them.
-    """
-    owner: Any = kind
-    if isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields"):
-        known = kind._fields
-
-        def build(accepted: dict[str, Any]) -> Any:
-            return tuple.__new__(kind, [accepted[name] for name in known])
-
-    elif is_dataclass(kind) and owner.__dataclass_params__.frozen:
-        known = tuple(part.name for part in fields(kind))
-
-        def build(accepted: dict[str, Any]) -> Any:
-            made = object.__new__(owner)
-            for name, part in accepted.items():
-                object.__setattr__(made, name, part)
-            return made
-
-    else:
-        raise TypeError(
-            f"{_name_of(kind)} of a record has to be a frozen dataclass or a NamedTuple, "
-            "so that its values do not change"
-        )
-    if missing := sorted(names - set(known)):
-        raise TypeError(f"{_name_of(kind)} has no field {', '.join(missing)}")
-    if others := [name for name in known if name not in names]:
-        raise TypeError(
-            f"{_name_of(kind)} has fields that its record does not declare: {', '.join(others)}; "
-            "declare them, so that they are checked as well"
-        )
-    return build
-
-
 def _has_subclasses(kind: Any) -> bool:
     try:
         issubclass(object, kind)
     except TypeError:
         return False
     return isinstance(kind, type)
-
-
-def _name_of(kind: Any) -> str:
-    return (
-        f"class {kind.__name__}" if isinstance(kind, type) else f"{kind!r}, which is not a class,"
-    )

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from specc_runtime.contracts import builder
+from specc_runtime.building import builder
 
 Schema = dict[str, Any]
 Packed = bytes | tuple[np.ndarray[Any, Any], ...]
@@ -219,7 +219,7 @@ class _Record(Form):
         self._parts = dict(parts)
         self.is_aside = any(form.is_aside for form in parts.values())
         self.codecs = {kind: codec for f in parts.values() for kind, codec in f.codecs.items()}
-        self._build = builder(kind, self._parts.keys())
+        self._order, self._build = builder(kind, self._parts.keys())
 
     def data(self, value: Any, aside: Aside) -> Any:
         return {name: form.data(getattr(value, name), aside) for name, form in self._parts.items()}
@@ -227,9 +227,7 @@ class _Record(Form):
     def value(self, data: Any, fetch: Fetch) -> Any:
         if type(data) is not dict or data.keys() != self._parts.keys():
             raise Misshapen(f"{_said(data)} has not the fields {', '.join(self._parts)}")
-        return self._build(
-            {name: form.value(data[name], fetch) for name, form in self._parts.items()}
-        )
+        return self._build([self._parts[name].value(data[name], fetch) for name in self._order])
 
 
 def object_schema(properties: Mapping[str, Schema]) -> Schema:

@@ -21,7 +21,7 @@ Known = tuple[bool, float]
 """Truth and margin: the margin is >= 0 where true and <= 0 where false."""
 Judgement = tuple[Known, Known]
 
-_OPERATORS = "specc_runtime.contracts"
+_OPERATORS = "specc_runtime.usual"
 """The module through which generated code calls operators."""
 _LOWEST, _HIGHEST = (False, -math.inf), (True, math.inf)
 UNKNOWN: Judgement = (_LOWEST, _HIGHEST)

@@ -64,7 +64,7 @@ _IMPORTED = {
     "os.path": ("join",),
     "specc_runtime": ("forms",),
     "specc_runtime.ages": ("AgeRules", "Behind", "MaxAge", "MaxCommandAge"),
-    "specc_runtime.builtins": ("moved", "near_pose", "read_only", "some", "vector"),
+    "specc_runtime.builtins": ("composed", "moved", "near_pose", "read_only", "some", "vector"),
     "specc_runtime.contracts": (
         "as_any", "as_bool", "as_depth", "as_instance", "as_int", "as_list", "as_member",
         "as_optional", "as_partial", "as_pose", "as_real", "as_record", "as_rgb", "as_text",

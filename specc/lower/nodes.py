@@ -289,11 +289,14 @@ class Nodes:
         return Spelled(f"{self.periods}{times} / {rate.numerator}", PRODUCT)
 
     def _binary(self, node: e.Binary, args: list[Spelled]) -> Spelled:
-        if node.op == "@" and isinstance(node.type, Vector):
-            return call(self.module.imports.own("moved"), *args)
+        if node.op == "@":
+            function = "moved" if isinstance(node.type, Vector) else "composed"
+            return call(self.module.imports.own(function), *args)
         return binary(node.op, *args)
 
     def _builtin(self, name: str, args: list[Spelled], term: Term) -> Spelled:
+        if name == e.FINITE and not term.args[0].overflows:
+            return call(self.module.imports.own("read_only"), *args)
         function = FUNCTIONS[name]
         form = function.form(term.args[0].type) if args else ""
         if isinstance(form, Form):

@@ -17,6 +17,7 @@ from specc.model.types import (
     Int,
     ListOf,
     PartialOf,
+    Pose,
     Real,
     Spatial,
     Type,
@@ -57,8 +58,10 @@ class Term:
     """Whether computing it again costs more than handing its value on."""
     range: Range = ANY
     """What all components lie between."""
+    overflows: bool = False
+    """A result of arithmetic that has not been looked at, and may not be finite."""
     is_raw: bool = False
-    """A result of arithmetic that has not been checked: it may not be finite."""
+    """Such a result, or an array that was just made, which has to become read-only."""
 
     @property
     def type(self) -> Type:
@@ -115,7 +118,8 @@ def term(
         rests_on_rounding=_compares_rounded(node, args),
         range=range,
     )
-    made.is_raw = _is_raw(made)
+    made.overflows = _overflows(made)
+    made.is_raw = made.overflows or _is_new(made)
     made.is_costly = not made.bound and not is_settled and _is_costly(node, perhaps)
     if made.is_costly:
         made.keep()
@@ -221,27 +225,43 @@ def shows(node: e.Expr) -> range:
     return range(0)
 
 
-def _is_raw(made: Term) -> bool:
-    """Whether a term is the result of arithmetic that has to be looked at before it is used.
+def _overflows(made: Term) -> bool:
+    """Whether a term is the result of arithmetic that may not be finite.
 
-    Arrays always are, since they become read-only then; a number is unless it stays below
-    `largest`, or is no larger than a finite one that it was made from.
+    It is if it stays below `largest`, or is no larger than a finite one that it was made from;
+    where poses are composed, generated code looks at the result by itself.
     """
     node, args, largest = made.node, made.args, made.largest
-    if not _is_real(node.type):
+    if not _is_real(node.type) or _is_composed(node):
         return False
-    if any(args[place].is_raw for place in shows(node)):
+    if any(args[place].overflows for place in shows(node)):
         return True
-    if largest < FAR and all(arg.is_constant for arg in args):
-        return False
     match node:
         case e.Builtin(name=name):
-            return FUNCTIONS[name].overflows and (node.type.is_array or largest >= FAR)
-        case e.Binary() | e.Unary(op="-") if node.type.is_array:
-            return True
+            return FUNCTIONS[name].overflows and largest >= FAR
         case e.Binary(op=op):
             return largest >= FAR and not _shrinks(op, args)
     return False
+
+
+def _is_new(term: Term) -> bool:
+    """Whether a term is an array that arithmetic makes, and that is no constant of the module."""
+    node = term.node
+    if not _is_real(node.type) or not node.type.is_array or _is_composed(node):
+        return False
+    if any(term.args[place].is_raw for place in shows(node)):
+        return True
+    if term.largest < FAR and all(arg.is_constant for arg in term.args):
+        return False
+    return isinstance(node, e.Binary) or (
+        FUNCTIONS[node.name].overflows
+        if isinstance(node, e.Builtin)
+        else isinstance(node, e.Unary) and node.op == "-"
+    )
+
+
+def _is_composed(node: e.Expr) -> bool:
+    return isinstance(node, e.Binary) and node.op == "@" and isinstance(node.type, Pose)
 
 
 def _shrinks(op: str, args: Sequence[Term]) -> bool:

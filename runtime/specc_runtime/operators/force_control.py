@@ -2,9 +2,7 @@
 
 from math import cos, sin, sqrt
 
-import numpy as np
-
-from specc_runtime.operators.arrays import Array
+from specc_runtime.operators.arrays import Array, transform, vector
 from specc_runtime.operators.irp6 import SENSOR_HEIGHT, TOOL
 
 _SENSOR_Z = SENSOR_HEIGHT - TOOL  # of the origin of S in E, m
@@ -34,15 +32,13 @@ def eliminate_gravity(F_m: Array, X_BE: Array, tool_weight_N: float, p_S_com: Ar
     com_x, com_y, com_z = com_y, -com_x, com_z + _SENSOR_Z
     f_x, f_y, t_x, t_y = f_y, -f_x, t_y, -t_x
     g_x, g_y, g_z = -tool_weight_N * r_x, -tool_weight_N * r_y, -tool_weight_N * r_z
-    return np.array(
-        (
-            g_x - f_x,
-            g_y - f_y,
-            g_z - f_z,
-            com_y * g_z - com_z * g_y - (t_x - _SENSOR_Z * f_y),
-            com_z * g_x - com_x * g_z - (t_y + _SENSOR_Z * f_x),
-            com_x * g_y - com_y * g_x - t_z,
-        )
+    return vector(
+        g_x - f_x,
+        g_y - f_y,
+        g_z - f_z,
+        com_y * g_z - com_z * g_y - (t_x - _SENSOR_Z * f_y),
+        com_z * g_x - com_x * g_z - (t_y + _SENSOR_Z * f_x),
+        com_x * g_y - com_y * g_x - t_z,
     )
 
 
@@ -102,7 +98,7 @@ def position_force(
         if v != v:  # NaN
             raise ValueError(_complaint(len(velocity), mode, damping, inertia))
         velocity.append(v)
-    return np.array(velocity)
+    return vector(*velocity)
 
 
 def angle_axis_to_pose(r: Array) -> Array:
@@ -120,13 +116,10 @@ def angle_axis_to_pose(r: Array) -> Array:
         angle = sqrt(square)
         s, k = sin(angle) / angle, (1.0 - cos(angle)) / square
     ab, ac, bc = k * a * b, k * a * c, k * b * c
-    return np.array(
-        (
-            (1.0 - k * (b * b + c * c), ab - s * c, ac + s * b, x),
-            (ab + s * c, 1.0 - k * (a * a + c * c), bc - s * a, y),
-            (ac - s * b, bc + s * a, 1.0 - k * (a * a + b * b), z),
-            (0.0, 0.0, 0.0, 1.0),
-        )
+    return transform(
+        *(1.0 - k * (b * b + c * c), ab - s * c, ac + s * b, x),
+        *(ab + s * c, 1.0 - k * (a * a + c * c), bc - s * a, y),
+        *(ac - s * b, bc + s * a, 1.0 - k * (a * a + b * b), z),
     )
 
 

@@ -9,9 +9,7 @@ a = sin q5 u + cos q5 b, with b normal to the plane. E lies beyond the wrist alo
 
 from math import atan2, cos, hypot, pi, sin, sqrt
 
-import numpy as np
-
-from specc_runtime.operators.arrays import Array
+from specc_runtime.operators.arrays import Array, transform, vector
 from specc_runtime.operators.irp6 import (
     JOINT_LOWER,
     JOINT_UPPER,
@@ -63,13 +61,10 @@ def direct_kinematics(q: Array) -> Array:
     r = LOWER_ARM * cos(q2) + UPPER_ARM * cos(t3) + WRIST * c4 + TOOL * a_r
     b = TOOL * c5
     z = SHOULDER_HEIGHT - LOWER_ARM * sin(q2) - UPPER_ARM * sin(t3) - WRIST * s4 + TOOL * a_z
-    return np.array(
-        (
-            (c1 * n_r - s1 * n_b, c1 * o_r - s1 * o_b, c1 * a_r - s1 * c5, c1 * r - s1 * b),
-            (s1 * n_r + c1 * n_b, s1 * o_r + c1 * o_b, s1 * a_r + c1 * c5, s1 * r + c1 * b),
-            (n_z, o_z, a_z, z),
-            (0.0, 0.0, 0.0, 1.0),
-        )
+    return transform(
+        *(c1 * n_r - s1 * n_b, c1 * o_r - s1 * o_b, c1 * a_r - s1 * c5, c1 * r - s1 * b),
+        *(s1 * n_r + c1 * n_b, s1 * o_r + c1 * o_b, s1 * a_r + c1 * c5, s1 * r + c1 * b),
+        *(n_z, o_z, a_z, z),
     )
 
 
@@ -95,7 +90,7 @@ def inverse_kinematics(X_BE: Array, q_p: Array) -> Array:
     fault = _limit_fault(q)
     if fault:
         raise UnreachablePose(X_BE, f"reached only with {fault}")
-    return np.array(q)
+    return vector(*q)
 
 
 def reachable(X_BE: Array, q_p: Array) -> bool:

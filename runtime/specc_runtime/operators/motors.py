@@ -9,7 +9,7 @@ from math import acos, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 
-from specc_runtime.operators.arrays import Array
+from specc_runtime.operators.arrays import Array, vector
 from specc_runtime.operators.irp6 import (
     ARM_GAINS,
     ENCODER_COUNTS,
@@ -69,9 +69,8 @@ def motor_to_joint(m: Array) -> Array:
         raise ValueError(f"motor position beyond the stroke of a ball screw: m = {m}") from None
     t4 = (m4 - _S4) / GEAR_T
     q5 = ((m5 - _S5) - (m4 - _S4)) / GEAR_V
-    return np.array(
-        ((m1 - _S1) / GEAR_COLUMN, t2, t3 - t2 - _HALF_PI, t4 - t3, q5, (m6 - _S6) / GEAR_N)
-    )
+    q1, q6 = (m1 - _S1) / GEAR_COLUMN, (m6 - _S6) / GEAR_N
+    return vector(q1, t2, t3 - t2 - _HALF_PI, t4 - t3, q5, q6)
 
 
 def joint_to_motor(q: Array) -> Array:
@@ -79,7 +78,7 @@ def joint_to_motor(q: Array) -> Array:
 
     Inverse of `motor_to_joint` within the motor limits.
     """
-    return np.array(motor_positions(*q.tolist()))
+    return vector(*motor_positions(*q.tolist()))
 
 
 def motor_positions(
@@ -115,15 +114,13 @@ def motor_torque(tau: Array, q: Array) -> Array:
     lower, upper = _screw_ratios(float(q[1]), float(q[1] + q[2]) + _HALF_PI)
     tau1, tau2, tau3, tau4, tau5, tau6 = tau.tolist()
     v = tau5 / GEAR_V
-    return np.array(
-        (
-            tau1 / GEAR_COLUMN,
-            (tau2 - tau3) / lower,
-            (tau3 - tau4) / upper,
-            tau4 / GEAR_T - v,
-            v,
-            tau6 / GEAR_N,
-        )
+    return vector(
+        tau1 / GEAR_COLUMN,
+        (tau2 - tau3) / lower,
+        (tau3 - tau4) / upper,
+        tau4 / GEAR_T - v,
+        v,
+        tau6 / GEAR_N,
     )
 
 
@@ -145,7 +142,7 @@ def motor_regulator(error: Array, state: RegulatorState, feedforward: Array) -> 
         feedforward: (6,) A, added before clipping, e.g. `dynamics.gravity_feedforward`.
     """
     currents, after = regulate(_GAINS, error.tolist(), state, feedforward.tolist())
-    return RegulatorOutput(np.array(currents), after)
+    return RegulatorOutput(vector(*currents), after)
 
 
 def _screw_ratios(t2: float, t3: float) -> tuple[float, float]:
