@@ -19,13 +19,13 @@ from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.disturbances import disturbances_of, untimely
-from specc.resolve.ends import definitions_of, named_in_agents
 from specc.resolve.expressions import Expressions
 from specc.resolve.given import Given
 from specc.resolve.groups import groups_of
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.named import Lets
+from specc.resolve.named_definitions import definitions_of, named_in_agents, types_named
 from specc.resolve.plant import resolve_plant, resolve_task
 from specc.resolve.readings import World
 from specc.resolve.requirements import FormulaResolver
@@ -86,6 +86,8 @@ def resolve(
     formulas = FormulaResolver(world, expressions, Lets()).with_lets(spec.let, file.top["let"])
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
+    requirements = formulas.requirements(spec.require, file.top["require"])
+    named = types_named(findings, file)
     system = System(
         spec.system or "",
         spec.title,
@@ -98,10 +100,10 @@ def resolve(
         agents,
         plant,
         _task(file, formulas, resolver),
-        definitions_of(file),
-        named_in_agents(spec),
+        definitions_of(file, named),
+        named_in_agents(named, findings, file),
         reach.folders,
-        formulas.requirements(spec.require, file.top["require"]),
+        requirements,
         tuple(tuple(used.constants.values()) for used in resolver.instances),
         tuple(formulas.lets.found),
         None if stop_when is None else _stop(formulas, stop_when),

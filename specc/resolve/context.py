@@ -91,13 +91,12 @@ class TypeText:
 class Use:
     """A name in a text of a file, and what it names: the place of a definition.
 
-    `type` is that of the value there; what is not `sure` is in a text that has an error.
+    `type` is that of the value there.
     """
 
     place: Place
     of: Place
     type: Type | None = None
-    sure: bool = True
 
 
 @dataclass(slots=True)

@@ -1,96 +1,15 @@
-"""Both ends of buffers, and what is mentioned but not there."""
+"""Both ends of buffers: who may be there, and who is not."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from specc.frozen import frozen
-from specc.model.system import Definition, SubsystemKind
+from specc.model.system import SubsystemKind
 from specc.resolve.context import Findings, Where
-from specc.resolve.library import Loaded
 from specc.schema import SubsystemDef
-from specc.schema.files import AgentDef, SpecFile, TypeDef
-from specc.schema.subsystem import BufferDef, InterfaceDef
+from specc.schema.files import AgentDef
 from specc.source import Place
-
-# Which types and interfaces the definitions and agents of the main file name in their texts.
-#
-# Frames are left out: section 3 of the paper has them described before anything is given in them.
-
-
-_WORD = re.compile(r"[A-Za-z_]\w*")
-
-
-def definitions_of(file: Loaded) -> tuple[Definition, ...]:
-    """The definitions in a file, in its order, with the types that each one names."""
-    spec, top = file.spec, file.top
-    groups: tuple[tuple[str, dict[str, Iterable[str]]], ...] = (
-        ("type", {name: _of_type(item) for name, item in spec.types.items()}),
-        ("interface", {name: _of_interface(item) for name, item in spec.interfaces.items()}),
-        ("file", dict.fromkeys(spec.files, ())),
-        ("constant", dict.fromkeys(spec.constants, ())),
-        ("operator", {n: _words(o.signature) for n, o in spec.operators.items()}),
-    )
-    return tuple(
-        Definition(kind, name, top[f"{kind}s"][name].key, _labels(words, spec))
-        for kind, members in groups
-        for name, words in members.items()
-    )
-
-
-def named_in_agents(spec: SpecFile) -> frozenset[str]:
-    """The types and interfaces that buffers, memory and requirements name, e.g. `type Mode`.
-
-    And the constants of arguments: descriptions get their values, without their names.
-    """
-    texts = [text for agent in spec.agents.values() for text in _of_agent(agent)]
-    texts += [item.type for item in spec.plant.observe.values()] if spec.plant else []
-    arguments = (text for agent in spec.agents.values() for text in agent.arguments.values())
-    given = {word for text in arguments for word in _words(text)}
-    constants = {f"constant {name}" for name in spec.constants.keys() & given}
-    return _labels((word for text in texts for word in _words(text)), spec) | constants
-
-
-def _labels(words: Iterable[str], spec: SpecFile) -> frozenset[str]:
-    found = set(words)
-    known = {"type": spec.types.keys(), "interface": spec.interfaces.keys()}
-    return frozenset(f"{kind} {n}" for kind, names in known.items() for n in names & found)
-
-
-def _of_type(definition: TypeDef) -> set[str]:
-    texts = [definition.type or "", *(definition.fields or {}).values()]
-    return {word for text in texts for word in _words(text)}
-
-
-def _of_interface(definition: InterfaceDef) -> set[str]:
-    return {word for item in definition.elements.values() for word in _words(item.type)}
-
-
-def _of_agent(agent: AgentDef) -> Iterator[str]:
-    devices = (*agent.real_effectors.values(), *agent.real_receptors.values())
-    for device in devices:
-        yield from (text for side in (device.x, device.y) for text in _of_buffer(side))
-    virtual = (*agent.virtual_effectors.values(), *agent.virtual_receptors.values())
-    for subsystem in (agent.control, *virtual):
-        if subsystem is not None:
-            yield from _of_subsystem(subsystem)
-
-
-def _of_subsystem(subsystem: SubsystemDef) -> Iterator[str]:
-    yield from (item.type for item in subsystem.memory.values())
-    for buffers in (subsystem.x, subsystem.y):
-        yield from (text for buffer in buffers.values() for text in _of_buffer(buffer))
-
-
-def _of_buffer(buffer: BufferDef) -> Iterator[str]:
-    yield buffer.interface or ""
-    yield from (item.type for item in buffer.elements.values())
-
-
-def _words(text: str) -> list[str]:
-    return _WORD.findall(text)
-
 
 # Which subsystem or device is at the other end of every buffer (2.1).
 

@@ -130,7 +130,7 @@ class _Text:
         for found in _ELEMENT.finditer(text):
             peer, element = found.groups()
             yield from self._use(*found.span(1), self._buffer(peer))
-            yield from self._use(*found.span(2), self._element(peer, element), sure=False)
+            yield from self._use(*found.span(2), self._element(peer, element))
         for found in NAME.finditer(text):
             start, end, name = *found.span(), found.group()
             behind_dot = text[:start].rstrip().endswith(".")
@@ -139,13 +139,13 @@ class _Text:
                 called = text[end:].lstrip().startswith("(")
                 kinds = ("operator",) if called else ("memory", "let", "constant", "file")
                 known = (self._defined(kind, name) for kind in kinds)
-                yield from self._use(start, end, next(filter(None, known), None), sure=False)
+                yield from self._use(start, end, next(filter(None, known), None))
 
     def _use(
-        self, start: int, end: int, of: Place | None, type_: Type | None = None, sure: bool = True
+        self, start: int, end: int, of: Place | None, type_: Type | None = None
     ) -> Iterator[Use]:
         if of is not None:
-            yield Use(self.meaning.where.place.within(start, end), of, type_, sure)
+            yield Use(self.meaning.where.place.within(start, end), of, type_)
 
     def _defined(self, kind: str, name: str) -> Place | None:
         """Where what has a name of its own is defined."""

@@ -168,12 +168,11 @@ _PART = re.compile(r"[^.]+")
 
 @frozen
 class Reference:
-    """A place that names a symbol. A guess comes from a text that could not be typed."""
+    """A place that names a symbol."""
 
     place: Place
     symbol: Symbol
     defines: bool = False
-    guess: bool = False
     type: Type | None = None
 
 
@@ -218,7 +217,7 @@ class _Reader:
             symbol = self._at(self.links.named.get(key, key))
         if symbol is not None:
             defines, type_ = use.place == use.of, use.type or symbol.type
-            yield Reference(use.place, symbol, defines, guess=not use.sure, type=type_)
+            yield Reference(use.place, symbol, defines, type_)
 
     def _variable(self, use: Use) -> Symbol:
         """A variable lives in its text only."""

@@ -8,13 +8,13 @@ from collections.abc import Iterable, Iterator
 
 from specc.frozen import frozen
 from specc.lang import RESERVED
+from specc.lang.mentioned import names_of_signature, names_of_type
 from specc.model.units import UNITS
 from specc.schema.keys import Form, SymbolKind
 from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import TYPE_WORDS
 from specc.tools.lsp.index import Index, Occurrence
 from specc.tools.lsp.project import Project
-from specc.tools.lsp.structure import signature_mentions, type_mentions
 from specc.tools.lsp.symbols import Symbol, node_at, values
 
 # Whether a symbol can be renamed: invalid names, names in use, names that Python relies on.
@@ -118,8 +118,8 @@ def _frame_variables(index: Index, symbol: Symbol) -> Iterator[str]:
             role = role_of(route)
             if role is None or role.form not in ("type", "signature") or not node.scalar:
                 continue
-            read = type_mentions if role.form == "type" else signature_mentions
-            named = {m.name for m in read(node.scalar, types) if m.kinds == ("frame",)}
+            read = names_of_type if role.form == "type" else names_of_signature
+            named = {m.name for m in read(node.scalar, types) if m.kind == "frame"}
             if role.form == "signature":
                 yield from named
             elif symbol.name in named:
@@ -144,8 +144,6 @@ def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
 __all__ = ["Edit", "RenameError", "apply", "check_renameable", "rename"]
 
 _EXPRESSIONS: tuple[Form, ...] = ("constant", "initial", "full", "formula")
-_SPELLED_APART = frozenset(("member", "field", "agent", "subsystem", "device"))
-"""Kinds that a text which could not be typed may name without anybody knowing."""
 
 
 @frozen
@@ -205,39 +203,26 @@ def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[In
 
 def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[Edit]:
     symbols = (*symbol.declarations, *symbol.tied)
-    _check_typed(index, symbol)
     for path, occurrence in index.naming(symbols):
         if project.source(path).text != index.text(path):
             raise RenameError("correct the errors in the file first: it is not fully understood")
-        if occurrence.reference.guess:
-            raise RenameError(_mend_first(symbol))
         check_free(index, symbol, path, occurrence, new)
         if _spells(index, path, occurrence):
             yield Edit(path, occurrence.start, occurrence.end)
 
 
-def _check_typed(index: Index, symbol: Symbol) -> None:
-    """Texts with errors may name what only their meaning tells."""
-    if symbol.kind not in _SPELLED_APART:
-        return
-    word = re.compile(rf"\b{re.escape(symbol.name)}\b")
-    for meaning in index.meanings.values():
-        if meaning.expr is None and word.search(meaning.text):
-            raise RenameError(_mend_first(symbol))
-
-
-def _check_read(known: Iterable[tuple[Index, Symbol]]) -> None:
-    """Texts that no system has read, such as those of a part that is replaced, may name it too."""
-    known = list(known)
-    read = {key for index, _ in known for key in index.meanings}
+def _check_read(known: list[tuple[Index, Symbol]]) -> None:
+    """Texts with errors, and those that no system has read, may name what only a meaning tells."""
+    read = {key for index, _ in known for key, meaning in index.meanings.items() if meaning.expr}
     for index, symbol in known:
         word = re.compile(rf"\b{re.escape(symbol.name)}\b")
         owners = {end.owner for end in symbol.declarations}
         for source in index.sources:
             for route, _, node in values(source.spans) if source.spans else ():
-                role, near = role_of(route), () in owners or split(route)[0] in owners
-                is_text = role and role.form in _EXPRESSIONS and near and node.scalar
-                if is_text and (source.path, route) not in read and word.search(node.scalar or ""):
+                role, owner = role_of(route), split(route)[0]
+                is_text = role and role.form in _EXPRESSIONS and (source.path, route) not in read
+                is_near = not owner or () in owners or owner in owners
+                if is_text and is_near and word.search(node.scalar or ""):
                     raise RenameError(_mend_first(symbol))
 
 

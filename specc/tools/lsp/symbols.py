@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from specc.lang import ExprError
+from specc.lang.parse import parse_syntax, span
 from specc.model.types import Type
 from specc.schema.keys import SymbolKind
 from specc.schema.places import defined_by, is_device, split
 from specc.source import Place, Route, SourceFile, TextNode
-from specc.tools.lsp.structure import enum_members
 
 Key = tuple[str, Route]
 """File and route of a definition."""
@@ -104,11 +106,24 @@ def _is_type_text(route: Route) -> bool:
 
 
 def _add_members(found: FileSymbols, path: str, route: Route, text: str) -> None:
-    for mention in enum_members(text):
-        place = Place(path, route, "value", mention.start, mention.end)
-        qualified = f"{route[1]}.{mention.name}"
-        symbol = Symbol("member", mention.name, place, (), qualified)
+    for member in _members(text):
+        place = Place(path, route, "value", *span(member))
+        qualified = f"{route[1]}.{member.id}"
+        symbol = Symbol("member", member.id, place, (), qualified)
         found.top.setdefault(("member", qualified), symbol)
+
+
+def _members(text: str) -> Iterator[ast.Name]:
+    """The members that `enum[a, b]` declares."""
+    try:
+        tree = parse_syntax(text)
+    except ExprError:
+        return
+    match tree:
+        case ast.Subscript(value=ast.Name(id="enum"), slice=inner):
+            for node in inner.elts if isinstance(inner, ast.Tuple) else (inner,):
+                if isinstance(node, ast.Name):
+                    yield node
 
 
 def in_force(files: Mapping[str, FileSymbols], path: str, owner: Route) -> Iterator[Symbol]:
