@@ -12,7 +12,13 @@ from collections.abc import Iterator, Mapping
 
 from specc.frozen import frozen
 from specc.lang import RESERVED, Declared
-from specc.lang.mentioned import NameKind, names_of_interface, names_of_signature, names_of_type
+from specc.lang.mentioned import (
+    NameKind,
+    NameMention,
+    names_of_interface,
+    names_of_signature,
+    names_of_type,
+)
 from specc.model import expr as m
 from specc.model.fsm import Condition
 from specc.model.system import Element
@@ -216,10 +222,15 @@ _CALLED: dict[NameKind, tuple[str, ...]] = {
 }
 
 
+def names_in(text: TypeText) -> Iterator[NameMention]:
+    """The names in the text of a type, whatever they name."""
+    return _READ[text.form](text.text, text.names.types)
+
+
 def uses_in_type(text: TypeText) -> Iterator[Use]:
     """The types, frames, sizes and interfaces that the text of a type names."""
     frames = text.names.frames
-    for named in _READ[text.form](text.text, text.names.types):
+    for named in names_in(text):
         labels = (f"{kind} {named.name}" for kind in _CALLED[named.kind])
         of = next((text.places[label] for label in labels if label in text.places), None)
         # A frame that a record or an interface takes stands for others.

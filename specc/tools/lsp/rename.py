@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 
 from specc.frozen import frozen
 from specc.lang import RESERVED
-from specc.lang.mentioned import names_of_signature, names_of_type
 from specc.model.units import UNITS
+from specc.resolve.uses import names_in
 from specc.schema.keys import Form, SymbolKind
 from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import TYPE_WORDS
@@ -112,19 +112,12 @@ def _frame_variables(index: Index, symbol: Symbol) -> Iterator[str]:
 
     A frame in a signature that is not declared is a variable; so are the parameters of a type.
     """
-    for source in index.sources:
-        types = {known.name for known in index.visible(source.path, ()) if known.kind == "type"}
-        for route, _, node in values(source.spans) if source.spans else ():
-            role = role_of(route)
-            if role is None or role.form not in ("type", "signature") or not node.scalar:
-                continue
-            read = names_of_type if role.form == "type" else names_of_signature
-            named = {m.name for m in read(node.scalar, types) if m.kind == "frame"}
-            if role.form == "signature":
-                yield from named
-            elif symbol.name in named:
-                listed = node_at(source, (*route[:2], "frames"))
-                yield from (item.scalar or "" for item in listed.values.values()) if listed else ()
+    for text in index.found.types:
+        named = {mention.name for mention in names_in(text) if mention.kind == "frame"}
+        if text.form == "signature":
+            yield from named
+        elif symbol.name in named:
+            yield from (name for name, frame in text.names.frames.items() if frame[:1] == "?")
 
 
 def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
