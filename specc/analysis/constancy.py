@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from specc.analysis.machine import Machine
-from specc.analysis.memory import known_of_memory
 from specc.analysis.reads import ExpressionText, text_of
 from specc.lang.order import InOrder
+from specc.lang.ranges import ANY
 from specc.model.expr import (
     Choice,
     Expr,
@@ -21,12 +21,12 @@ from specc.model.expr import (
 )
 from specc.model.fsm import Condition
 from specc.model.logic import joined, negation
-from specc.model.types import Bool
+from specc.model.types import Bool, Real
 from specc.proof import Moment
 
 # Conditions, the lets that they name and time count, and so does memory that is only ever assigned
-# literals, or that only counts up or down. Literal `True` and `False`, constants, and what is given
-# to parameters are taken as intended; what peers happen to send may change, which is the matter of
+# literals, or that keeps within bounds. Literal `True` and `False`, constants, and what is given to
+# parameters are taken as intended; what peers happen to send may change, which is the matter of
 # assumptions.
 
 
@@ -71,7 +71,8 @@ class Constancy:
         )
         self._found: list[tuple[ExpressionText, Expr, bool, tuple[Expr, ...]]] = []
         self._in_conditions = True
-        self._memory = known_of_memory(subsystem)
+        self._memory = machine.memory_facts
+        self._reals = {item.name for item in subsystem.memory if isinstance(item.type, Real)}
         self._parameters = {constant.name for constant in subsystem.constants}
         self._dependences = machine.dependences
 
@@ -138,7 +139,12 @@ class Constancy:
             return None
         if not self._misfits.varies(part) or self._misfits.within(part):
             return None
-        known = [self._memory[name] for name in sorted(on.memory) if name in self._memory]
+        least, greatest = self._memory.bounds.of(part, tests) if on.memory else ANY
+        if least == greatest:
+            return bool(least)
+        said = self._memory.conditions
+        # What real numbers lie between would take solvers, and is looked at already.
+        known = [said[name] for name in sorted(on.memory - self._reals) if name in said]
         known += tests
         if condition and part is condition.when and not known:
             return None  # that of the condition itself is known

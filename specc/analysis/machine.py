@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from specc.analysis.arrivals import Arrivals
 from specc.analysis.durations import Durations
 from specc.analysis.graph import CAUSES, RowEdge, find_steps, reached_from
+from specc.analysis.memory import MemoryFacts
 from specc.analysis.pointless import PointlessParts
 from specc.analysis.presence import Presence, PresentValues
 from specc.analysis.reads import Dependences, names_any
@@ -101,7 +102,14 @@ class Machine:
     @cached_property
     def any_prover(self) -> Prover:
         """Answers that hold whatever the parameters of the subsystem are."""
+        if not self.subsystem.constants:
+            return self.prover
         return self._new_prover(replace(self.subsystem, constants=()))
+
+    @cached_property
+    def memory_facts(self) -> MemoryFacts:
+        """What is known of memory, whatever the parameters of the subsystem are."""
+        return MemoryFacts(self.subsystem, self.any_prover.numbering)
 
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         given = {constant.name for constant in self.subsystem.constants}

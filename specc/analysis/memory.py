@@ -1,14 +1,17 @@
-"""What is known of memory from all that is ever written to it: some literals, or a count."""
+"""What is known of memory from all that is ever written to it: some literals, or bounds."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from itertools import chain
 
+from specc.analysis.memory_bounds import MemoryBounds
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
+from specc.lang.ranges import Range
 from specc.model.expr import (
     Among,
-    Binary,
     Builtin,
     Choice,
     Compare,
@@ -21,28 +24,41 @@ from specc.model.expr import (
 from specc.model.logic import joined, negation
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum
+from specc.proof import Numbering
 from specc.reachable import reachable
 
 _MOST_VALUES = 8
 _Literal = Truth | Member | Number
 
 
-def known_of_memory(subsystem: Subsystem) -> dict[str, Expr]:
-    """Of memory that functions write what always holds of it, by name, as conditions."""
-    leaves = {m.name: list(_leaves(m.init)) for m in subsystem.memory}
-    written: set[str] = set()
-    for (peer, name), by_behaviour in subsystem.written.items():
-        if not peer and name in leaves:
-            written.add(name)
-            values = (value for values in by_behaviour.values() for value in values)
-            leaves[name] += [leaf for value in values for leaf in _leaves(value)]
-    found: dict[str, Expr] = {}
-    for item in subsystem.memory:
-        if item.name in written and kind(item.type).sort != "other":
-            memory = MemoryRef(item.name, type=item.type)
-            known = _one_of(memory, leaves) or _bound(memory, leaves[item.name])
-            found |= {item.name: known} if known else {}
-    return found
+class MemoryFacts:
+    """What always holds of the memory that functions of one subsystem write."""
+
+    def __init__(self, subsystem: Subsystem, numbering: Numbering) -> None:
+        """`numbering` knows lets and constants."""
+        given = {item.name: [item.init] for item in subsystem.memory}
+        for (peer, name), by_behaviour in subsystem.written.items():
+            if not peer and name in given:
+                given[name] += chain(*by_behaviour.values())
+        self.bounds = MemoryBounds(subsystem, given, numbering)
+        leaves = {name: [*chain(*map(_leaves, values))] for name, values in given.items()}
+        self.conditions: dict[str, Expr] = {}
+        """By the name of the element."""
+        for item in subsystem.memory:
+            if len(given[item.name]) > 1 and kind(item.type).sort != "other":
+                memory = MemoryRef(item.name, type=item.type)
+                known = _one_of(memory, leaves) or _between(memory, self.bounds.of(memory))
+                self.conditions |= {item.name: known} if known else {}
+
+
+def _between(memory: MemoryRef, range_: Range) -> Expr | None:
+    """That memory lies in a range; None where nothing is known."""
+    low, high = (Number(end, type=memory.type) for end in range_)
+    ends = [
+        *([Compare(">=", memory, low, type=Bool())] if range_[0] > -math.inf else ()),
+        *([Compare("<=", memory, high, type=Bool())] if range_[1] < math.inf else ()),
+    ]
+    return joined("and", ends) if ends else None
 
 
 def _leaves(expr: Expr) -> Iterator[Expr]:
@@ -78,26 +94,3 @@ def _one_of(memory: MemoryRef, leaves: dict[str, list[Expr]]) -> Expr | None:
         else:
             each.append(Compare("==", memory, value, type=Bool()))
     return joined("or", each)
-
-
-def _bound(memory: MemoryRef, leaves: list[Expr]) -> Expr | None:
-    """Where memory begins that gets literals, or itself with literals added of one sign."""
-    starts: list[float] = []
-    steps: list[float] = []
-    for leaf in leaves:
-        match leaf:
-            case Number(value=value):
-                starts.append(value)
-            case Binary(op="+", left=Number(value=value), right=other) if other == memory:
-                steps.append(value)
-            case Binary(op="+", left=other, right=Number(value=value)) if other == memory:
-                steps.append(value)
-            case Binary(op="-", left=other, right=Number(value=value)) if other == memory:
-                steps.append(-value)
-            case _ if leaf != memory:
-                return None
-    if not starts or (min(steps, default=0) < 0 < max(steps, default=0)):
-        return None
-    if min(steps, default=0) >= 0:
-        return Compare(">=", memory, Number(min(starts), type=memory.type), type=Bool())
-    return Compare("<=", memory, Number(max(starts), type=memory.type), type=Bool())

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from specc.analysis.machine import Machine
-from specc.analysis.memory import known_of_memory
 from specc.model.expr import Compare, Expr, Member, MemoryRef, mapped
 from specc.model.requirement import Reading
 from specc.model.system import System
@@ -25,7 +24,7 @@ def known_of_readings(system: System, machines: Mapping[str, Machine]) -> Iterat
             if reading.kind in ("state", "memory") or reading.initial:
                 yield value
         elif reading.kind == "memory" and machine:
-            known = known_of_memory(machine.subsystem).get(reading.element[0])
+            known = machine.memory_facts.conditions.get(reading.element[0])
             if known is not None:
                 yield _said_of(reading, known)
 

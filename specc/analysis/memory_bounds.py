@@ -1,0 +1,156 @@
+"""What the numbers in memory lie between, by all that functions write to it.
+
+Intervals as an abstract domain: those of initial values grow by what may be written, until nothing
+new comes; what goes on growing is widened to the next number that the subsystem names, and at last
+to infinity. Inside a choice the test narrows what it compares.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
+from typing import Any
+
+from specc.lang import ranges
+from specc.lang.bounds import bounds
+from specc.lang.ranges import ANY, NOT_NEGATIVE, Range
+from specc.limits import spend
+from specc.model.expr import (
+    MIRRORED,
+    Choice,
+    Clock,
+    Compare,
+    Expr,
+    Lag,
+    LetRef,
+    MemoryRef,
+    Unary,
+    children,
+    walk,
+)
+from specc.model.logic import conjuncts, negation, opposite
+from specc.model.system import Subsystem
+from specc.model.types import Int, Real
+from specc.proof import Numbering
+
+_GROWS = 3
+"""Rounds in which bounds may grow by as much as is written."""
+
+_Now = dict[Expr, Range]
+"""What memory and lets lie between."""
+
+
+class MemoryBounds:
+    """The bounds of the memory of a subsystem, by name; of numbers alone."""
+
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        written: Mapping[str, Sequence[Expr]],
+        numbering: Numbering,
+    ) -> None:
+        """`written` has all that memory is ever given; `numbering` knows lets and constants."""
+        self._numbering = numbering
+        self._lets = [(LetRef(let.name, type=let.value.type), let.value) for let in subsystem.lets]
+        self._written: dict[Expr, Sequence[Expr]] = {
+            MemoryRef(item.name, type=item.type): written[item.name]
+            for item in subsystem.memory
+            if isinstance(item.type, (Int, Real))
+        }
+        every = chain(numbering.lets.values(), *self._written.values())
+        self._named = sorted({n for n in map(self._value, _parts(every)) if n is not None})
+        self._found = self._with_lets(self._fixpoint())
+
+    def of(self, expr: Expr, tests: Iterable[Expr] = ()) -> Range:
+        """What an expression of numbers, or a condition, lies between where `tests` hold."""
+        now = self._found
+        for test in tests:
+            now = self._narrowed(now, test)
+        return self._of(expr, now)
+
+    def _fixpoint(self) -> _Now:
+        now = {memory: self._of(values[0], {}) for memory, values in self._written.items()}
+        for count in range(_GROWS + 2 * len(self._named) + 2):
+            here = self._with_lets(now)
+            after = {
+                memory: ranges.union(now[memory], *(self._of(value, here) for value in values))
+                for memory, values in self._written.items()
+            }
+            if after == now:
+                return now
+            now = {m: r if count < _GROWS else self._widened(now[m], r) for m, r in after.items()}
+        return dict.fromkeys(now, ANY)
+
+    def _with_lets(self, now: _Now) -> _Now:
+        here = dict(now)
+        for let, value in self._lets:
+            here[let] = self._of(value, here)
+        return here
+
+    def _widened(self, before: Range, after: Range) -> Range:
+        """The bounds that grow as far as to the next number that is named."""
+        low, high = after
+        if high > before[1]:
+            above = bisect_left(self._named, high)
+            high = self._named[above] if above < len(self._named) else math.inf
+        if low < before[0]:
+            below = bisect_left(self._named, low)
+            exact = below < len(self._named) and self._named[below] == low
+            low = low if exact else self._named[below - 1] if below else -math.inf
+        return low, high
+
+    def _of(self, expr: Expr, now: _Now) -> Range:
+        """What a value lies between where memory and lets are what they are `now`."""
+        if not spend("proof", 1):
+            return ANY
+        if (value := self._value(expr)) is not None:
+            return value, value
+        match expr:
+            case MemoryRef() | LetRef():
+                return now.get(expr, ANY)
+            case Clock() | Lag():
+                return NOT_NEGATIVE
+            case Choice(test=test, then=then, otherwise=otherwise):
+                held = self._of(then, self._narrowed(now, test))
+                failed = self._of(otherwise, self._narrowed(now, negation(test)))
+                return ranges.choice(self._of(test, now), held, failed)
+        return bounds(expr, [self._of(part, now) for part in children(expr)])
+
+    def _value(self, expr: Expr) -> float | None:
+        value = self._numbering.value(self._numbering.number(expr))
+        return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+    def _narrowed(self, now: _Now, condition: Expr) -> _Now:
+        """The bounds where a condition holds; unchanged where it never does."""
+        found = dict(now)
+        for part in conjuncts(self._numbering.looked_through(condition)):
+            if isinstance(part, Unary) and isinstance(part.operand, Compare):
+                part = opposite(part.operand)
+            if isinstance(part, Compare):
+                for said in (part, _turned(part)):
+                    self._narrow(found, said)
+        return found
+
+    def _narrow(self, found: _Now, said: Compare) -> None:
+        left = said.left
+        if left not in found:
+            return
+        (low, high), (least, greatest) = found[left], self._of(said.right, found)
+        whole = isinstance(left.type, Int) and isinstance(said.right.type, Int)
+        if said.op in ("<", "<=", "=="):
+            high = min(high, greatest - 1 if whole and said.op == "<" else greatest)
+        if said.op in (">", ">=", "=="):
+            low = max(low, least + 1 if whole and said.op == ">" else least)
+        if low <= high:
+            found[left] = low, high
+
+
+def _turned(said: Compare) -> Compare:
+    op: Any = MIRRORED[said.op]
+    return Compare(op, said.right, said.left, type=said.type)
+
+
+def _parts(every: Iterable[Expr]) -> Iterable[Expr]:
+    return (part for value in every for part in walk(value) if isinstance(part.type, (Int, Real)))
