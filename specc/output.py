@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from specc.aside import sync
+from specc.atomic_files import sync
 from specc.diagnostics import Diagnostic
 from specc.read import ANYWHERE, Reach
 from specc.source import Place

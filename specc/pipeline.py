@@ -23,9 +23,9 @@ from specc.model.system import System
 from specc.policy import reach_of
 from specc.read import Document, read_file, read_text
 from specc.resolve import Findings, Loaded, resolve
-from specc.resolve.alone import is_certain, resolve_alone
 from specc.resolve.expressions import told_of_comments
 from specc.resolve.loader import Loader
+from specc.resolve.standalone import is_certain, resolve_alone
 from specc.source import Place, Sources, real_path
 
 _AS_WRITTEN: Mapping[str, str] = MappingProxyType({})

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from specc.analysis.machine import Machine
 from specc.analysis.reads import ExpressionText, text_of
-from specc.lang.order import InOrder
+from specc.lang.dependence_order import InOrder
 from specc.lang.ranges import ANY
 from specc.model.expr import (
     Choice,

@@ -11,12 +11,12 @@ from specc.analysis.ages import Ages
 from specc.analysis.arrivals import arrivals_of
 from specc.analysis.assumed_arrivals import Arriving
 from specc.analysis.dataflow import DataFlow, InputNode
+from specc.analysis.formula_values import known_of_readings
 from specc.analysis.machine import Decided, Machine
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.pointless import PointlessParts
 from specc.analysis.rates import Rates
 from specc.analysis.reads import Dependences
-from specc.analysis.required import known_of_readings
 from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, TooMuchError, take

@@ -8,7 +8,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.reads import ExpressionText, text_of
-from specc.lang.order import InOrder
+from specc.lang.dependence_order import InOrder
 from specc.model.expr import (
     LENGTH,
     Builtin,

@@ -8,8 +8,8 @@ from fractions import Fraction
 from itertools import combinations, islice
 
 from specc.analysis import Facts
+from specc.analysis.formula_values import begins_in
 from specc.analysis.rates import base_tick
-from specc.analysis.required import begins_in
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk

@@ -13,7 +13,7 @@ from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge, reached_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.lang.order import InOrder
+from specc.lang.dependence_order import InOrder
 from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
 from specc.model.system import Subsystem

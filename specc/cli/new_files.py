@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from specc.aside import replacing
+from specc.atomic_files import replacing
 from specc.cli.interruption import held, terminable
 from specc.cli.streams import Refused
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from specc.aside import replacing
+from specc.atomic_files import replacing
 from specc.cli.interruption import held
 from specc.tools.signature import LENGTH, is_signed, signed
 

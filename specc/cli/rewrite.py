@@ -13,7 +13,7 @@ from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from specc.aside import replacing
+from specc.atomic_files import replacing
 from specc.cli import streams
 from specc.cli.interruption import held
 from specc.cli.targets import is_named, targets

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from specc import output
-from specc.aside import sync
+from specc.atomic_files import sync
 from specc.cli.recorded_spec import texts_of
 from specc.cli.recordings import called
 from specc.cli.streams import Refused

@@ -7,7 +7,7 @@ from functools import lru_cache
 from itertools import accumulate
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
-from specc.diagnostics.sides import settled
+from specc.diagnostics.misspelt_side import settled
 from specc.frozen import frozen
 from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.source import Place, Sources, Span

@@ -8,8 +8,8 @@ from typing import Literal, NamedTuple
 
 from specc.lang.bounds import operation_of
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.dependence_order import InOrder
 from specc.lang.kinds import kind
-from specc.lang.order import InOrder
 from specc.lang.ranges import Operation, Range
 from specc.limits import spend
 from specc.model.expr import (

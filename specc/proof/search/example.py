@@ -9,8 +9,8 @@ from dataclasses import replace
 
 from specc.frozen import frozen
 from specc.lang import show
+from specc.lang.dependence_order import InOrder
 from specc.lang.kinds import kind
-from specc.lang.order import InOrder
 from specc.lang.samples import Fields, Value
 from specc.model import expr as m
 from specc.model.types import (

@@ -8,8 +8,8 @@ from functools import partial
 
 from specc.frozen import frozen
 from specc.lang import Environment, evaluate
+from specc.lang.dependence_order import InOrder
 from specc.lang.kinds import first_value
-from specc.lang.order import InOrder
 from specc.lang.samples import Value, alike
 from specc.model import expr as m
 from specc.model.expr import Expr

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from specc.analysis import Decided
 from specc.diagnostics import Diagnostic, Fix
+from specc.diagnostics.misspelt_side import settled
 from specc.diagnostics.report import repair
-from specc.diagnostics.sides import settled
 from specc.frozen import frozen
 from specc.model.fsm import OTHERWISE
 from specc.read import read_text

@@ -19,7 +19,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from specc.aside import replacing
+from specc.atomic_files import replacing
 from specc.diagnostics.phrases import counted, listed
 from specc.tools.sweep.running import LIMIT, Figures
 from specc.tools.sweep.settings import Setting, SweepError, meaning

@@ -8,7 +8,7 @@ from pathlib import Path
 from textwrap import wrap
 from zlib import crc32
 
-from specc.aside import replacing
+from specc.atomic_files import replacing
 from specc.emit import emit
 from specc.lower import FilePlan
 from specc.proof.search import spelled
