@@ -1,18 +1,28 @@
-"""docs/compiler.md names modules that are there, every package, and the tables of the house."""
+"""docs/compiler.md names modules that are there, and every package; decisions name what is there."""
 
 import re
 from pathlib import Path
 
+import pytest
+
 from tests.house.tree import ROOT, modules
 
 PAGE = (ROOT / "docs" / "compiler.md").read_text(encoding="utf-8")
-NAMED = set(re.findall(r"`((?:specc|tests|runtime|templates|specs)/[\w./]*)`", PAGE))
+PATH = re.compile(r"`((?:specc|tests|runtime|templates|specs)/[\w./-]*)`")
+NAMED = set(PATH.findall(PAGE))
+DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
 INSIDE = {"specc/tools/importers/fabric", "specc/tools/importers/scxml", "specc/tools"}
 """Packages that belong to one that is named."""
 
 
 def test_what_the_page_names_is_there() -> None:
     assert [name for name in sorted(NAMED) if not (ROOT / name).exists()] == []
+
+
+@pytest.mark.parametrize("page", DECISIONS, ids=lambda page: page.stem)
+def test_what_decisions_name_is_there(page: Path) -> None:
+    named = set(PATH.findall(page.read_text(encoding="utf-8"))) - {"specc/_data"}  # of the wheel
+    assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
 
 
 def test_every_package_is_named() -> None:
