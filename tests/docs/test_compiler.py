@@ -1,4 +1,4 @@
-"""docs/compiler.md names modules that are there, and every package; decisions name what is there."""
+"""docs/compiler.md names modules that are there, and every package; so do decisions."""
 
 import re
 from pathlib import Path

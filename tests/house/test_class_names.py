@@ -13,7 +13,7 @@ SAME = {
     "Truth": "true or false: a value in a file, and an expression",
 }
 """Names that several classes have, since they are the same in two layers."""
-OPEN = {"Edit", "Finding", "Part", "Trace", "Values"}
+OPEN = {"Finding", "Part", "Trace", "Values"}
 """Names that still stand for several things."""
 CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
 

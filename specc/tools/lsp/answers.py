@@ -19,7 +19,7 @@ from specc.tools.lsp.describe import (
 )
 from specc.tools.lsp.mending import shift
 from specc.tools.lsp.project import Project, View
-from specc.tools.lsp.rename import Edit, RenameError, check_renameable, rename
+from specc.tools.lsp.rename import NameEdit, RenameError, check_renameable, rename
 from specc.tools.lsp.symbols import beside
 
 _UNUSED_IGNORE = "W0901"
@@ -184,7 +184,7 @@ def renameable(project: Project, path: str, offset: int) -> Stretch | None:
     return here.now(here.occurrence.start, here.occurrence.end)
 
 
-def rename_at(project: Project, path: str, offset: int, new: str) -> list[Edit]:
+def rename_at(project: Project, path: str, offset: int, new: str) -> list[NameEdit]:
     """The edits that rename the symbol at an offset; raises `RenameError`."""
     here = _here(project, path, offset)
     if here is None or here.occurrence is None:

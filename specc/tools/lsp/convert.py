@@ -16,7 +16,7 @@ from specc.tools.lsp.completion import Completion
 from specc.tools.lsp.describe import OutlineEntry
 from specc.tools.lsp.mending import difference
 from specc.tools.lsp.project import Project
-from specc.tools.lsp.rename import Edit
+from specc.tools.lsp.rename import NameEdit
 from specc.tools.lsp.signature import CallSignature
 
 # Offsets into a text and positions of the protocol, whose columns count code units.
@@ -140,7 +140,7 @@ def offset(texts: Texts, path: str, position: lsp.Position) -> int:
     return texts.columns.offset_at(texts.project.source(path), where)
 
 
-def range_of(texts: Texts, stretch: Stretch | Edit) -> lsp.Range:
+def range_of(texts: Texts, stretch: Stretch | NameEdit) -> lsp.Range:
     """The range of a stretch of a file."""
     source = texts.project.source(stretch.path)
     length = len(source.text)
@@ -256,7 +256,7 @@ def _item(texts: Texts, path: str, offset: int, found: Completion, rank: int) ->
     )
 
 
-def workspace_edit(texts: Texts, edits: Iterable[Edit], new: str) -> lsp.WorkspaceEdit:
+def workspace_edit(texts: Texts, edits: Iterable[NameEdit], new: str) -> lsp.WorkspaceEdit:
     """The same new name in all stretches."""
     changes: dict[str, list[lsp.TextEdit]] = {}
     for edit in edits:

@@ -134,13 +134,13 @@ def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
 # Renaming a symbol everywhere, or saying why that cannot be done safely.
 
 
-__all__ = ["Edit", "RenameError", "apply", "check_renameable", "rename"]
+__all__ = ["NameEdit", "RenameError", "apply", "check_renameable", "rename"]
 
 _EXPRESSIONS: tuple[Form, ...] = ("constant", "initial", "full", "formula")
 
 
 @frozen
-class Edit:
+class NameEdit:
     """A stretch of a file, in offsets, that gets another name."""
 
     path: str
@@ -148,7 +148,7 @@ class Edit:
     end: int
 
 
-def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Edit]:
+def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[NameEdit]:
     """The edits that give a symbol another name in every system that has to do with it.
 
     Raises:
@@ -156,7 +156,7 @@ def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Edi
     """
     check_renameable(index, symbol)
     check_name(symbol, new)
-    edits: dict[Edit, None] = {}
+    edits: dict[NameEdit, None] = {}
     known = _everywhere(project, index, symbol)
     _check_read(known)
     for around, twin in known:
@@ -168,7 +168,7 @@ def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Edi
     return list(edits)
 
 
-def apply(text: str, edits: Iterable[Edit], new: str) -> str:
+def apply(text: str, edits: Iterable[NameEdit], new: str) -> str:
     """A text with its stretches replaced."""
     for edit in sorted(edits, key=lambda e: e.start, reverse=True):
         text = text[: edit.start] + new + text[edit.end :]
@@ -194,14 +194,14 @@ def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[In
     return found
 
 
-def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[Edit]:
+def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[NameEdit]:
     symbols = (*symbol.declarations, *symbol.tied)
     for path, occurrence in index.naming(symbols):
         if project.source(path).text != index.text(path):
             raise RenameError("correct the errors in the file first: it is not fully understood")
         check_free(index, symbol, path, occurrence, new)
         if _spells(index, path, occurrence):
-            yield Edit(path, occurrence.start, occurrence.end)
+            yield NameEdit(path, occurrence.start, occurrence.end)
 
 
 def _check_read(known: list[tuple[Index, Symbol]]) -> None:
@@ -229,7 +229,7 @@ def _spells(index: Index, path: str, occurrence: Occurrence) -> bool:
     return text[occurrence.start : occurrence.end] == occurrence.symbol.name
 
 
-def _check_effect(project: Project, edits: Iterable[Edit], new: str) -> None:
+def _check_effect(project: Project, edits: Iterable[NameEdit], new: str) -> None:
     """With the new name specc reports exactly what it reported before."""
     texts = {
         path: apply(project.source(path).text, [e for e in edits if e.path == path], new)
