@@ -143,7 +143,7 @@ class Constancy:
         if least == greatest:
             return bool(least)
         said = self._memory.conditions
-        # What real numbers lie between would take solvers, and is looked at already.
+        # Bounds of real numbers take solvers, and have been looked at.
         known = [said[name] for name in sorted(on.memory - self._reals) if name in said]
         known += tests
         if condition and part is condition.when and not known:

@@ -47,18 +47,16 @@ class MemoryFacts:
         for item in subsystem.memory:
             if len(given[item.name]) > 1 and kind(item.type).sort != "other":
                 memory = MemoryRef(item.name, type=item.type)
-                known = _one_of(memory, leaves) or _between(memory, self.bounds.of(memory))
+                known = _one_of(memory, leaves) or _counted(memory, self.bounds.of(memory))
                 self.conditions |= {item.name: known} if known else {}
 
 
-def _between(memory: MemoryRef, range_: Range) -> Expr | None:
-    """That memory lies in a range; None where nothing is known."""
-    low, high = (Number(end, type=memory.type) for end in range_)
-    ends = [
-        *([Compare(">=", memory, low, type=Bool())] if range_[0] > -math.inf else ()),
-        *([Compare("<=", memory, high, type=Bool())] if range_[1] < math.inf else ()),
-    ]
-    return joined("and", ends) if ends else None
+def _counted(memory: MemoryRef, range_: Range) -> Expr | None:
+    """From where memory goes on for ever; None if it ends, as it may be meant to."""
+    for op, end, other in ((">=", *range_), ("<=", *range_[::-1])):
+        if math.isfinite(end) and math.isinf(other):
+            return Compare(op, memory, Number(end, type=memory.type), type=Bool())  # type: ignore[arg-type]  # one of two
+    return None
 
 
 def _leaves(expr: Expr) -> Iterator[Expr]:
