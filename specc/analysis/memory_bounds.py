@@ -8,7 +8,7 @@ to infinity. Inside a choice the test narrows what it compares.
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any
@@ -16,7 +16,6 @@ from typing import Any
 from specc.lang import ranges
 from specc.lang.bounds import bounds
 from specc.lang.ranges import ANY, NOT_NEGATIVE, Range
-from specc.limits import spend
 from specc.model.expr import (
     MIRRORED,
     Choice,
@@ -34,9 +33,15 @@ from specc.model.logic import conjuncts, negation, opposite
 from specc.model.system import Subsystem
 from specc.model.types import Int, Real
 from specc.proof import Numbering
+from specc.reachable import reachable
 
 _GROWS = 3
 """Rounds in which bounds may grow by as much as is written."""
+_WIDENED = 40
+"""Rounds in which they are widened to the next number that is named; then to infinity."""
+_MOST_STEPS = 100_000
+"""Parts of expressions, and bounds that are carried into choices, that are looked at in a search;
+of memory that takes more nothing is known."""
 
 _Now = dict[Expr, Range]
 """What memory and lets lie between."""
@@ -53,26 +58,35 @@ class MemoryBounds:
     ) -> None:
         """`written` has all that memory is ever given; `numbering` knows lets and constants."""
         self._numbering = numbering
-        self._lets = [(LetRef(let.name, type=let.value.type), let.value) for let in subsystem.lets]
+        self._left = _MOST_STEPS
         self._written: dict[Expr, Sequence[Expr]] = {
             MemoryRef(item.name, type=item.type): written[item.name]
             for item in subsystem.memory
             if isinstance(item.type, (Int, Real))
         }
-        every = chain(numbering.lets.values(), *self._written.values())
+        lets = {LetRef(let.name, type=let.value.type): let.value for let in subsystem.lets}
+        read = reachable(
+            (let for values in self._written.values() for let in _names(values)),
+            lambda let: _names([lets[let]]) if let in lets else (),
+        )
+        self._lets = [(let, value) for let, value in lets.items() if let in read]
+        every = [*chain(*self._written.values()), *(value for _, value in self._lets)]
         self._named = sorted({n for n in map(self._value, _parts(every)) if n is not None})
-        self._found = self._with_lets(self._fixpoint())
+        found = self._fixpoint() if self._written else {}
+        self._left = _MOST_STEPS
+        self._lets = [*lets.items()]
+        self._found = self._with_lets(found)
 
     def of(self, expr: Expr, tests: Iterable[Expr] = ()) -> Range:
         """What an expression of numbers, or a condition, lies between where `tests` hold."""
-        now = self._found
+        now, self._left = self._found, _MOST_STEPS
         for test in tests:
             now = self._narrowed(now, test)
         return self._of(expr, now)
 
     def _fixpoint(self) -> _Now:
         now = {memory: self._of(values[0], {}) for memory, values in self._written.items()}
-        for count in range(_GROWS + 2 * len(self._named) + 2):
+        for count in range(_GROWS + _WIDENED + 2 * len(self._written)):
             here = self._with_lets(now)
             after = {
                 memory: ranges.union(now[memory], *(self._of(value, here) for value in values))
@@ -80,8 +94,9 @@ class MemoryBounds:
             }
             if after == now:
                 return now
-            now = {m: r if count < _GROWS else self._widened(now[m], r) for m, r in after.items()}
-        return dict.fromkeys(now, ANY)
+            named = self._named if count < _GROWS + _WIDENED else ()
+            now = {m: r if count < _GROWS else _widened(now[m], r, named) for m, r in after.items()}
+        return {}
 
     def _with_lets(self, now: _Now) -> _Now:
         here = dict(now)
@@ -89,21 +104,10 @@ class MemoryBounds:
             here[let] = self._of(value, here)
         return here
 
-    def _widened(self, before: Range, after: Range) -> Range:
-        """The bounds that grow as far as to the next number that is named."""
-        low, high = after
-        if high > before[1]:
-            above = bisect_left(self._named, high)
-            high = self._named[above] if above < len(self._named) else math.inf
-        if low < before[0]:
-            below = bisect_left(self._named, low)
-            exact = below < len(self._named) and self._named[below] == low
-            low = low if exact else self._named[below - 1] if below else -math.inf
-        return low, high
-
     def _of(self, expr: Expr, now: _Now) -> Range:
         """What a value lies between where memory and lets are what they are `now`."""
-        if not spend("proof", 1):
+        self._left -= 1
+        if self._left < 0:
             return ANY
         if (value := self._value(expr)) is not None:
             return value, value
@@ -125,6 +129,7 @@ class MemoryBounds:
     def _narrowed(self, now: _Now, condition: Expr) -> _Now:
         """The bounds where a condition holds; unchanged where it never does."""
         found = dict(now)
+        self._left -= len(now)
         for part in conjuncts(self._numbering.looked_through(condition)):
             if isinstance(part, Unary) and isinstance(part.operand, Compare):
                 part = opposite(part.operand)
@@ -145,6 +150,22 @@ class MemoryBounds:
             low = max(low, least + 1 if whole and said.op == ">" else least)
         if low <= high:
             found[left] = low, high
+
+
+def _widened(before: Range, after: Range, named: Sequence[float]) -> Range:
+    """The bounds that grow as far as to the next number that is `named`, in order."""
+    low, high = after
+    if high > before[1]:
+        above = bisect_left(named, high)
+        high = named[above] if above < len(named) else math.inf
+    if low < before[0]:
+        below = bisect_right(named, low)
+        low = named[below - 1] if below else -math.inf
+    return low, high
+
+
+def _names(values: Iterable[Expr]) -> Iterable[Expr]:
+    return (part for value in values for part in walk(value) if isinstance(part, LetRef))
 
 
 def _turned(said: Compare) -> Compare:
