@@ -152,6 +152,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
             "to": step.move.target,
             "row": step.move.row,
             "sent": [f"y.{peer}.{name}" for (peer, name), _ in step.move.sent],
+            **({"times": step.times} if step.times > 1 else {}),
         }
         for step in finding.way.steps
     ]

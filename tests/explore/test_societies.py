@@ -52,9 +52,27 @@ class Followed(Interpreter):
         return inputs, fresh
 
 
+Place = tuple[int, Edge | None, int]
+"""A configuration, or so many steps of an edge of repeated steps behind it."""
+
+
+def following(graph: Graph, place: Place) -> Iterator[tuple[Edge, Place]]:
+    """The single steps from a place, each with the place to which it leads."""
+    number, inside, passed = place
+    for edge in graph.edges[number] if inside is None else (inside,):
+        if not edge.loop:
+            yield edge, (edge.target, None, 0)
+            continue
+        step = edge.loop[passed % len(edge.loop)]._replace(target=-1)
+        if passed + 1 < len(edge.loop) * edge.times:
+            yield step, (number, edge, passed + 1)
+        else:
+            yield step._replace(target=edge.target), (edge.target, None, 0)
+
+
 def strayed(graph: Graph, run: Run, fresh: dict[str, list[frozenset[Key]]]) -> str:
     """Where a run is no way of the graph, with what is known of values; nothing if it is one."""
-    composition, here = graph.composition, {0}
+    composition, here = graph.composition, {(0, None, 0)}
     for tick in range(1, 10**6):
         due = composition.due[tick % composition.hyperperiod]
         stamps = {i: tick // composition.ticks[i] for i in due}
@@ -66,9 +84,9 @@ def strayed(graph: Graph, run: Run, fresh: dict[str, list[frozenset[Key]]]) -> s
         steps = {i: run.steps[names[i]][stamps[i]] for i in due}
         new = {i: fresh[names[i]][stamps[i]] for i in due}
         there = {
-            edge.target
-            for number in here
-            for edge in graph.edges[number]
+            after
+            for place in here
+            for edge, after in following(graph, place)
             if _is(edge, steps, new, graph)
         }
         if not there:
@@ -79,7 +97,6 @@ def strayed(graph: Graph, run: Run, fresh: dict[str, list[frozenset[Key]]]) -> s
 
 def _is(edge: Edge, steps: dict[int, Step], fresh: dict[int, frozenset[Key]], graph: Graph) -> bool:
     composition = graph.composition
-    parts = composition.parts_of(graph.configurations[edge.target])
     for i, move in edge.moves:
         walker, step = composition.walkers[i], steps[i]
         if (move.target, move.row) != (step.state, step.transition):
@@ -89,10 +106,13 @@ def _is(edge: Edge, steps: dict[int, Step], fresh: dict[int, frozenset[Key]], gr
         lost = {k for k in walker.events & fresh[i] if k not in looked and k not in ignored}
         if lost != walker.events & set(move.lost):
             return False
+        if edge.target < 0:  # values change, of which the last are compared
+            continue
+        parts = composition.parts_of(graph.configurations[edge.target])
         memory = walker.locals.things[parts[i].local].memory
         slots = walker.memory_slots.items()
         kept = [(dict(step.memory)[name], memory[slot]) for name, slot in slots]
-        kept += [(dict(step.sent)[f"{p}_{e}"], number) for (p, e), number in move.sent]
+        kept += [(dict(step.sent)[f"{p}_{e}"], number) for (p, e), number in parts[i].pending]
         if not all(_fits(value, number, composition.values) for value, number in kept):
             return False
     return True

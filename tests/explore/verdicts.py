@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
+from itertools import groupby
+from operator import attrgetter
 
 import numpy as np
 from specc_runtime.cycle import Executor
@@ -13,11 +16,20 @@ from specc.model import requirement as r
 from specc.model.system import System
 from specc.pipeline import Result
 from specc.tools.explore.explorer import Exploration
+from specc.tools.explore.trace import Step, Trace
 from tests.soundness.interpreter import Interpreter, Run
 from tests.soundness.law import marks_of
 from tests.soundness.operators import PLAIN
 from tests.soundness.running import Script, ScriptedPlant, package
 from tests.soundness.values import NASTY
+
+
+def unrolled(way: Trace) -> Iterator[Step]:
+    """The steps of a trace, repeated ones as often as they are taken."""
+    for times, steps in groupby(way.steps, key=attrgetter("times")):
+        each = list(steps)
+        for _ in range(times):
+            yield from each
 
 
 def interpreted(system: System, seed: int, ticks: int) -> Run:
@@ -43,7 +55,7 @@ def belied(result: Result, there: Exploration, seeds: range, ticks: int) -> tupl
         said += 1
         for run in runs:
             ran = {name: iter(steps) for name, steps in run.steps.items()}
-            for step in finding.way.steps:
+            for step in unrolled(finding.way):
                 took = next(ran[step.walker.name], None)
                 if took and (took.state, took.transition) != (step.move.target, step.move.row):
                     found.append(f"{finding.message}: {step.words()}, but {took}")

@@ -8,7 +8,6 @@ visible (logical execution time).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from fractions import Fraction
 from functools import cached_property
 from itertools import product
 from math import lcm
@@ -20,7 +19,7 @@ from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.symmetry import Copies, Frame, Links, Symmetry
 from specc.tools.explore.values import MOST_VALUES, Numbers, Values
-from specc.tools.explore.walker import Move, Outcome, Walker
+from specc.tools.explore.walker import Local, Move, Outcome, Sent, Walker
 from specc.tools.explore.watch import Visible, Watch
 
 Moves = tuple[tuple[int, Move], ...]
@@ -49,7 +48,7 @@ class Part(NamedTuple):
 
     local: int
     buffers: tuple[int, ...]
-    pending: tuple[tuple[InputName, int], ...]
+    pending: Sent
 
 
 class Configuration(NamedTuple):
@@ -69,7 +68,8 @@ class Edge(NamedTuple):
     `overtaken` are values that were overwritten before their reader saw them. `violated` are
     requirements, by index. `turn` is the permutation that put copies in order: for each machine
     its index before; empty if they were in order. `ends`: a machine failed, and its outputs are
-    due, so the run ends.
+    due, so the run ends. If there is a `loop` of edges, it is taken so many `times`, with values
+    that change by constants; `moves` are then all of its first time.
     """
 
     target: int
@@ -78,6 +78,8 @@ class Edge(NamedTuple):
     violated: tuple[int, ...] = ()
     turn: Frame = ()
     ends: bool = False
+    loop: tuple[Edge, ...] = ()
+    times: int = 1
 
 
 class Composition:
@@ -122,10 +124,11 @@ class Composition:
         for first, index in self._alike():
             self._parts[index] = self._parts[first]
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
-        self._next = [self.next_phase(phase) for phase in range(self.hyperperiod)]
+        self._next = [self._next_phase(phase) for phase in range(self.hyperperiod)]
         system = abstraction.facts.system
         whole_s = base_tick(1 / subsystem.rate_hz for subsystem in system.subsystems)
-        self._lasts = [int(self.passed_s(p, n) / whole_s) for p, n in enumerate(self._next)]
+        lasts = (self.passed(phase, Edge(-1, ())) for phase in range(self.hyperperiod))
+        self._lasts = [int(ticks * self.tick_s / whole_s) for ticks in lasts]
         self.followed = len(watched) + len(probes)
         self.watch: Watch | None = None
         if watched:
@@ -161,18 +164,26 @@ class Composition:
     def _due(self, phase: int) -> tuple[int, ...]:
         return tuple(i for i, ticks in enumerate(self.ticks) if phase % ticks == 0)
 
-    def next_phase(self, phase: int) -> int:
+    def _next_phase(self, phase: int) -> int:
         """The next phase at which a machine is due."""
         return min((phase // ticks + 1) * ticks for ticks in self.ticks) % self.hyperperiod
 
-    def passed_s(self, before: int, after: int) -> Fraction:
-        """The time from one phase to the next one at which a machine is due."""
-        return self.tick_s * ((after - before) % self.hyperperiod or self.hyperperiod)
+    def passed(self, phase: int, edge: Edge) -> int:
+        """The base ticks of the slice that an edge from a phase takes."""
+        passed = 0
+        for _ in edge.loop or (edge,):
+            after = self._next[(phase + passed) % self.hyperperiod]
+            passed += (after - phase - passed) % self.hyperperiod or self.hyperperiod
+        return edge.times * passed
 
     def states(self, configuration: Configuration) -> tuple[str, ...]:
         """The states of all machines."""
+        return tuple(local.state for local in self.locals_of(configuration))
+
+    def locals_of(self, configuration: Configuration) -> list[Local]:
+        """All machines of a configuration, without their buffers."""
         parts = zip(self.walkers, self.parts_of(configuration), strict=True)
-        return tuple(walker.locals.things[part.local].state for walker, part in parts)
+        return [walker.locals.things[part.local] for walker, part in parts]
 
     def parts_of(self, configuration: Configuration) -> list[Part]:
         """All machines of a configuration, with their buffers."""
@@ -184,18 +195,21 @@ class Composition:
         """Whether time in a state matters at all."""
         return any(walker.clocks.is_timed for walker in self.walkers)
 
+    def numbered(self, phase: int, parts: Sequence[Part], watched: int = 0) -> Configuration:
+        """The configuration of some parts."""
+        pairs = zip(self._parts, parts, strict=True)
+        return Configuration(phase, tuple(numbers.of(part) for numbers, part in pairs), watched)
+
     def _made(
         self, phase: int, parts: Sequence[Part], before: int, visible: Visible
     ) -> tuple[Configuration, tuple[int, ...]]:
         """A configuration, and the requirements violated before the next configuration."""
-        numbered = zip(self._parts, parts, strict=True)
-        numbers = tuple(numbers.of(part) for numbers, part in numbered)
         if self.watch is None:
-            return Configuration(phase, numbers), ()
+            return self.numbered(phase, parts), ()
         each = zip(self.walkers, parts, strict=True)
         locals_ = [walker.locals.things[part.local] for walker, part in each]
         watched, violated = self.watch.after(before, visible, locals_, self._lasts[phase])
-        return Configuration(phase, numbers, watched), violated
+        return self.numbered(phase, parts, watched), violated
 
     def start(self) -> tuple[Configuration, Edge]:
         """The configurations after time 0, at which each machine executes its initial behaviour."""
@@ -216,7 +230,7 @@ class Composition:
         if any(self.walkers[i].is_over(parts[i].local) for i in due):
             return
         visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.watch else ()
-        overtaken = self._deliver(due, parts)
+        overtaken = self.deliver(due, parts)
         found = [self.walkers[i].step(parts[i].local, parts[i].buffers) for i in due]
         if self._still:
             found = [tuple(sorted(outcomes, key=_happens)[:1]) for outcomes in found]
@@ -226,11 +240,11 @@ class Composition:
             edge = Edge(-1, moves, overtaken, ends=any(outcome.ends for outcome in outcomes))
             for i, buffers, outcome in zip(due, seen, outcomes, strict=True):
                 parts[i] = _after(outcome, buffers)
-            ordered, turn = self._ordered(parts) if self.copies else (parts, ())
+            ordered, turn = self.ordered(parts) if self.copies else (parts, ())
             made, violated = self._made(phase, ordered, here.watched, visible)
             yield made, edge._replace(violated=violated, turn=turn) if violated or turn else edge
 
-    def _ordered(self, parts: list[Part]) -> tuple[list[Part], Frame]:
+    def ordered(self, parts: list[Part]) -> tuple[list[Part], Frame]:
         """The machines with copies in order, and the permutation: for each its index before."""
         turn = list(range(len(parts)))
         for number, copies in enumerate(self.copies):
@@ -306,9 +320,7 @@ class Composition:
             return edge.overtaken
         return tuple((frame[i], self.real(frame, i, k, is_sent=False)) for i, k in edge.overtaken)
 
-    def _deliver(
-        self, due: tuple[int, ...], parts: list[Part]
-    ) -> tuple[tuple[int, InputName], ...]:
+    def deliver(self, due: tuple[int, ...], parts: list[Part]) -> tuple[tuple[int, InputName], ...]:
         """Make outputs of the last time stamp visible; returns the values that were overtaken."""
         overtaken = []
         for i in due:

@@ -7,7 +7,6 @@ So the result is a run that the code really makes, with the real operators.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -18,7 +17,7 @@ from specc.model.system import System
 from specc.model.types import Type
 from specc.model.wires import Wires
 from specc.tools.explore.reported import NotConcreteError, Values, present
-from specc.tools.explore.trace import Step, Trace
+from specc.tools.explore.trace import Trace
 
 Reports = dict[str, list[tuple[int, Any]]]
 """For each sensor its reports, each with the base tick from which it holds; `...`: no new value."""
@@ -91,6 +90,8 @@ def reports(way: Trace, system: System, rehearsal: Rehearsal, shared: int = 1) -
     for name in values.silent & known.keys():
         known[name].append((1, ...))
     expected = _Expected(way, system, rehearsal)
+    if any(step.times > 1 for step in way.steps) and expected.length > MOST_STEPS:
+        raise NotConcreteError(f"its run would have more than {MOST_STEPS} steps of subsystems")
     stray = expected.stray(known)
     if stray is None:
         return known
@@ -167,8 +168,8 @@ class _Expected:
         self.rehearsal = rehearsal
         self.runs = self.steps = 0
         self.kept: Mapping[int, Any] = {}
-        self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in _numbered(way)) + 1
-        self._steps = {(s.walker.name, n): s for s, n in _numbered(way)}
+        self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in way.stamped()) + 1
+        self._steps = {(s.walker.name, n): s for s, n in way.stamped()}
         wires = Wires(system.agents)
         self._bound = {
             (s.qualified_name, key): f"{wires.measured(s.qualified_name, key[0])}.{key[1]}"
@@ -180,6 +181,11 @@ class _Expected:
             for s in system.subsystems
             for output, name in buffer_names(s.outputs).items()
         }
+
+    @property
+    def length(self) -> int:
+        """The steps of all subsystems in a run of that length."""
+        return sum(self._end // ticks for ticks in self.rehearsal.ticks.values())
 
     def stray(self, known: Reports, since: Any = None, keep: Collection[int] = ()) -> Stray | None:
         """The first deviation of a run, None without; `sent` counts from the start of the run."""
@@ -228,14 +234,6 @@ class _Expected:
                 said = known.get(self._bound.get((name, key), ""), ())
                 if [data for begin, data in said if begin <= tick][-1:] == [...]:
                     yield Stray(tick, name, f"`x.{key[0]}.{key[1]}` does not come then")
-
-
-def _numbered(way: Trace) -> Iterator[tuple[Step, int]]:
-    """The steps with their time stamps."""
-    stamps: Counter[str] = Counter()
-    for step in way.steps:
-        yield step, stamps[step.walker.name]
-        stamps[step.walker.name] += 1
 
 
 def _changed(

@@ -8,12 +8,14 @@ when it is first asked, or never.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 from functools import cached_property, reduce
 from heapq import heappop, heappush
 from mmap import mmap
 from typing import Literal, NamedTuple
 
+from specc.tools.explore.acceleration import FIRST, accelerated
 from specc.tools.explore.composition import Composition, Configuration, Edge, turned
 from specc.tools.explore.symmetry import Frame
 
@@ -63,7 +65,9 @@ class Graph:
         self.broken_off: BrokenOff = ""
         self._begun = begun
         self._known = {first: 0}
-        self._depths = [0]
+        self._ticks = [0]
+        self._single: list[tuple[int, int]] = [(0, 0)]
+        """How many edges lead here without a branch, and from where the last of them."""
         try:
             with _reserve():
                 self._explore(budget)
@@ -87,39 +91,57 @@ class Graph:
 
     def depth_s(self, number: int) -> Fraction:
         """The time at which a configuration was found."""
-        time_s, phase = Fraction(0), 0
-        for _ in range(self._depths[number]):
-            after = self.composition.next_phase(phase)
-            time_s, phase = time_s + self.composition.passed_s(phase, after), after
-        return time_s
+        return self._ticks[number] * self.composition.tick_s
 
     def _explore(self, budget: int) -> None:
         while len(self.edges) < len(self.configurations):
             here = len(self.edges)
             out: list[Edge] = []
-            for there, edge in self.composition.following(self.configurations[here]):
+            for there, edge in self._following(here):
                 # One configuration may have more edges than the budget has steps.
                 if self.steps >= budget:
                     return
                 self.steps += len(edge.moves) + self.composition.followed // FOLLOWED
-                out.append(edge._replace(target=self._number(there, here)))
+                out.append(edge._replace(target=self._number(there, here, edge)))
                 if edge.ends:
                     self.faults.append((here, out[-1]))
                 if edge.violated:  # kept even if not all edges from here are followed
                     self._violations.append((here, out[-1]))
                     self.violated.update(edge.violated)
             self.edges.append(out)
+            new = len(self.configurations) - 1
+            if len(out) == 1 and out[0].target == new and self._single[new] == (0, 0):
+                is_step = not (out[0].ends or out[0].loop)
+                self._single[new] = (self._single[here][0] + 1, here) if is_step else (0, here)
+
+    def _following(self, here: int) -> Iterable[tuple[Configuration, Edge]]:
+        """The edges from a configuration; where steps repeat, one edge to the last of them."""
+        count, _ = self._single[here]
+        if count >= FIRST and not count & (count - 1):
+            way = [here]
+            while len(way) <= count:
+                way.append(self._single[way[-1]][1])
+            way.reverse()
+            edges = [self.edges[number][0] for number in way[:-1]]
+            there = [self.configurations[number] for number in way]
+            if found := accelerated(self.composition, there, edges):
+                return [found]
+        return self.composition.following(self.configurations[here])
 
     def going_on(self, number: int) -> list[Edge]:
         """The edges from a configuration that no fault ends."""
         return [edge for edge in self.edges[number] if not edge.ends]
 
-    def _number(self, there: Configuration, here: int) -> int:
+    def _passed(self, here: int, edge: Edge) -> int:
+        return self.composition.passed(self.configurations[here].phase, edge)
+
+    def _number(self, there: Configuration, here: int, edge: Edge) -> int:
         number = self._known.get(there)
         if number is None:
             number = self._known[there] = len(self.configurations)
             self.configurations.append(there)
-            self._depths.append(self._depths[here] + 1)
+            self._ticks.append(self._ticks[here] + self._passed(here, edge))
+            self._single.append((0, 0))
         return number
 
     # The easiest paths.
@@ -185,4 +207,4 @@ class _Ways(NamedTuple):
 def _after(cost: Cost, edge: Edge) -> Cost:
     turns, steps, late = cost
     more = sum(move.row >= 0 and bool(move.free) for _, move in edge.moves)
-    return turns + more, steps + 1, late + more * steps
+    return turns + more, steps + max(1, len(edge.loop)) * edge.times, late + more * steps

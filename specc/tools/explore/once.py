@@ -127,6 +127,12 @@ class _Sent:
             any_counts = value is None or not all(is_known(known(n)) for n in (value, sent or 0))
             if sent is not None and (any_counts or sent == value):
                 yield number
+        repeated = (
+            (number, e) for number, out in enumerate(self.graph.edges) for e in out if e.loop
+        )
+        for number, edge in repeated:  # with values of which not all are in configurations
+            if any(i == self._sender and self._output in dict(move.sent) for i, move in edge.moves):
+                yield number
 
     def _acts(self, edge: Edge) -> bool:
         """Whether the reader takes a row to another state that sends the sender something."""

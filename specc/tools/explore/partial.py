@@ -12,7 +12,7 @@ from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeGuard
 
-from specc.lang.bounds import bounded
+from specc.lang.bounds import bounded, operation_of
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.kinds import kind
 from specc.lang.ranges import Range
@@ -21,20 +21,20 @@ from specc.model import expr as m
 from specc.model.logic import joined, negation, truth
 from specc.model.system import Subsystem, System
 from specc.model.types import (
+    Int,
     OptionalOf,
     Type,
     Vector,
 )
 from specc.proof import InputName
 from specc.proof.clock import Turns
+from specc.tools.explore.lines import EXACT, Line, lined
 from specc.tools.explore.regions import Region, leaves
 
 SOME: Final = "some"
 """An unknown value that is present (not None)."""
-Value = m.Expr | Region | str
-"""A literal, or a region of numbers, or SOME."""
-EXACT: Final = 2**53
-"""Up to it integers equal floats; beyond, it matters which of the two a real is in a run."""
+Value = m.Expr | Region | Line | str
+"""A literal, or a region or line of numbers, or SOME."""
 
 
 @dataclass(slots=True)
@@ -52,6 +52,8 @@ class Known:
     """Periods since the state was entered; only expressions in `turns` depend on it."""
     turns: dict[int, tuple[m.Expr, Turns]] = field(default_factory=dict)
     """The periods at which an expression that time alone decides turns, by its identity."""
+    times: int = 0
+    """How many values of lines are meant: what is filled in holds for all of them."""
     _lets: dict[str, m.Expr] = field(default_factory=dict)
 
     def value_of(self, leaf: m.Expr) -> Value | None:
@@ -60,10 +62,37 @@ class Known:
             return self.inputs.get((leaf.peer, leaf.element))
         return self.memory.get(leaf.name) if isinstance(leaf, m.MemoryRef) else None
 
-    def range_of(self, leaf: m.Expr) -> Range | None:
-        """The known region of an input or of memory, if any."""
-        value = self.value_of(leaf)
-        return (value.low, value.high) if isinstance(value, Region) else None
+    def line_of(self, expr: m.Expr) -> Line | None:
+        """The line on which an expression runs, if it does."""
+
+        def leaf(part: m.Expr) -> Line | None:
+            value = self.value_of(part)
+            return value if isinstance(value, Line) else None
+
+        return lined(expr, leaf, self.times) if self.times else None
+
+    def range_of(self, expr: m.Expr) -> Range | None:
+        """The known region of an input or of memory, or the range of a line, if any."""
+        value = self.value_of(expr)
+        if isinstance(value, Region):
+            return value.low, value.high
+        if self.times and isinstance(expr, m.Compare):  # two lines may never meet
+            return self._compared(expr)
+        line = self.line_of(expr)
+        return None if line is None else line.over(self.times, whole=isinstance(expr.type, Int))
+
+    def _compared(self, expr: m.Compare) -> Range | None:
+        left, right = self.line_of(expr.left), self.line_of(expr.right)
+        operation = operation_of(expr)
+        if left is None or right is None or operation is None:
+            return None
+        apart = Line(left.base - right.base, left.slope - right.slope)
+        return operation(apart.over(self.times), (0, 0))
+
+    def runs(self, expr: m.Expr) -> bool:
+        """Whether it reads an input or memory that runs on a line."""
+        leaf = leaves(expr) if self.times else ()
+        return any(isinstance(self.value_of(each), Line) for each in leaf)
 
     def is_unclear(self, expr: m.Expr) -> bool:
         """Whether it reads an input or memory of which only the region is known."""
@@ -93,7 +122,7 @@ def is_literal(expr: m.Expr) -> bool:
 
 def is_known(value: Value | None) -> TypeGuard[m.Expr]:
     """Whether the value itself is known, not only its presence or region."""
-    return value is not None and not isinstance(value, (Region, str))
+    return value is not None and not isinstance(value, (Region, Line, str))
 
 
 _LITERALS = (m.Number, m.Truth, m.TextLiteral, m.Member, m.Nothing, m.Unused)
@@ -170,7 +199,7 @@ def _clock(expr: m.Clock, known: Known) -> m.Expr:
 
 def _compare(expr: m.Compare, known: Known) -> m.Expr:
     made = _computed(m.mapped(expr, lambda part: filled(part, known)))
-    if isinstance(made, m.Compare) and known.is_unclear(made):
+    if isinstance(made, m.Compare) and (known.is_unclear(made) or known.runs(made)):
         least, greatest = bounded(made, known.range_of)
         return truth(bool(least)) if least == greatest else made
     return made

@@ -13,16 +13,17 @@ from specc.proof.clock import Timer, Turns
 from specc.proof.numbering import Numbering
 from specc.tools.explore.abstraction import Kept, conditions_of
 from specc.tools.explore.partial import Known, Value, filled
+from specc.tools.explore.lines import Line
 
 MOST_COUNTED = 10_000
 """Periods up to which a comparison of time with kept values is followed."""
 
 
 class Timed(NamedTuple):
-    """When conditions turn, by identity (`Known.turns`), and the last period at which one does."""
+    """When conditions turn, by identity (`Known.turns`), and the periods at which any does."""
 
     turns: dict[int, tuple[m.Expr, Turns]]
-    last: int
+    at: tuple[int, ...]
 
 
 _Compared = tuple[tuple[m.Expr, ...], list[InputName], list[str]]
@@ -75,13 +76,13 @@ class Clocks:
 
     def _found(self, state: str, compared: Iterable[m.Expr], known: Known) -> Timed:
         values = replace(self._static, inputs=known.inputs, memory=known.memory, _lets={})
-        found, last = dict(self._static.turns), [1, *self._turns[state]]
+        found, at = dict(self._static.turns), {1, *self._turns[state]}
         for expr in compared:
             turns = self._timer.turns(filled(expr, values))
             if turns is not None and max(turns.at, default=0) <= MOST_COUNTED:
                 found[id(expr)] = expr, turns
-                last += turns.at
-        return Timed(found, max(last))
+                at.update(turns.at)
+        return Timed(found, tuple(sorted(at)))
 
     def _of(self, expr: m.Expr) -> Iterator[int]:
         """The periods at which a part turns, directly or through lets, whatever is kept."""
@@ -124,7 +125,7 @@ class Clocks:
         """The possible clocks at the next time stamp, with the values known then."""
         if not self.exact:
             return tuple(range(clock, len(self._turns[state]) + 1))
-        last = self._timed(state, known).last
+        last = self._timed(state, known).at[-1]
         passed, more = clock // 2 + 1, clock % 2
         if passed >= last:
             return (2 * last + 1,)
@@ -132,6 +133,17 @@ class Clocks:
             return (2 * passed,)
         # Compared with other values, more had passed: any of these numbers.
         return (*range(2 * passed, 2 * last, 2), 2 * last + 1)
+
+    def stays(self, state: str, known: Known, clock: int, step: int, times: int) -> bool:
+        """Whether no condition turns while the clock changes by `step`, up to its last value."""
+        if not self.exact:
+            return not step
+        _, inputs, memory = self._compared[state]
+        values = (*map(known.inputs.get, inputs), *map(known.memory.get, memory))
+        if step < 0 or clock % 2 > (not step) or any(isinstance(value, Line) for value in values):
+            return False
+        last = (clock + step * (times - 1)) // 2
+        return not any(clock // 2 < turn <= last for turn in self._timed(state, known).at)
 
     def set(self, known: Known, state: str, clock: int) -> None:
         """Set the time in a state in what is known."""

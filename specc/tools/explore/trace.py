@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import groupby
+from operator import attrgetter
 
 from specc.diagnostics import Related
 from specc.diagnostics.phrases import listed
@@ -27,6 +31,8 @@ class Step:
     index: int
     walker: Walker
     move: Move
+    times: int = 1
+    """How often it is taken in turn with its neighbours of which that is said, too."""
 
     @property
     def row(self) -> Transition | None:
@@ -49,6 +55,8 @@ class Step:
         if self.move.lost:
             lost = [f"`x.{peer}.{name}`" for peer, name in self.move.lost]
             parts.append(f"does not look at {listed(lost, 'and')}, which came")
+        if self.times > 1:
+            parts.append(f"and so {self.times} times")
         return ", ".join(parts)
 
     def _value(self, number: int) -> str:
@@ -75,6 +83,17 @@ class Trace:
         found = (s for s in reversed(self.steps) if s.index == index and key in s.move.lost)
         return next(found, None)
 
+    def stamped(self) -> Iterator[tuple[Step, int]]:
+        """The steps, each with its first time stamp."""
+        stamps: Counter[int] = Counter()
+        for times, steps in groupby(self.steps, key=attrgetter("times")):
+            passed: Counter[int] = Counter()
+            for step in steps:
+                yield step, stamps[step.index] + passed[step.index]
+                passed[step.index] += 1
+            for index, count in passed.items():
+                stamps[index] += times * count
+
     def related(self) -> tuple[Related, ...]:
         """The steps to show: those that change a state or miss an input; of many the last ones."""
         missed = {(s.index, s.move.target, key): s for s in self.steps for key in s.move.lost}
@@ -82,7 +101,8 @@ class Trace:
         told = [s for s in self.steps if s.move.source not in ("", s.move.target) or id(s) in last]
         shown = [Related(s.place, s.words()) for s in told[-MOST_SHOWN:]]
         if len(told) > MOST_SHOWN:
-            words = f"after {len(told) - len(shown)} earlier steps, {shown[0].message}"
+            earlier = sum(step.times for step in told[:-MOST_SHOWN])
+            words = f"after {earlier} earlier steps, {shown[0].message}"
             shown[0] = Related(shown[0].place, words)
         return tuple(shown)
 
@@ -91,15 +111,16 @@ def trace(graph: Graph, number: int, *last: Edge) -> Trace:
     """The easiest trace to a configuration and over further edges."""
     composition = graph.composition
     walkers = composition.walkers
-    time_s, phase = Fraction(0), 0
-    steps = [Step(time_s, i, walkers[i], move) for i, move in graph.begin]
+    ticks, tick_s = 0, composition.tick_s
+    steps = [Step(Fraction(0), i, walkers[i], move) for i, move in graph.begin]
     overtaken: list[tuple[int, InputName]] = []
     for here, edge in (*graph.way(number), *((number, edge) for edge in last)):
-        after = composition.next_phase(phase)
-        time_s, phase = time_s + composition.passed_s(phase, after), after
-        frame = graph.frame(here)
-        for i, move in (composition.real_move(frame, *each) for each in edge.moves):
-            steps.append(Step(time_s, i, walkers[i], move))
-        overtaken += composition.real_overtaken(frame, edge)
+        frame, begun = graph.frame(here), ticks
+        for each in edge.loop or (edge,):
+            ticks += composition.passed(ticks % composition.hyperperiod, each)
+            moves = (composition.real_move(frame, *move) for move in each.moves)
+            steps += (Step(ticks * tick_s, i, walkers[i], m, edge.times) for i, m in moves)
+            overtaken += composition.real_overtaken(frame, each)
+        ticks = begun + edge.times * (ticks - begun)
     free = [f"{f} in `{s.walker.name}`" for s in steps for f in s.move.free]
-    return Trace(tuple(steps), tuple(overtaken), tuple(dict.fromkeys(free)), time_s)
+    return Trace(tuple(steps), tuple(overtaken), tuple(dict.fromkeys(free)), ticks * tick_s)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any
 
 from specc.lang.bounds import bounded
@@ -60,9 +61,7 @@ class Values:
         """The numbers of the values that may be assigned to a target."""
         if is_literal(expr):
             number = self._numbers.of(expr)
-            seen = self._seen.setdefault(target, set())
-            if number in seen or not self._is_left(seen, expr):
-                seen.add(number)
+            if self.follows(target, number):
                 return (number,)
             if isinstance(expr, m.Number):
                 return self._in(target, expr, expr.value, expr.value)
@@ -73,6 +72,23 @@ class Values:
                 return self._in(target, expr, *bounded(expr, known.range_of))
             self.widened.add(target)
         return (self._numbers.of(SOME) if is_some(expr, known) else UNKNOWN,)
+
+    def follows(self, target: str, number: int) -> bool:
+        """Whether a number that a target comes to have is followed; it is from then on."""
+        seen, value = self._seen.setdefault(target, set()), self.value(number)
+        if isinstance(value, m.Number) and number not in seen and self._is_left(seen, value):
+            return False
+        seen.add(number)
+        return True
+
+    def moved(self, number: int, by: Fraction) -> int:
+        """The number of a value to which something is added, exactly."""
+        value = self.value(number)
+        if not by or not isinstance(value, m.Number):
+            return number
+        there = Fraction(value.value) + by
+        whole = isinstance(value.value, int)
+        return self._numbers.of(replace(value, value=int(there) if whole else float(there)))
 
     def _is_left(self, seen: set[int], expr: m.Expr) -> bool:
         """Whether a value is beyond the bound on values that are followed."""

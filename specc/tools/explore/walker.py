@@ -29,6 +29,10 @@ MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
 
 
+Sent = tuple[tuple[InputName, int], ...]
+"""Outputs with the numbers of their values."""
+
+
 class Local(NamedTuple):
     """A machine between two periods: memory in numbers, and answers about unknown values."""
 
@@ -48,7 +52,7 @@ class Move(NamedTuple):
     source: str
     target: str
     row: int
-    sent: tuple[tuple[InputName, int], ...]
+    sent: Sent
     free: tuple[str, ...] = ()
     lost: tuple[InputName, ...] = ()
     broken: tuple[int, ...] = ()
@@ -136,7 +140,7 @@ class Walker:
         known = self._known(buffers, {}, first=True)
         known.periods = 0
         memory = {
-            i.name: self.values.of(f"{self.kind}.{i.name}", filled(i.init, known), known)
+            i.name: self.values.of(self._target(("", i.name)), filled(i.init, known), known)
             for i in self._memory
         }
         state = self.subsystem.initial_state
@@ -153,7 +157,7 @@ class Walker:
         return self._steps[key]
 
     def _stepped(self, local: Local, buffers: tuple[int, ...]) -> Iterator[Outcome]:
-        memory = {i.name: n for i, n in zip(self._memory, local.memory, strict=True)}
+        memory = self._named(local.memory)
         new = {key for key, slot in self.slots.items() if buffers[slot] % 2}
         answers = frozenset(a for a in local.answers if not self._rests(a).inputs & new)
         known = self._known(buffers, memory)
@@ -164,7 +168,7 @@ class Walker:
             if broken:
                 yield self._failed(local, broken)
                 continue
-            branches = [b for b in self._branches(local.state, known) if self._may(b, answers)]
+            branches = [b for b in self.branches(local.state, known) if self._may(b, answers)]
             if not branches:
                 yield self._failed(local)
             free = self._free(branches, known, local.state) if len(branches) > 1 else ()
@@ -183,7 +187,7 @@ class Walker:
         """Whether the machine has failed."""
         return bool(self.locals.things[local].clock == OVER)
 
-    def _branches(self, state: str, known: Known) -> Iterator[Branch]:
+    def branches(self, state: str, known: Known) -> Iterator[Branch]:
         """The branches: staying, and each row that known values do not exclude."""
         before: list[m.Expr] = []
         for cause, end in self.subsystem.state(state).behaviour.endings:
@@ -229,6 +233,11 @@ class Walker:
         self.open.setdefault(state, {}).update(found)
         return tuple(found)
 
+    def asked(self, state: str, known: Known) -> list[m.Expr | Branch]:
+        """The branches and assumptions of a state, with known values filled in."""
+        axioms = (filled(axiom.that, known) for axiom in self.subsystem.axioms)
+        return [*self.branches(state, known), *axioms]
+
     def _assumptions(self, known: Known) -> tuple[int, ...]:
         broken = []
         for index, axiom in enumerate(self.subsystem.axioms):
@@ -254,22 +263,15 @@ class Walker:
     ) -> Iterator[Outcome]:
         """The machine after a period; `clock` is -1 where a state was entered."""
         entered = clock < 0 or not source
-        behaviour = self.subsystem.state(branch.target).behaviour
         known = self._known(buffers, memory, first=not source)
         known.periods = 0
         if not entered:
             self.clocks.set(known, branch.target, clock)
         written = dict[InputName, tuple[int, ...]]()
-        for item in behaviour.assignments:
-            key, value = (item.peer, item.name), item.value
-            if item.peer and key in self.kept.outputs:
-                target = f"{self.kind}.y.{item.peer}.{item.name}"
-                written[key] = self.values.options(target, filled(value, known), known)
-            elif not item.peer and item.name in memory:
-                value = filled(value, known)
-                if not (isinstance(value, m.MemoryRef) and value.name == item.name):
-                    written[key] = self.values.options(f"{self.kind}.{item.name}", value, known)
-                    answers = self._without(answers, item.name)
+        for key, value in self.written(branch.target, known):
+            written[key] = self.values.options(self._target(key), value, known)
+            if not key[0]:
+                answers = self._without(answers, key[1])
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()
         free += tuple(f"what `{name}` is" for (_, name), n in written.items() if len(n) > 1)
@@ -282,6 +284,29 @@ class Walker:
             sent = tuple(sorted((key, number) for key, number in values.items() if key[0]))
             move = Move(source, branch.target, branch.row, sent, free, lost)
             yield Outcome(self.locals.of(now), move)
+
+    def written(self, state: str, known: Known) -> Iterator[tuple[InputName, m.Expr]]:
+        """The values that the functions of a state give to kept outputs and memory."""
+        for item in self.subsystem.state(state).behaviour.assignments:
+            key = item.peer, item.name
+            if key in self.kept.outputs or (not item.peer and item.name in self.memory_slots):
+                value = filled(item.value, known)
+                if item.peer or not (isinstance(value, m.MemoryRef) and value.name == item.name):
+                    yield key, value
+
+    def _target(self, key: InputName) -> str:
+        peer, name = key
+        return f"{self.kind}.y.{peer}.{name}" if peer else f"{self.kind}.{name}"
+
+    def given(self, local: Local, sent: Sent) -> dict[InputName, int]:
+        """The numbers of what memory and outputs have after a step."""
+        memory = self._named(local.memory).items()
+        return {**{("", name): number for name, number in memory}, **dict(sent)}
+
+    def follows(self, local: Local, sent: Sent) -> bool:
+        """Whether the values that memory and outputs come to have are followed."""
+        given = self.given(local, sent).items()
+        return all(self.values.follows(self._target(key), number) for key, number in given)
 
     def _without(self, answers: frozenset[int], memory: str) -> frozenset[int]:
         return frozenset(a for a in answers if memory not in self._rests(a).memory)
@@ -318,6 +343,13 @@ class Walker:
         }
 
     # Known values at a time stamp.
+
+    def before(self, local: Local, buffers: tuple[int, ...]) -> Known:
+        """The known values before a step."""
+        return self._known(buffers, self._named(local.memory))
+
+    def _named(self, memory: tuple[int, ...]) -> dict[str, int]:
+        return dict(zip(self.memory_slots, memory, strict=True))
 
     def _known(
         self, buffers: tuple[int, ...], memory: dict[str, int], *, first: bool = False

@@ -97,6 +97,24 @@ class Watch:
             UNKNOWN if init is None else self._values.of(reading.name, filled(init, known), known)
         )
 
+    def at(self, number: int) -> Watched:
+        """The obligations and seen values with a number."""
+        found: Watched = self._numbers.things[number]
+        return found
+
+    def of(self, watched: Watched) -> int:
+        """The number of obligations and seen values."""
+        return self._numbers.of(watched)
+
+    def known(self, number: int, locals_: Sequence[Local]) -> Known:
+        """The values of the readings in a configuration."""
+        seen = self.at(number).seen
+        return self._known_of(tuple(self._now(each, seen, locals_) for each in self._readings))
+
+    def asked(self, known: Known) -> list[m.Expr]:
+        """All conditions, with known values filled in."""
+        return [filled(atom, known) for monitor in self.monitors for atom in monitor.atoms]
+
     def after(
         self, number: int, visible: Visible, locals_: Sequence[Local], ticks: int
     ) -> tuple[int, tuple[int, ...]]:
@@ -155,13 +173,16 @@ class Watch:
         return seen[self._slots[reading.subsystem, reading.element, reading.initial]]
 
     def _judged(self, now: tuple[object, ...]) -> tuple[tuple[Truth, ...], ...]:
+        known = self._known_of(now)
+        return tuple(tuple(self._truth(a, known) for a in mon.atoms) for mon in self.monitors)
+
+    def _known_of(self, now: tuple[object, ...]) -> Known:
         memory: dict[str, Value] = {}
         for reading, found in zip(self._readings, now, strict=True):
             value = self._value(reading, found)
             if value is not None:
                 memory[reading.name] = value
-        known = replace(self._known, memory=memory, _lets={})
-        return tuple(tuple(self._truth(a, known) for a in mon.atoms) for mon in self.monitors)
+        return replace(self._known, memory=memory, _lets={})
 
     def _value(self, reading: Reading, found: object) -> Value | None:
         if isinstance(found, str):

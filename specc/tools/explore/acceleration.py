@@ -1,0 +1,263 @@
+"""Acceleration: steps that repeat are one edge, up to where a condition may turn.
+
+On a way without branches machines may come to repeat their steps, so that only quantities change,
+each by a constant: counters, what is sent of them, and the time in states. Three configurations
+show the constants. Then each step is judged once more with lines in the place of numbers, which
+is for all repetitions at once: it has to be the same step, and to lead to the next values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import NamedTuple, TypeVar
+
+from specc.model import expr as m
+from specc.proof.clock import LONGEST
+from specc.tools.explore.composition import Composition, Configuration, Edge, Part
+from specc.tools.explore.partial import SOME, Known, Value
+from specc.tools.explore.lines import Line
+from specc.tools.explore.symmetry import Frame
+from specc.tools.explore.values import Values
+from specc.tools.explore.walker import Local, Move, Walker
+
+FIRST = 8
+"""Edges without a branch after which repetitions are looked for, and again after twice as many."""
+LEAST = 64
+"""Repetitions that are worth it."""
+STEADY = Line(Fraction(0), Fraction(0))
+Key = TypeVar("Key")
+
+
+class Flat(NamedTuple):
+    """A configuration in parts: what has to be the same, clocks, and numbers of values."""
+
+    shape: tuple[object, ...]
+    clocks: tuple[int, ...]
+    numbers: tuple[int, ...]
+
+
+class Slopes(NamedTuple):
+    """What one repetition adds to each clock and value."""
+
+    clocks: tuple[int, ...]
+    values: tuple[Fraction, ...]
+
+
+class Period(NamedTuple):
+    """The step of a machine: before it, the buffers that it reads, after it, and the move."""
+
+    walker: Walker
+    before: Local
+    buffers: tuple[int, ...]
+    after: Local
+    move: Move
+
+
+def accelerated(
+    composition: Composition, way: Sequence[Configuration], edges: Sequence[Edge]
+) -> tuple[Configuration, Edge] | None:
+    """An edge for the repetitions that follow a way without branches, if there are many of them.
+
+    `edges` lead from each configuration of `way` to the next one.
+    """
+    flats, values = [_flat(composition, each) for each in way], composition.values
+    for length in range(1, len(edges) // 2 + 1):
+        slopes = _slopes(values, flats[-1 - 2 * length], flats[-1 - length])
+        if slopes and slopes == _slopes(values, flats[-1 - length], flats[-1]):
+            first = len(edges) - 2 * length
+            return _Loop(composition, way[first:], edges[first:], flats[first], slopes).edge()
+    return None
+
+
+def _flat(composition: Composition, here: Configuration) -> Flat:
+    shape: list[object] = [here.phase]
+    clocks, numbers = list[int](), list[int]()
+    for walker, part in zip(composition.walkers, composition.parts_of(here), strict=True):
+        local: Local = walker.locals.things[part.local]
+        shape += (local.state, local.answers, [number % 2 for number in part.buffers])
+        shape.append([key for key, _ in part.pending])
+        clocks.append(local.clock)
+        numbers += (*local.memory, *(number // 2 for number in part.buffers))
+        numbers += (number for _, number in part.pending)
+    if composition.watch is not None:
+        watched = composition.watch.at(here.watched)
+        shape.append(watched.states)
+        numbers += watched.seen
+    return Flat(tuple(shape), tuple(clocks), tuple(numbers))
+
+
+def _slopes(values: Values, one: Flat, two: Flat) -> Slopes | None:
+    """What is added from one configuration to another one; None if they differ in more."""
+    if one.shape != two.shape:
+        return None
+    pairs = zip(one.numbers, two.numbers, strict=True)
+    lines = [STEADY if a == b else _line(values.value(a), values.value(b)) for a, b in pairs]
+    if None in lines:
+        return None
+    clocks = (b - a for a, b in zip(one.clocks, two.clocks, strict=True))
+    return Slopes(tuple(clocks), tuple(line.slope for line in lines if line))
+
+
+def _line(one: Value | None, two: Value | None) -> Line | None:
+    """The line through two numbers."""
+    if not (isinstance(one, m.Number) and isinstance(two, m.Number)):
+        return None
+    return Line(Fraction(one.value), Fraction(two.value) - Fraction(one.value))
+
+
+def _most(test: Callable[[int], bool], limit: int) -> int:
+    """The greatest number up to a limit that passes a test, as smaller ones do."""
+    low, high = 0, limit
+    while low < high:
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if test(middle) else (low, middle - 1)
+    return low
+
+
+class _Loop:
+    """Steps of all machines that were taken twice, and what each repetition adds."""
+
+    def __init__(
+        self,
+        composition: Composition,
+        way: Sequence[Configuration],
+        edges: Sequence[Edge],
+        begin: Flat,
+        slopes: Slopes,
+    ) -> None:
+        self._composition, self._way, self._edges = composition, way, edges
+        self._begin, self._slopes = begin, slopes
+        self._length = len(edges) // 2
+        pairs = [pair for at in range(self._length) for pair in self._taken(at)]
+        # What a machine makes of the same it makes again.
+        self._steps = [(a, b) for a, b in pairs if (a.before, a.buffers) != (b.before, b.buffers)]
+
+    def _taken(self, at: int) -> Iterator[tuple[Period, Period]]:
+        return zip(self._periods(at), self._periods(at + self._length), strict=True)
+
+    def _periods(self, at: int) -> Iterator[Period]:
+        composition = self._composition
+        here, there = map(composition.parts_of, self._way[at : at + 2])
+        composition.deliver(composition.due[self._way[at + 1].phase], here)
+        for i, move in self._edges[at].moves:
+            walker = composition.walkers[i]
+            before, after = (walker.locals.things[parts[i].local] for parts in (here, there))
+            yield Period(walker, before, here[i].buffers, after, move)
+
+    def edge(self) -> tuple[Configuration, Edge] | None:
+        """The edge for all further repetitions, and the configuration after them."""
+        edges = self._edges[: self._length]
+        if not (all(map(self._is_again, range(self._length))) and self._goes_on(LEAST)):
+            return None
+        exact = _most(self._is_exact, LONGEST)
+        times = _most(self._goes_on, exact)
+        landed = self._landed(times) if times < exact else None  # else nothing turns
+        if landed is None:
+            return None
+        there, turn = landed
+        moves = tuple(move for edge in edges for move in edge.moves)
+        # Two of them were taken.
+        return there, Edge(-1, moves, turn=turn, loop=tuple(edges), times=times - 2)
+
+    def _is_again(self, at: int) -> bool:
+        """Whether an edge was taken again, and would be where it costs nothing."""
+        one, two = (self._edges[each] for each in (at, at + self._length))
+        is_free = any(move.row >= 0 and move.free for _, move in one.moves)
+        if is_free or one.turn or _bare(one) != _bare(two):
+            return False
+        return self._apart(at) == self._apart(at + self._length)
+
+    def _apart(self, at: int) -> list[Fraction | None]:
+        """How far the values that are overtaken are from the next ones: equal ones are not lost."""
+        composition, value = self._composition, self._composition.values.value
+        here = composition.parts_of(self._way[at])
+        there = list(here)
+        composition.deliver(composition.due[self._way[at + 1].phase], there)
+        found = []
+        for i, key in self._edges[at].overtaken:
+            slot = composition.walkers[i].slots[key]
+            line = _line(*(value(parts[i].buffers[slot] // 2) for parts in (here, there)))
+            found.append(line and line.slope)
+        return found
+
+    def _is_exact(self, times: int) -> bool:
+        value, slopes = self._composition.values.value, self._slopes.values
+        each = zip(map(value, self._begin.numbers), slopes, strict=True)
+        lines = (Line(Fraction(v.value), slope) for v, slope in each if isinstance(v, m.Number))
+        return all(line.is_exact(times + 1) for line in lines if line.slope)
+
+    def _goes_on(self, times: int) -> bool:
+        """Whether so many repetitions, from the first one on, have the same steps."""
+        steps = all(_are_same(one, two, times) for one, two in self._steps)
+        watch, length = self._composition.watch, self._length
+        if watch is None or not steps:
+            return steps
+        seen = [watch.known(each.watched, self._composition.locals_of(each)) for each in self._way]
+        pairs = zip(seen[1:], seen[length + 1 :], strict=False)
+        return all(watch.asked(one) == watch.asked(_drawn(one, two, times)) for one, two in pairs)
+
+    def _landed(self, times: int) -> tuple[Configuration, Frame] | None:
+        """The configuration after so many repetitions; None if its values are not followed."""
+        composition, first = self._composition, self._way[0]
+        pairs = zip(self._begin.numbers, self._slopes.values, strict=True)
+        numbers = iter([composition.values.moved(n, times * slope) for n, slope in pairs])
+        passed = iter(self._slopes.clocks)
+        parts = list[Part]()
+        for walker, part in zip(composition.walkers, composition.parts_of(first), strict=True):
+            local: Local = walker.locals.things[part.local]
+            memory = tuple(next(numbers) for _ in local.memory)
+            buffers = tuple(2 * next(numbers) + number % 2 for number in part.buffers)
+            pending = tuple((key, next(numbers)) for key, _ in part.pending)
+            local = local._replace(clock=local.clock + times * next(passed), memory=memory)
+            if not walker.follows(local, pending):
+                return None
+            parts.append(Part(walker.locals.of(local), buffers, pending))
+        watch, watched = composition.watch, first.watched
+        if watch is not None:
+            watched = watch.of(watch.at(watched)._replace(seen=tuple(numbers)))
+        ordered, turn = composition.ordered(parts)
+        return composition.numbered(first.phase, ordered, watched), turn
+
+
+def _bare(edge: Edge) -> Edge:
+    """An edge without the values that are sent, and where it leads."""
+    moves = tuple((i, move._replace(sent=())) for i, move in edge.moves)
+    return edge._replace(target=0, moves=moves)
+
+
+def _are_same(one: Period, two: Period, times: int) -> bool:
+    """Whether a step is the same on all lines that run through it and the next one."""
+    walker, state, clock = one.walker, one.before.state, one.before.clock
+    plain, other = (walker.before(each.before, each.buffers) for each in (one, two))
+    drawn = _drawn(plain, other, times)
+    now, *others = walker.clocks.after(state, clock, plain)
+    if others or not walker.clocks.stays(state, drawn, now, two.before.clock - clock, times):
+        return False
+    for known in (plain, drawn):
+        walker.clocks.set(known, state, now)
+    if walker.asked(state, plain) != walker.asked(state, drawn):
+        return False
+    if one.move.row >= 0:
+        plain, drawn = (replace(known, periods=0, _lets={}) for known in (plain, drawn))
+    target, value = one.move.target, walker.values.value
+    written, next_ = (dict(walker.written(target, known)) for known in (plain, drawn))
+    given, then = (walker.given(each.after, each.move.sent) for each in (one, two))
+    return written.keys() == next_.keys() and all(
+        given[key] == then[key]
+        if expr == next_[key]
+        else drawn.line_of(next_[key]) == _line(value(given[key]), value(then[key]))
+        for key, expr in written.items()
+    )
+
+
+def _drawn(one: Known, two: Known, times: int) -> Known:
+    """Known values in which numbers that differ later are lines."""
+    memory, inputs = _lines(one.memory, two.memory), _lines(one.inputs, two.inputs)
+    return replace(one, memory=memory, inputs=inputs, times=times, _lets={})
+
+
+def _lines(one: Mapping[Key, Value], two: Mapping[Key, Value]) -> dict[Key, Value]:
+    pairs = ((key, value, two[key]) for key, value in one.items())
+    return {key: a if a == b else (_line(a, b) or SOME) for key, a, b in pairs}
