@@ -11,7 +11,7 @@ from tests.soundness.running import compiled
 
 Tree = dict[str, Any]
 RATES_HZ = (10, 20, 30, 50)
-STEPS = ("+ 1", "+ 1", "+ 1", "- 1", "+ 2", "+ 7", "- 3", "* 2", "+ {other}", "- {other}")
+STEPS = (*("+ 1", "+ 1", "+ 1", "- 1", "+ 2", "+ 7", "- 3") * 2, "* 2", "+ {other}", "- {other}")
 REAL_STEPS = ("+ 1.0", "+ 0.5", "- 0.25", "+ 0.1", "+ 0.125 * {other}", "* 1.5")
 TESTS = (
     "{k} >= {n}",
@@ -65,9 +65,9 @@ def _names(rng: Random) -> dict[str, str]:
 def _numbers(rng: Random) -> dict[str, Any]:
     # A state lasts long enough to be accelerated, and short enough to be run.
     return {
-        "n": rng.choice((5, 70, 100, 150, 333, 500)),
-        "m": rng.randrange(120),
-        "late": rng.choice((0.35, 3, 7.5, 12.03)),
+        "n": rng.choice((5, 100, 150, 333, 500, 1000)),
+        "m": rng.choice((rng.randrange(100), rng.randrange(100, 500))),
+        "late": rng.choice((0.35, 7.5, 12.03)),
     }
 
 

@@ -17,8 +17,8 @@ from tests.explore.test_societies import Followed, strayed
 from tests.explore.verdicts import belied, misjudged
 from tests.seeds import blocks
 
-TICKS = 4000
-BUDGET = 4000
+TICKS = 1200
+BUDGET = 3000
 PRECISIONS = (Precision(), Precision(exact=True), Precision(True, None))
 
 

@@ -16,8 +16,8 @@ from typing import NamedTuple, TypeVar
 from specc.model import expr as m
 from specc.proof.clock import LONGEST
 from specc.tools.explore.composition import Composition, Configuration, Edge, Part
-from specc.tools.explore.partial import SOME, Known, Value
 from specc.tools.explore.lines import Line
+from specc.tools.explore.partial import SOME, Known, Value, filled
 from specc.tools.explore.symmetry import Frame
 from specc.tools.explore.values import Values
 from specc.tools.explore.walker import Local, Move, Walker
@@ -152,8 +152,10 @@ class _Loop:
         if not (all(map(self._is_again, range(self._length))) and self._goes_on(LEAST)):
             return None
         exact = _most(self._is_exact, LONGEST)
+        if self._goes_on(exact):
+            return None  # nothing turns while numbers are exact
         times = _most(self._goes_on, exact)
-        landed = self._landed(times) if times < exact else None  # else nothing turns
+        landed = self._landed(times)
         if landed is None:
             return None
         there, turn = landed
@@ -235,9 +237,12 @@ def _are_same(one: Period, two: Period, times: int) -> bool:
     now, *others = walker.clocks.after(state, clock, plain)
     if others or not walker.clocks.stays(state, drawn, now, two.before.clock - clock, times):
         return False
+    asked = []
     for known in (plain, drawn):
         walker.clocks.set(known, state, now)
-    if walker.asked(state, plain) != walker.asked(state, drawn):
+        axioms = [filled(axiom.that, known) for axiom in walker.subsystem.axioms]
+        asked.append((axioms, list(walker.branches(state, known))))
+    if asked[0] != asked[1]:
         return False
     if one.move.row >= 0:
         plain, drawn = (replace(known, periods=0, _lets={}) for known in (plain, drawn))

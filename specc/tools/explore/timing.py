@@ -12,8 +12,8 @@ from specc.proof import InputName
 from specc.proof.clock import Timer, Turns
 from specc.proof.numbering import Numbering
 from specc.tools.explore.abstraction import Kept, conditions_of
-from specc.tools.explore.partial import Known, Value, filled
 from specc.tools.explore.lines import Line
+from specc.tools.explore.partial import Known, Value, filled
 
 MOST_COUNTED = 10_000
 """Periods up to which a comparison of time with kept values is followed."""

@@ -56,7 +56,7 @@ class Step:
             lost = [f"`x.{peer}.{name}`" for peer, name in self.move.lost]
             parts.append(f"does not look at {listed(lost, 'and')}, which came")
         if self.times > 1:
-            parts.append(f"and so {self.times} times")
+            parts.append(f"{self.times} times in turn")
         return ", ".join(parts)
 
     def _value(self, number: int) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 from specc.lang.bounds import bounded
 from specc.model import expr as m
 from specc.model.types import Int
-from specc.tools.explore.partial import SOME, Known, Value, is_literal, is_some
+from specc.tools.explore.partial import SOME, Known, Value, is_known, is_literal, is_some
 from specc.tools.explore.regions import Region, Regions, is_number
 
 MOST_VALUES = 32
@@ -76,9 +76,10 @@ class Values:
     def follows(self, target: str, number: int) -> bool:
         """Whether a number that a target comes to have is followed; it is from then on."""
         seen, value = self._seen.setdefault(target, set()), self.value(number)
-        if isinstance(value, m.Number) and number not in seen and self._is_left(seen, value):
-            return False
-        seen.add(number)
+        if is_known(value) and number not in seen:
+            if self._is_left(seen, value):
+                return False
+            seen.add(number)
         return True
 
     def moved(self, number: int, by: Fraction) -> int:

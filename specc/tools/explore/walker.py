@@ -233,11 +233,6 @@ class Walker:
         self.open.setdefault(state, {}).update(found)
         return tuple(found)
 
-    def asked(self, state: str, known: Known) -> list[m.Expr | Branch]:
-        """The branches and assumptions of a state, with known values filled in."""
-        axioms = (filled(axiom.that, known) for axiom in self.subsystem.axioms)
-        return [*self.branches(state, known), *axioms]
-
     def _assumptions(self, known: Known) -> tuple[int, ...]:
         broken = []
         for index, axiom in enumerate(self.subsystem.axioms):
