@@ -1,53 +1,130 @@
-"""Repeated steps of random systems that count, against runs of them that take each step."""
+"""Repeated steps of systems that count, against runs of them that take each step."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 
+from specc.pipeline import Result
 from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.acceleration import Loop
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
+from specc.tools.explore.lines import Line
+from specc.tools.explore.timing import Clocks
+from specc.tools.explore.watch import Watch
 from tests.explore.counters import counting
 from tests.explore.test_societies import Followed, strayed
 from tests.explore.verdicts import belied, misjudged
 from tests.seeds import blocks
+from tests.soundness.running import compiled
 
 TICKS = 1200
 BUDGET = 3000
 PRECISIONS = (Precision(), Precision(exact=True), Precision(True, None))
 
 
+def wrong(result: Result, total: dict[str, int]) -> list[str]:
+    """What a run belies; counts complete graphs, edges of repeated steps, and what was said."""
+    assert result.system is not None
+    run = Followed(result.system, 0)
+    run.run(TICKS)
+    found = []
+    abstraction = Abstraction(result.proofs)
+    for names in abstraction.slices():
+        for precision in PRECISIONS:
+            graph = Graph(Composition(names, abstraction, precision), BUDGET)
+            if graph.complete:
+                found.append(strayed(graph, run.run_, run.fresh))
+                total["graphs"] += 1
+                total["repeated"] += sum(bool(e.loop) for out in graph.edges for e in out)
+    there = explore(result.proofs, BUDGET)
+    lies, said = belied(result, there, range(1), TICKS)
+    total["said"] += said + sum(each.verdict == "proved" for each in there.requirements)
+    return [*filter(None, found), *lies, *misjudged(result, there, range(1), TICKS)]
+
+
 def judged(seeds: Sequence[int], folder: Path) -> dict[str, int]:
-    """How much was compared: complete graphs, edges of repeated steps, and what was said."""
+    """How much was compared, of random systems."""
     total = dict.fromkeys(("graphs", "repeated", "said"), 0)
     for seed in seeds:
         result = counting(Random(seed), folder)
-        if not result.ok or result.system is None:
-            continue
-        run = Followed(result.system, 0)
-        run.run(TICKS)
-        abstraction = Abstraction(result.proofs)
-        for names in abstraction.slices():
-            for precision in PRECISIONS:
-                graph = Graph(Composition(names, abstraction, precision), BUDGET)
-                if graph.complete:
-                    assert not (stray := strayed(graph, run.run_, run.fresh)), (seed, stray)
-                    total["graphs"] += 1
-                    total["repeated"] += sum(bool(e.loop) for out in graph.edges for e in out)
-        there = explore(result.proofs, BUDGET)
-        wrong, said = belied(result, there, range(1), TICKS)
-        assert not wrong, (seed, wrong)
-        assert misjudged(result, there, range(1), TICKS) == [], seed
-        total["said"] += said + sum(each.verdict == "proved" for each in there.requirements)
+        if result.ok:
+            assert (wrong(result, total), seed) == ([], seed)
     return total
 
 
-@pytest.mark.parametrize("seeds", blocks(range(4), long=120, each=30))
+@pytest.mark.parametrize("seeds", blocks((0, 4), long=120, each=30))
 def test_repeated_steps_are_what_runs_do(seeds: Sequence[int], tmp_path: Path) -> None:
     total = judged(seeds, tmp_path)
     assert all(total.values()), total
+
+
+def alone(end: str, step: dict[str, str], require: str = "a.c.k >= 0") -> dict[str, Any]:
+    """A machine that counts `k` and `r` until something turns."""
+    control = {
+        "rate": "10 Hz",
+        "y": {"b": {"done": "bool"}},
+        "memory": {
+            "k": {"type": "int", "init": 0},
+            "j": {"type": "int", "init": 0},
+            "r": {"type": "real", "init": "4503599627370196.0"},
+        },
+        "conditions": {"terminal": {"end": end}},
+        "functions": {"count": {"k": "k + 1"} | step, "tell": {"y.b.done": "True"}},
+        "behaviours": {
+            "count": {"functions": ["count"], "terminal": "end"},
+            "tell": {"functions": ["tell"], "terminal": "never"},
+        },
+        "states": {"S0": "count", "S1": "tell"},
+        "initial_state": "S0",
+        "transitions": [["S0", "terminal", "always", "S1"]],
+    }
+    reader = {
+        "rate": "10 Hz",
+        "x": {"a": {"done": {"type": "bool", "init": "False"}}},
+        "conditions": {"terminal": {"done": "x.a.done"}},
+        "functions": {},
+        "behaviours": {"wait": {"functions": [], "terminal": "done"}},
+        "states": {"S0": "wait"},
+        "initial_state": "S0",
+        "transitions": [["S0", "terminal", "always", "S0"]],
+    }
+    return {
+        "specc": 1.1,
+        "system": "alone",
+        "agents": {"a": {"control": control}, "b": {"control": reader}},
+        "require": [{"that": f"always({require})", "because": "it is so"}],
+    }
+
+
+CARELESS = {
+    "time": (Clocks, "stays", lambda *_: True, alone("elapsed > 20[s] or k >= 400", {})),
+    "rounding": (
+        Line,
+        "is_exact",
+        lambda *_: True,
+        alone("r >= 4503599627370505.0", {"r": "r + 0.5"}),
+    ),
+    "steps": (Loop, "_goes_on", lambda _, n: n < 300, alone("k + 200 < j", {"j": "j + 2"})),
+    "requirements": (Watch, "asked", lambda *_: [], alone("k >= 400", {}, "a.c.k != 300")),
+}
+"""A question, an answer that is too good, and a system in which that is wrong."""
+
+
+@pytest.mark.parametrize(("where", "name", "answer", "tree"), CARELESS.values(), ids=CARELESS)
+def test_an_acceleration_that_does_not_ask_is_noticed(
+    where: Any, name: str, answer: Any, tree: Any, tmp_path: Path, monkeypatch: Any
+) -> None:
+    total = dict.fromkeys(("graphs", "repeated", "said"), 0)
+    result = compiled(tree, tmp_path)
+    assert result.ok, result.diagnostics
+    assert wrong(result, total) == []
+    assert total["repeated"] or name == "is_exact"
+    monkeypatch.setattr(where, name, answer)
+    assert wrong(result, total)

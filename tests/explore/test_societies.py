@@ -72,7 +72,8 @@ def following(graph: Graph, place: Place) -> Iterator[tuple[Edge, Place]]:
 
 def strayed(graph: Graph, run: Run, fresh: dict[str, list[frozenset[Key]]]) -> str:
     """Where a run is no way of the graph, with what is known of values; nothing if it is one."""
-    composition, here = graph.composition, {(0, None, 0)}
+    composition = graph.composition
+    here: set[Place] = {(0, None, 0)}
     for tick in range(1, 10**6):
         due = composition.due[tick % composition.hyperperiod]
         stamps = {i: tick // composition.ticks[i] for i in due}

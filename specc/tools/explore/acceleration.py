@@ -67,7 +67,7 @@ def accelerated(
         slopes = _slopes(values, flats[-1 - 2 * length], flats[-1 - length])
         if slopes and slopes == _slopes(values, flats[-1 - length], flats[-1]):
             first = len(edges) - 2 * length
-            return _Loop(composition, way[first:], edges[first:], flats[first], slopes).edge()
+            return Loop(composition, way[first:], edges[first:], flats[first], slopes).edge()
     return None
 
 
@@ -116,7 +116,7 @@ def _most(test: Callable[[int], bool], limit: int) -> int:
     return low
 
 
-class _Loop:
+class Loop:
     """Steps of all machines that were taken twice, and what each repetition adds."""
 
     def __init__(
@@ -164,25 +164,11 @@ class _Loop:
         return there, Edge(-1, moves, turn=turn, loop=tuple(edges), times=times - 2)
 
     def _is_again(self, at: int) -> bool:
-        """Whether an edge was taken again, and would be where it costs nothing."""
+        """Whether an edge was taken again, and takes no row that could be avoided."""
         one, two = (self._edges[each] for each in (at, at + self._length))
         is_free = any(move.row >= 0 and move.free for _, move in one.moves)
-        if is_free or one.turn or _bare(one) != _bare(two):
-            return False
-        return self._apart(at) == self._apart(at + self._length)
-
-    def _apart(self, at: int) -> list[Fraction | None]:
-        """How far the values that are overtaken are from the next ones: equal ones are not lost."""
-        composition, value = self._composition, self._composition.values.value
-        here = composition.parts_of(self._way[at])
-        there = list(here)
-        composition.deliver(composition.due[self._way[at + 1].phase], there)
-        found = []
-        for i, key in self._edges[at].overtaken:
-            slot = composition.walkers[i].slots[key]
-            line = _line(*(value(parts[i].buffers[slot] // 2) for parts in (here, there)))
-            found.append(line and line.slope)
-        return found
+        # Values that differ twice, and so are overtaken, are equal once at most.
+        return not is_free and not one.turn and _bare(one) == _bare(two)
 
     def _is_exact(self, times: int) -> bool:
         value, slopes = self._composition.values.value, self._slopes.values
