@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc_runtime.clock import WallClock
-from specc_runtime.companion import Companion, Keeper, OutputLost, Recording, Viewer
+from specc_runtime.companion import Companion, OutputLost, Recording, ReportKeeper, ViewerCompanion
 from specc_runtime.cycle import REST_S
 from specc_runtime.ending import tell
 from specc_runtime.examination import shortcomings
@@ -122,7 +122,7 @@ class _Attempt:
             session.stop_from(kept.until_s)
         _accompany(self._companions, session, options, system, plant, self._clock)
         if options.report is not None:
-            self._companions.append(Keeper(session.report, options.report, self._clock))
+            self._companions.append(ReportKeeper(session.report, options.report, self._clock))
         self.session = session
         session.run(self._companions)
 
@@ -277,7 +277,7 @@ def _closed(companion: Companion) -> OutputLost | None:
         return error
     except BaseException as error:  # noqa: BLE001  # whatever it is, the run is over
         lost = OutputLost(f"a file of the run is not complete: {said(error)}")
-        return None if isinstance(companion, Viewer) else lost
+        return None if isinstance(companion, ViewerCompanion) else lost
     return None
 
 
@@ -299,7 +299,7 @@ def _accompany(
         if wanted and (lacking := shortcomings(plant, protocol)):
             raise UsageError(f"{option}: the plant {'; '.join(lacking)}")
     if options.viewer:
-        companions.append(Viewer(plant, clock, session.interruption.request))
+        companions.append(ViewerCompanion(plant, clock, session.interruption.request))
     video: Video | None = None
     if options.video is not None:
         from specc_runtime.video import Video

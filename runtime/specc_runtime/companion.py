@@ -54,7 +54,7 @@ class Companion(Protocol):
         """The run is over, one way or another."""
 
 
-class Keeper:
+class ReportKeeper:
     """Writes the report at the beginning and from time to time: a run may be killed."""
 
     period_s = 0.01
@@ -79,7 +79,7 @@ class Keeper:
             write(self._report(), self._path)
 
 
-class Viewer:
+class ViewerCompanion:
     """A window on the plant, not faster than real time; closing it ends the run."""
 
     period_s = 0.02

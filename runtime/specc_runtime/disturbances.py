@@ -39,7 +39,7 @@ class Disturbable(Protocol):
         """Let a joint be stuck from now on, or not any more."""
 
 
-class Devices(Protocol):
+class DeviceReaders(Protocol):
     """What reads the elements of devices."""
 
     def silence(self, element: str, silent: bool) -> None:
@@ -55,7 +55,7 @@ Numbers = tuple[float, ...]
 class Now:
     """What goes on with one name: numbers, of each disturbance that does it now, by their verbs."""
 
-    def __init__(self, plant: Any, devices: Devices, name: str) -> None:
+    def __init__(self, plant: Any, devices: DeviceReaders, name: str) -> None:
         self.plant, self.devices, self.name = plant, devices, name
         self.done: defaultdict[str, list[Numbers]] = defaultdict(list)
 
@@ -112,7 +112,7 @@ class Disturbances:
         found: Sequence[Disturbance],
         triggers: Requirements | None,
         plant: Any,
-        devices: Devices,
+        devices: DeviceReaders,
         seed: int,
     ) -> None:
         """Raises UsageError for a plant to which these things cannot happen."""

@@ -88,7 +88,7 @@ class _Plot:
         wanted, places = _wanted(signals)
         runs, readings = [], []
         for file, name in zip(self._files, _names(self._files), strict=True):
-            readings.append(called("recording.reading", "Reading", file))
+            readings.append(called("recording.reading", "RecordFile", file))
             runs.append(
                 self._part(PlottedRun(name, self._traces(file, wanted, readings[-1])), file)
             )

@@ -74,7 +74,7 @@ def _replay(options: Namespace, spec: str, told: Any) -> int:
             raise Refused(diagnostic.message)
         base, file = Path(os.path.dirname(spec)), Path(options.file)
         only = options.subsystem or ""
-        reading = called("recording.reading", "Reading", file)
+        reading = called("recording.reading", "RecordFile", file)
         outcomes, watch = called(
             "recording.replay", "replay", package, base, file, only, options.until, reading
         )

@@ -55,7 +55,7 @@ class _Answer:
         if self._only and self._only not in self._known:
             names = ", ".join(self._known)
             raise Refused(f"there is no subsystem {self._only}; there are {names}")
-        reading = called("recording.reading", "Reading", self._file)
+        reading = called("recording.reading", "RecordFile", self._file)
         seen = called("recording.moment", "seen_at", self._file, self._time_s, self._only, reading)
         if not seen:
             until = f" until {self._time_s:.12g} s"

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from specc_runtime.hosting.client import plain_of
 from specc_runtime.hosting.devices import Array, DeviceError
-from specc_runtime.hosting.wire import Channel, NotPlain, array_of, packed, parts_of, plain
+from specc_runtime.hosting.wire import HostChannel, NotPlain, array_of, packed, parts_of, plain
 
 PLAIN = st.recursive(
     st.none()
@@ -30,7 +30,7 @@ PLAIN = st.recursive(
 @given(st.lists(st.tuples(st.text(max_size=4), PLAIN), max_size=6))
 @settings(max_examples=40, deadline=None)
 def test_messages_arrive_whole_and_in_order(messages: list[tuple[str, Any]]) -> None:
-    here, there = map(Channel, socket.socketpair())
+    here, there = map(HostChannel, socket.socketpair())
     found: list[tuple[Any, ...]] = []
     for message in messages:
         assert here.send(*message)
@@ -42,7 +42,7 @@ def test_messages_arrive_whole_and_in_order(messages: list[tuple[str, Any]]) -> 
 
 
 def test_what_the_other_end_does_not_take_yet_is_kept() -> None:
-    here, there = map(Channel, socket.socketpair())
+    here, there = map(HostChannel, socket.socketpair())
     large = os.urandom(3_000_000)
     assert here.send("a", large) and here.send("b")
     assert not here.flush()
@@ -54,7 +54,7 @@ def test_what_the_other_end_does_not_take_yet_is_kept() -> None:
 
 
 def test_last_words_are_heard() -> None:
-    here, there = map(Channel, socket.socketpair())
+    here, there = map(HostChannel, socket.socketpair())
     here.send("closed", "why")
     here.close()
     there.send("into the void")

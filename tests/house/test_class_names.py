@@ -3,14 +3,19 @@
 import re
 from collections import defaultdict
 
+import pytest
+
 from tests.house.tree import modules
 
 SAME = {
-    "Behaviour": "what a state does: in a file of FABRIC, and in a system",
-    "Junction": "`and`, `or`: of formulas that are specified, and of what is left of them in a run",
-    "Text": "a text: a value in a file, and the type of values in a run",
-    "Transition": "from one state to the next: in a file of SCXML, and in a system",
-    "Truth": "true or false: a value in a file, and an expression",
+    "specc": {
+        "Behaviour": "what a state does: in a file of FABRIC, and in a system",
+        "Junction": "`and`, `or`: of formulas, and of what is left of them in a run",
+        "Text": "a text: a value in a file, and the type of values in a run",
+        "Transition": "from one state to the next: in a file of SCXML, and in a system",
+        "Truth": "true or false: a value in a file, and an expression",
+    },
+    "specc_runtime": {"Arm": "what operators know of an arm: of any, and of the flagship's"},
 }
 """Names that several classes have, since they are the same in two layers."""
 OPEN = {"Finding", "Part", "Trace", "Values"}
@@ -18,13 +23,13 @@ OPEN = {"Finding", "Part", "Trace", "Values"}
 CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
 
 
-def test_a_class_name_stands_for_one_thing() -> None:
+@pytest.mark.parametrize(("root", "package"), [(".", "specc"), ("runtime", "specc_runtime")])
+def test_a_class_name_stands_for_one_thing(root: str, package: str) -> None:
     found: defaultdict[str, list[str]] = defaultdict(list)
-    for module in modules(".", "specc"):
+    for module in modules(root, package):
         for name in CLASS.findall(module.path.read_text(encoding="utf-8")):
             found[name].append(module.name)
     several = {name: where for name, where in found.items() if len(where) > 1}
-    assert {
-        name: where for name, where in several.items() if name not in (SAME.keys() | OPEN)
-    } == {}
-    assert several.keys() >= SAME.keys() | OPEN, "it is not needed any more"
+    known = SAME[package].keys() | (OPEN if package == "specc" else set())
+    assert {name: where for name, where in several.items() if name not in known} == {}
+    assert several.keys() >= known, "it is not needed any more"

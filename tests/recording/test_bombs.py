@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from specc_runtime.recording import messages, replay, snapshots
 from specc_runtime.recording.budget import Unusable
-from specc_runtime.recording.reading import Reading
+from specc_runtime.recording.reading import RecordFile
 
 from specc.cli.main import main
 from tests.recording.bombs import (
@@ -78,7 +78,7 @@ def test_what_was_passed_over_stays_so() -> None:
     """A chunk that is not what it says is damaged."""
     for odd in (chunk(b"", claims=1 << 40), chunk(bytes(MB), claims=1)):
         Path("odd.mcap").write_bytes(recording(odd))
-        reading = Reading(Path("odd.mcap"))
+        reading = RecordFile(Path("odd.mcap"))
         assert [type(record).__name__ for record in reading] == ["Metadata", "Attachment"]
         assert reading.damaged == 1
 
@@ -86,7 +86,7 @@ def test_what_was_passed_over_stays_so() -> None:
 def test_no_record_is_looked_for_behind_zeros() -> None:
     """Zeros have no kind of record, so that nothing tells where the next one starts."""
     Path("odd.mcap").write_bytes(MAGIC + bytes(9 * 1000) + recording()[len(MAGIC) :])
-    reading = Reading(Path("odd.mcap"))
+    reading = RecordFile(Path("odd.mcap"))
     assert list(reading) == []
     assert reading.damaged == 1
 
@@ -95,7 +95,7 @@ def test_a_damaged_kind_loses_its_record_only() -> None:
     """A kind that became zero too: the length still tells where the next record starts."""
     damaged, behind = b"\0" + metadata("damaged", {})[1:], metadata("behind", {})
     Path("odd.mcap").write_bytes(recording(damaged, behind))
-    reading = Reading(Path("odd.mcap"))
+    reading = RecordFile(Path("odd.mcap"))
     assert [type(record).__name__ for record in reading] == ["Metadata", "Attachment", "Metadata"]
     assert reading.damaged == 1
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 from specc_runtime.recording.messages import recorded
-from specc_runtime.recording.reading import Channel, Message, Reading, Recovered, Unusable
+from specc_runtime.recording.reading import Channel, Message, RecordFile, Recovered, Unusable
 from specc_runtime.recording.spans import FRAME, MAGIC, Spans
 
 from specc.cli.main import main
@@ -23,11 +23,11 @@ Found = set[tuple[str, int, bytes]]
 pytestmark = pytest.mark.no_replay("damaged")
 
 
-def _read(file: Path) -> tuple[Found, Reading]:
+def _read(file: Path) -> tuple[Found, RecordFile]:
     """Topics, times in ns and data of all messages that can be read."""
     topics: dict[int, str] = {}
     found: Found = set()
-    reading = Reading(file)
+    reading = RecordFile(file)
     for record in reading:
         if isinstance(record, Channel):
             topics[record.id] = record.topic

@@ -17,7 +17,7 @@ from specc_runtime.plant import Mesh
 from specc_runtime.plants.mujoco.bodies import Bodies
 from specc_runtime.recording.log import Log
 from specc_runtime.recording.models import MOST_TRIANGLES, coarser, glb
-from specc_runtime.recording.scene import Scene
+from specc_runtime.recording.scene import SceneWriter
 
 from tests.recording.runs import ROOT, messages
 
@@ -102,7 +102,7 @@ def _shown(model: dict[str, Any], body: tuple[Array, Array]) -> Array:
 
 def _scene(plant: Posed, file: Path) -> list[Any]:
     log = Log(file, WallClock())
-    scene = Scene(log, plant)
+    scene = SceneWriter(log, plant)
     for time_s in (0.0, 0.4, 0.8, 1.2):
         scene.note(time_s)
     log.close()

@@ -21,7 +21,7 @@ import pytest
 from mcap.reader import make_reader
 from specc_runtime.clock import WallClock
 from specc_runtime.recording.log import Log
-from specc_runtime.recording.reading import Reading, Recovered, Unusable
+from specc_runtime.recording.reading import RecordFile, Recovered, Unusable
 
 from tests.recording.runs import CONVEYOR, ROOT, begun, messages, specc
 from tests.seeds import blocks, short
@@ -326,7 +326,7 @@ def test_a_full_disk_is_told_and_leaves_what_was_written(size: int, tmp_path: Pa
     assert done.returncode == 2
     assert f"error: the recording {file} is not complete: File too large" in done.stderr
     assert "Traceback" not in done.stderr
-    assert len(list(Reading(file))) >= (size > 10_000)
+    assert len(list(RecordFile(file))) >= (size > 10_000)
 
 
 def test_without_the_library_the_extra_is_named(tmp_path: Path) -> None:

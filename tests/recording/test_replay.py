@@ -16,7 +16,7 @@ from mcap.writer import Writer
 from specc_runtime.forms import Misshapen
 from specc_runtime.recording.cells import digest_of
 from specc_runtime.recording.messages import image_of, unpacked
-from specc_runtime.recording.reading import Reading, Recovered
+from specc_runtime.recording.reading import RecordFile, Recovered
 
 from specc.cli.main import main
 from tests.recording.replayed import differences
@@ -76,8 +76,8 @@ def test_the_flagship_replays_with_its_images(
 def _named_too_early(file: Path) -> Iterator[str]:
     """The digests that a message names before what they stand for was written."""
     written = set()
-    topics = {r.id: r.topic for r in Reading(file) if isinstance(r, Channel)}
-    for record in Reading(file):
+    topics = {r.id: r.topic for r in RecordFile(file) if isinstance(r, Channel)}
+    for record in RecordFile(file):
         if isinstance(record, Message):
             topic = topics[record.channel_id]
             if topic == "/values":
@@ -214,7 +214,7 @@ def test_a_recording_of_a_specification_that_is_elsewhere(tmp_path: Path) -> Non
     assert f"x.mcap is of {spec.name}, which is not here; say --spec" in done.stderr
     assert str(tmp_path).encode() not in b"".join(
         item.data if isinstance(item, Attachment) else repr(item).encode()
-        for item in Reading(tmp_path / "x.mcap")
+        for item in RecordFile(tmp_path / "x.mcap")
     )
 
 

@@ -42,10 +42,10 @@ def main() -> None:
     control, memory, errors = map(int, sys.argv[1:4])
     _find_specc_runtime()
     from specc_runtime.hosting.keeper import Keeper
-    from specc_runtime.hosting.wire import Channel
+    from specc_runtime.hosting.wire import HostChannel
 
     sys.setswitchinterval(5e-4)
-    Keeper(Channel(socket.socket(fileno=control)), memory, errors).run()
+    Keeper(HostChannel(socket.socket(fileno=control)), memory, errors).run()
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
             stream.flush()

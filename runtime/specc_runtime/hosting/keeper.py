@@ -24,7 +24,7 @@ from specc_runtime.hosting.courier import Courier
 from specc_runtime.hosting.devices import Devices, made, words
 from specc_runtime.hosting.memory import Memory
 from specc_runtime.hosting.reader import Reader
-from specc_runtime.hosting.wire import Channel
+from specc_runtime.hosting.wire import HostChannel
 
 WILL_S = 2.0
 """How long devices have to take the last will once nobody else will speak to them."""
@@ -41,7 +41,7 @@ _IGNORED = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU, signal.SIGPIPE)
 class Keeper:
     """One host, from the first message of its agent on."""
 
-    def __init__(self, channel: Channel, memory_file: int, errors_file: int) -> None:
+    def __init__(self, channel: HostChannel, memory_file: int, errors_file: int) -> None:
         self._channel = channel
         self._memory_file = memory_file
         self._errors_file = errors_file

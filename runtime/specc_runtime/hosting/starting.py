@@ -17,7 +17,7 @@ from typing import Any
 from specc_runtime.blocks import Block, anonymous_file
 from specc_runtime.faults import said
 from specc_runtime.hosting.memory import Memory
-from specc_runtime.hosting.wire import Channel
+from specc_runtime.hosting.wire import HostChannel
 from specc_runtime.options import UsageError
 from specc_runtime.plants.errors import PlantError
 
@@ -56,7 +56,7 @@ class Host:
         finally:
             theirs.close()
             os.close(people)
-        self.channel = Channel(ours)
+        self.channel = HostChannel(ours)
         # A copy of this end in another process would hide from the host that this one is gone.
         forget = weakref.WeakMethod(self.channel.close)
         os.register_at_fork(after_in_child=lambda: (close := forget()) and close())

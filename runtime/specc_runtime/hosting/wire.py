@@ -26,7 +26,7 @@ class NotPlain(Exception):
     """Bytes that are no plain data."""
 
 
-class _Plain(pickle.Unpickler):
+class _PlainUnpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) == (Array.__module__, Array.__name__):
             return Array
@@ -36,7 +36,7 @@ class _Plain(pickle.Unpickler):
 def plain(data: bytes | memoryview) -> Any:
     """The plain data that `packed` made bytes of; raises `NotPlain`."""
     try:
-        return _Plain(io.BytesIO(data)).load()
+        return _PlainUnpickler(io.BytesIO(data)).load()
     except NotPlain:
         raise
     except Exception as error:
@@ -72,7 +72,7 @@ def array_of(data: bytes | memoryview) -> Array:
     return Array(dtype, shape, memoryview(data)[begin:])
 
 
-class Channel:
+class HostChannel:
     """One end of the socket. `is_over` is true once the other end is gone.
 
     Nothing here waits. What the other end does not take is kept, up to a bound.

@@ -34,7 +34,7 @@ class TooLarge(Exception):
     """A message has more bytes than may cross, or than there is memory for."""
 
 
-class Channel:
+class ProcessChannel:
     """One end of the connection. Any values that can be pickled cross, arrays bit for bit."""
 
     def __init__(self, end: socket.socket, written: Block, read: Block) -> None:

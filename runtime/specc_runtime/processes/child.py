@@ -28,7 +28,7 @@ from specc_runtime.hosting.views import Views
 from specc_runtime.interruption import Abandoned
 from specc_runtime.loading import load_layouts, load_system
 from specc_runtime.options import UsageError
-from specc_runtime.processes.channel import Channel, Gone, TooLarge
+from specc_runtime.processes.channel import Gone, ProcessChannel, TooLarge
 from specc_runtime.processes.crossing import Changes, Receiver, Sender
 from specc_runtime.processes.fault_data import Told, told
 from specc_runtime.setting import decoders
@@ -54,7 +54,7 @@ class Assignment:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ResumePoint:
     """Where a subsystem is that goes on from a snapshot."""
 
     state: str
@@ -75,7 +75,7 @@ class Order:
     views: Mapping[str, Extent]
     skipped: int = 0
     remembered: tuple[str, ...] | None = None
-    place: Place | None = None
+    place: ResumePoint | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +102,7 @@ def main(arguments: Sequence[str]) -> None:
     """
     parent, orders, questions, written, read = map(int, arguments)
     end_with(parent)
-    channel = Channel(socket.socket(fileno=orders), Block(written), Block(read))
+    channel = ProcessChannel(socket.socket(fileno=orders), Block(written), Block(read))
     with suppress(Gone):
         assignment = channel.receive()
         try:
@@ -149,7 +149,7 @@ class _Worker:
     """Makes the steps of a subsystem as they are ordered."""
 
     def __init__(
-        self, system: System, subsystem: Subsystem, layout: Layout, channel: Channel
+        self, system: System, subsystem: Subsystem, layout: Layout, channel: ProcessChannel
     ) -> None:
         self._system = system
         self._subsystem = subsystem
@@ -236,7 +236,7 @@ class _Worker:
         memory |= self._memory.changes(subsystem.memory, self._remembered)
         return outcome
 
-    def _go_on(self, place: Place) -> None:
+    def _go_on(self, place: ResumePoint) -> None:
         subsystem = self._subsystem
         self._given.take(subsystem.memory, place.memory)
         self._stepper.place(place.state, self._layout.ends[place.state][2])

@@ -22,13 +22,13 @@ GONE = ""
 
 
 @dataclass(frozen=True, slots=True)
-class _Image:
+class _CrossingImage:
     """An array that is its own data."""
 
     array: np.ndarray[Any, Any]
 
 
-class _Opaque(dict[str, Any]):
+class _CrossingOpaque(dict[str, Any]):
     """What stands for an opaque value: the number that it is `kept` by, and what codecs gave."""
 
 
@@ -112,7 +112,7 @@ class _Aside:
         self._count = 0
 
     def image(self, value: np.ndarray[Any, Any]) -> Any:
-        return _Image(value)
+        return _CrossingImage(value)
 
     def packed(self, kind: str, data: bytes | np.ndarray[Any, Any]) -> Any:
         raise NotRecorded(f"a value of {kind}")  # opaque values come by `left_out`
@@ -120,16 +120,16 @@ class _Aside:
     def left_out(self, kind: str, value: Any) -> Any:
         key = id(value)  # the value is kept, so that no other one gets its identity
         if key in self._told:
-            return _Opaque(kept=self._told[key][1])
+            return _CrossingOpaque(kept=self._told[key][1])
         if key in self._known:
             self._told[key] = self._known[key]
-            return _Opaque(kept=self._told[key][1])
+            return _CrossingOpaque(kept=self._told[key][1])
         encode = self.codecs[kind][0]
         if encode is None:
             raise NotRecorded(f"a value of {kind}, which has no codec")
         self._told[key] = value, self._count
         self._count += 1
-        return _Opaque(kept=self._told[key][1], packed=encode(value))
+        return _CrossingOpaque(kept=self._told[key][1], packed=encode(value))
 
     def finish(self) -> None:
         self._known, self._told = self._told, {}

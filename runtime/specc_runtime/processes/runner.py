@@ -20,7 +20,7 @@ from specc_runtime.faults import DeviceFailed, Fault, StepAbandoned, said
 from specc_runtime.hosting.memory import Extent
 from specc_runtime.plant import Deferred
 from specc_runtime.processes.channel import Gone
-from specc_runtime.processes.child import Left, Order, Place
+from specc_runtime.processes.child import Left, Order, ResumePoint
 from specc_runtime.processes.crossing import Receiver, Sender
 from specc_runtime.processes.fault_data import fault_of
 from specc_runtime.processes.worker import Worker
@@ -105,14 +105,14 @@ class ProcessRunner(Runner):
             worker.channel.send(order, *descriptors)
         return -1
 
-    def _place(self) -> Place | None:
+    def _place(self) -> ResumePoint | None:
         """Where the mirror is if the run goes on from a snapshot."""
         subsystem, layout = self.subsystem, self._worker.layout
         if not subsystem.state:
             return None
         names = [element.attribute for element in layout.memory]
         memory = Sender(layout.memory).changes(subsystem.memory, names)
-        return Place(subsystem.state, vars(subsystem).get("_periods"), memory)
+        return ResumePoint(subsystem.state, vars(subsystem).get("_periods"), memory)
 
     def _end(self, begun: Outcome) -> None:
         if isinstance(begun, Fault):

@@ -26,7 +26,7 @@ from specc_runtime.blocks import Block
 from specc_runtime.forms import Element, Layout
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options, UsageError
-from specc_runtime.processes.channel import Channel, Gone
+from specc_runtime.processes.channel import Gone, ProcessChannel
 from specc_runtime.processes.child import LEFT, UNDER_WAY, Assignment
 from specc_runtime.processes.crossing import uncodable
 from specc_runtime.processes.fault_data import Told, fault_of
@@ -66,7 +66,7 @@ class Worker:
             socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(2)
         )
         given = theirs.fileno(), others.fileno(), *(b.descriptor for b in reversed(blocks))
-        self.channel = Channel(orders, *blocks)
+        self.channel = ProcessChannel(orders, *blocks)
         self._asking = Lock()  # the watchdog is a thread of its own
         self._asked = 0
         with theirs, others:

@@ -24,7 +24,7 @@ from specc_runtime.recording.reading import (
     Channel,
     Message,
     Metadata,
-    Reading,
+    RecordFile,
     Schema,
     Unusable,
 )
@@ -200,7 +200,7 @@ def recorded(file: Path, budget: Budget | None = None) -> tuple[Mapping[str, str
     """The metadata (`about`), and the specification with the files it uses. Raises Unusable."""
     told: Mapping[str, str] = {}
     texts: dict[str, str] = {}
-    reading = Reading(file, budget=budget)
+    reading = RecordFile(file, budget=budget)
     for record in reading:
         if isinstance(record, Attachment):
             texts.pop(record.name, None)  # the copies at the end are in the right order
@@ -217,7 +217,7 @@ def recorded(file: Path, budget: Budget | None = None) -> tuple[Mapping[str, str
 
 
 def steps_of(
-    file: Path | Reading, shelf: Shelved, *, images: bool = True
+    file: Path | RecordFile, shelf: Shelved, *, images: bool = True
 ) -> Iterator[tuple[str, float, bytes]]:
     """Topic, time and text of every step, in the order of the file.
 
@@ -227,7 +227,7 @@ def steps_of(
     """
     schemas: dict[int, str] = {}
     channels: dict[int, tuple[str, str]] = {}
-    reading = Reading(file) if isinstance(file, Path) else file
+    reading = RecordFile(file) if isinstance(file, Path) else file
     for record in reading:
         if isinstance(record, Schema):
             schemas[record.id] = record.name

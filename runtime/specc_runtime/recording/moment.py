@@ -18,7 +18,7 @@ from specc_runtime.recording.messages import (
     step_of,
     steps_of,
 )
-from specc_runtime.recording.reading import Reading, Unusable
+from specc_runtime.recording.reading import RecordFile, Unusable
 from specc_runtime.recording.snapshots import WRONG, every_snapshot
 from specc_runtime.recording.steps import topic_of
 from specc_runtime.sampling import PLANT
@@ -101,7 +101,7 @@ class Seen:
             self.memory = {name: data for name, data in saved["memory"].items() if "." not in name}
 
 
-def seen_at(file: Path, time_s: float, only: str, reading: Reading) -> list[Seen]:
+def seen_at(file: Path, time_s: float, only: str, reading: RecordFile) -> list[Seen]:
     """The subsystems with a step until then, or `only` the named one.
 
     Raises Unusable, also for a moment that is not in the file.

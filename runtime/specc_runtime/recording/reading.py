@@ -36,7 +36,7 @@ __all__ = [
     "Channel",
     "Message",
     "Metadata",
-    "Reading",
+    "RecordFile",
     "Recovered",
     "Schema",
     "Unusable",
@@ -46,7 +46,7 @@ _OWN_KINDS = 0x80
 """First opcode of the records that MCAP reserves for applications."""
 
 
-class Reading:
+class RecordFile:
     """The records of a file in their order, as far as they can be read.
 
     `cut`: the file has no proper end. `damaged` counts parts that were skipped. `last_s` is the
@@ -185,7 +185,7 @@ class Recovered:
         self._schemas: dict[int, int] = {}
         self._channels: dict[int, int] = {}
         self._once: set[bytes] = set()
-        reading = Reading(path)
+        reading = RecordFile(path)
         if out != path:
             check_writable(out, RECORDING)
         if out.exists():
@@ -202,7 +202,7 @@ class Recovered:
                 raise Unusable(f"{path} stays as it is, for parts of it are damaged; name --out")
         self.cut, self.damaged = reading.cut, reading.damaged
 
-    def _copied(self, reading: Reading, to: Container) -> Iterator[Written]:
+    def _copied(self, reading: RecordFile, to: Container) -> Iterator[Written]:
         """The messages; all other records are written to the container."""
         for record in reading:
             if not isinstance(record, Message):

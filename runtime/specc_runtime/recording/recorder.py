@@ -17,7 +17,7 @@ from specc_runtime.plant import Posed
 from specc_runtime.recording.cells import Shelf
 from specc_runtime.recording.log import FORMAT, Log
 from specc_runtime.recording.pictures import LOOKS
-from specc_runtime.recording.scene import PERIOD_S, Scene
+from specc_runtime.recording.scene import PERIOD_S, SceneWriter
 from specc_runtime.recording.snapshots import Snapshots
 from specc_runtime.recording.steps import Steps, Truth
 from specc_runtime.recording.text import dumped
@@ -60,7 +60,7 @@ class Recorder:
         self._snapshots = Snapshots(self.log, system, layouts)
         self._truth = Truth(layouts[PLANT], shelf, self.log) if PLANT in layouts else None
         posed = plant is not None and not shortcomings(plant, Posed)
-        self._scene = Scene(self.log, plant) if posed else None
+        self._scene = SceneWriter(self.log, plant) if posed else None
         self.period_s = max(PERIOD_S, system.tick_s)
         self.report: Callable[[], Report] | None = None
 

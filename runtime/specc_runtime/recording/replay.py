@@ -27,7 +27,7 @@ from specc_runtime.recording.messages import (
     steps_of,
     within,
 )
-from specc_runtime.recording.reading import Reading, Unusable
+from specc_runtime.recording.reading import RecordFile, Unusable
 from specc_runtime.recording.required import Watch
 from specc_runtime.recording.resuming import Resumption, Resumptions
 from specc_runtime.recording.snapshots import WRONG, snapshot_of
@@ -298,7 +298,7 @@ def replay(
     file: Path,
     only: str = "",
     until_s: float = inf,
-    reading: Reading | None = None,
+    reading: RecordFile | None = None,
 ) -> tuple[list[Outcome], Watch | None]:
     """Replay a recording with a generated package: the outcome of each subsystem.
 
@@ -311,7 +311,7 @@ def replay(
     system = load_system(package, base)
     layouts = load_layouts(system)
     exact = told.get("exact") == "true"
-    reading = Reading(file) if reading is None else reading
+    reading = RecordFile(file) if reading is None else reading
     shelf = Shelved(most_bytes=reading.budget.most_bytes)
     resumptions = Resumptions(file, system, layouts)
 

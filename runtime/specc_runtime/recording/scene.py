@@ -68,7 +68,7 @@ _ENTITY = object_schema(
 )
 
 
-class Scene:
+class SceneWriter:
     """Writes the bodies of a plant."""
 
     def __init__(self, log: Log, plant: Posed) -> None:

@@ -29,7 +29,7 @@ from specc_runtime.recording.messages import (
     simulated_s,
     unpacked,
 )
-from specc_runtime.recording.reading import Channel, Message, Metadata, Reading, Unusable
+from specc_runtime.recording.reading import Channel, Message, Metadata, RecordFile, Unusable
 from specc_runtime.recording.text import dumped, loaded
 from specc_runtime.session import Session
 from specc_runtime.snapshot import Values
@@ -245,7 +245,7 @@ def _last_before(file: Path, until_s: float) -> Kept:
     if followed_the_clock(about):
         raise UsageError(f"{file} is of a run in real time, which cannot be gone on with")
     kept = Kept(until_s=until_s, seed=int(seed), set=_set(about), texts=texts)
-    reading = Reading(file, {SNAPSHOTS}, budget)
+    reading = RecordFile(file, {SNAPSHOTS}, budget)
     report: dict[str, str] = {}
     latest = _last(_texts(reading, until_s, report), budget.most_bytes)
     end_s = max(reading.last_s, simulated_s(report) or 0.0)
@@ -297,13 +297,13 @@ def snapshot_of(file: Path, tick: str, budget: Budget | None = None) -> tuple[An
 
 def every_snapshot(file: Path, budget: Budget | None = None) -> Iterator[dict[str, Any]]:
     """All snapshots in a file. Raises Unusable, Misshapen."""
-    for text in _texts(Reading(file, {SNAPSHOTS}, budget), inf, {}):
+    for text in _texts(RecordFile(file, {SNAPSHOTS}, budget), inf, {}):
         told = _told(text)
         if "tick" in told and type(told.get("stamps")) is dict:
             yield told
 
 
-def _texts(reading: Reading, until_s: float, report: dict[str, str]) -> Iterator[bytes]:
+def _texts(reading: RecordFile, until_s: float, report: dict[str, str]) -> Iterator[bytes]:
     """The texts of the snapshots until then; `report` receives the report in the file."""
     for record in _of_topic(reading, SNAPSHOTS):
         if isinstance(record, Metadata):
@@ -318,7 +318,7 @@ def _aside_of(file: Path, saved: Any, budget: Budget) -> Shelved:
     Raises Unusable, Misshapen.
     """
     shelf, wanted, found = Shelved(inf, budget.most_bytes), set(_digests(saved)), set[str]()
-    for record in _of_topic(Reading(file, {PIECES}, budget), PIECES) if wanted else ():
+    for record in _of_topic(RecordFile(file, {PIECES}, budget), PIECES) if wanted else ():
         if isinstance(record, Message):
             budget.aside(len(record.data))
             data = unpacked(loaded(record.data))
@@ -342,7 +342,7 @@ def _digests(data: Any) -> Iterator[str]:
                 yield digest
 
 
-def _of_topic(reading: Reading, topic: str) -> Iterator[Message | Metadata]:
+def _of_topic(reading: RecordFile, topic: str) -> Iterator[Message | Metadata]:
     """The messages of a topic, and the metadata of the run."""
     numbers: set[int] = set()
     for record in reading:

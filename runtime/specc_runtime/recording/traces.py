@@ -23,7 +23,7 @@ from specc_runtime.recording.messages import (
     step_of,
     steps_of,
 )
-from specc_runtime.recording.reading import Reading, Unusable
+from specc_runtime.recording.reading import RecordFile, Unusable
 from specc_runtime.recording.steps import topic_of
 from specc_runtime.recording.text import loaded
 from specc_runtime.sampling import PLANT
@@ -111,7 +111,7 @@ class Traces:
     end_s: float = 0.0
 
 
-def traces(file: Path, wanted: Mapping[str, Sequence[Wanted]], reading: Reading) -> Traces:
+def traces(file: Path, wanted: Mapping[str, Sequence[Wanted]], reading: RecordFile) -> Traces:
     """The states of all subsystems, and the wanted elements, by subsystem or `plant`.
 
     Raises Unusable.
@@ -139,7 +139,7 @@ def _take(
     at_s: float,
     text: bytes,
     wanted: Sequence[Wanted],
-    reading: Reading,
+    reading: RecordFile,
 ) -> None:
     """Note a message. Raises Misshapen, Unusable."""
     name, is_plant = topic[1:], topic == topic_of(PLANT)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from specc_runtime.operators.arms.library import mujoco
-from specc_runtime.operators.arms.model import Arm, Place
+from specc_runtime.operators.arms.model import Arm, BodyOrSite
 from specc_runtime.operators.arrays import Array
 
 NEAR = 1e-6
@@ -152,7 +152,7 @@ def _base(arm: Arm) -> tuple[Array, Array]:
     return R.copy(), p.copy()
 
 
-def _frame(data: Any, place: Place) -> tuple[Array, Array]:
+def _frame(data: Any, place: BodyOrSite) -> tuple[Array, Array]:
     """Rotation (3, 3) and position (3,) of a place in the world; views of data."""
     if place.kind == "site":
         return data.site_xmat[place.number].reshape(3, 3), data.site_xpos[place.number]

@@ -28,7 +28,7 @@ Indices: TypeAlias = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class BodyOrSite:
     """A site or a body of a model, by kind and number, and the body that it belongs to."""
 
     kind: str
@@ -53,8 +53,8 @@ class Arm:
     """
 
     model: Any
-    base: Place
-    tip: Place
+    base: BodyOrSite
+    tip: BodyOrSite
     joints: Indices
     positions: Indices
     velocities: Indices
@@ -133,13 +133,13 @@ def _constant(values: Any) -> Any:
     return values
 
 
-def _place(model: Any, name: str) -> Place:
+def _place(model: Any, name: str) -> BodyOrSite:
     """Where two have one name, the site."""
     for kind, of in _KINDS:
         number = mujoco.mj_name2id(model, of.value, name)
         if number >= 0:
             body = int(model.site_bodyid[number]) if kind == "site" else number
-            return Place(kind, number, body)
+            return BodyOrSite(kind, number, body)
     names = [model.site(i).name for i in range(model.nsite)]
     names += [model.body(i).name for i in range(model.nbody)]
     close = " or ".join(get_close_matches(name, names))
@@ -147,7 +147,7 @@ def _place(model: Any, name: str) -> Place:
     raise ValueError(f"the model has neither a site nor a body '{name}'{asked}")
 
 
-def _between(model: Any, base: Place, tip: Place) -> Indices:
+def _between(model: Any, base: BodyOrSite, tip: BodyOrSite) -> Indices:
     """Numbers of the joints of the bodies below that of base, down to that of tip."""
     found: list[int] = []
     body = tip.body

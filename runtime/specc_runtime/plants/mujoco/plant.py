@@ -22,7 +22,7 @@ from specc_runtime.plants.mujoco.model import (
     load_model,
     set_start,
 )
-from specc_runtime.plants.mujoco.sensing import Sensor
+from specc_runtime.plants.mujoco.sensing import ModelSensor
 from specc_runtime.plants.mujoco.truth import GroundTruth
 from specc_runtime.plants.mujoco.viewer import Viewer
 
@@ -59,7 +59,9 @@ class MujocoPlant:
         self._timestep_s = float(self._model.opt.timestep)
         self._cameras = Cameras(self._model, self._data, renderer)
         _check_unique([b.name for b in sensors] + [b.name for b in actuators])
-        self._sensors = {b.name: Sensor(self._model, self._data, self._cameras, b) for b in sensors}
+        self._sensors = {
+            b.name: ModelSensor(self._model, self._data, self._cameras, b) for b in sensors
+        }
         if any(binding.camera for binding in sensors):
             self._cameras.open()
         self._actuators = {b.name: Actuator(self._model, self._data, b) for b in actuators}

@@ -86,7 +86,7 @@ def held(
         PlantError: the step of the simulation is too short to rehearse anything.
     """
     _refuse_short_steps(float(model.opt.timestep))
-    first = Rehearsal(model, start, actuators, wheels)
+    first = PostureRehearsal(model, start, actuators, wheels)
     found = first.best()
     if found.score < 1.0 or not np.isfinite(found.score):
         return found
@@ -97,7 +97,7 @@ def held(
             continue
         rests = confined(model, settled)
         begun = np.where(settable & (np.abs(rests - start) > _MOVED), rests, start)
-        again = Rehearsal(model, begun, actuators, wheels)
+        again = PostureRehearsal(model, begun, actuators, wheels)
         found = min(found, again.best(rest), key=lambda each: each.score)
     return found
 
@@ -130,7 +130,7 @@ def period_s(model: Any) -> float:
     return max(1, round(_PERIOD_S / timestep_s)) * timestep_s
 
 
-class Rehearsal:
+class PostureRehearsal:
     """Simulates a model that is held."""
 
     def __init__(

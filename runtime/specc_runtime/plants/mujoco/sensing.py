@@ -25,7 +25,7 @@ from specc_runtime.streams import stream
 _TICK_TOLERANCE = 1e-6  # of a period; times are sums of floating-point time steps
 
 
-class Sensor:
+class ModelSensor:
     """One bound sensor, with its noise and the value it holds."""
 
     def __init__(self, model: Any, data: Any, cameras: Cameras, binding: SensorBinding) -> None:

@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy
 from rclpy.serialization import deserialize_message
 
 from specc_runtime.hosting.devices import DeviceError
-from specc_runtime.ros2.host.node import Devices
+from specc_runtime.ros2.host.node import NodeDevices
 from specc_runtime.ros2.host.plain import interface
 from specc_runtime.ros2.host.qos import profile
 
@@ -43,7 +43,7 @@ class _Heard:
         return {"count": len(self.times_s), "mean_s": mean_s, "longest_s": max(gaps_s, default=0.0)}
 
 
-class Graph(Devices):
+class Graph(NodeDevices):
     """A device with one element, the graph.
 
     Its configuration has how long it looks, `wait_s`; how many topics it tells of at most, `most`;

@@ -30,7 +30,7 @@ _MOST_AT_ONCE = 64
 """Messages that one `poll` takes, so that it returns though they come without end."""
 
 
-class Devices:
+class NodeDevices:
     """What the device host asks: open, poll, send, close, with plain data only.
 
     The configuration has `node`, its name; `namespace`; `use_sim_time`; `wait_s`; and `topics`,

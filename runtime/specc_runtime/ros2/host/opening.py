@@ -9,18 +9,18 @@ from specc_runtime.hosting.devices import DeviceError
 
 if TYPE_CHECKING:
     from specc_runtime.ros2.host.graph import Graph
-    from specc_runtime.ros2.host.node import Devices
+    from specc_runtime.ros2.host.node import NodeDevices
 
 
-def devices() -> Devices:
+def devices() -> NodeDevices:
     """The devices behind a node; raises DeviceError in a Python without ROS."""
     try:
-        from specc_runtime.ros2.host.node import Devices
+        from specc_runtime.ros2.host.node import NodeDevices
     except ImportError as error:
         raise _lacking(
             error, "`specc run`, or name under `ros2:` the `python` that has it"
         ) from error
-    return Devices()
+    return NodeDevices()
 
 
 def graph() -> Graph:
