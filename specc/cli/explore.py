@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from specc.model.requirement import Requirement
     from specc.pipeline import Build
     from specc.tools.explore.explorer import Exploration
-    from specc.tools.explore.findings import Finding
+    from specc.tools.explore.findings import TracedFinding
 
 VERSION = 1
 
@@ -134,7 +134,9 @@ def _as_json(
     )
 
 
-def _kept(finding: Finding | None, found: Exploration, kept: Sequence[Recorded]) -> dict[str, Any]:
+def _kept(
+    finding: TracedFinding | None, found: Exploration, kept: Sequence[Recorded]
+) -> dict[str, Any]:
     """The recording of a trace, if recordings are wanted."""
     about = [each.about for each in found.traced]
     if not kept or finding is None or finding.about not in about:
@@ -143,7 +145,7 @@ def _kept(finding: Finding | None, found: Exploration, kept: Sequence[Recorded])
     return {"recording": trace.file or None, "lacks": trace.lacks}
 
 
-def _finding(finding: Finding) -> dict[str, Any]:
+def _finding(finding: TracedFinding) -> dict[str, Any]:
     steps = [
         {
             "time_s": float(step.time_s),

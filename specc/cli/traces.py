@@ -19,7 +19,7 @@ from specc.model.requirement import reach_s
 if TYPE_CHECKING:
     from specc.pipeline import Build
     from specc.tools.explore.explorer import Exploration
-    from specc.tools.explore.findings import Finding
+    from specc.tools.explore.findings import TracedFinding
 
 _INTERRUPTED = "interrupted"
 AFTER = 10
@@ -86,11 +86,11 @@ def _recorded(found: Exploration, built: Build, spec: str, scratch: Path) -> Ite
 
 
 def _record(
-    finding: Finding, built: Build, rehearsal: Any, options: dict[str, Any], shared: int
+    finding: TracedFinding, built: Build, rehearsal: Any, options: dict[str, Any], shared: int
 ) -> str:
     """Record a run that goes as the trace of a finding; says why if there is none."""
     from specc.tools.explore.concrete import reports
-    from specc.tools.explore.reported import NotConcreteError
+    from specc.tools.explore.sensor_values import NotConcreteError
 
     assert built.result.system is not None
     way = finding.way

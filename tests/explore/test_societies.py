@@ -22,7 +22,7 @@ from specc.tools.explore.findings import findings
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.partial import is_known
 from specc.tools.explore.regions import Region
-from specc.tools.explore.values import Values
+from specc.tools.explore.values import ValueNumbers
 from specc.tools.explore.walker import Walker
 from tests.explore.societies import society
 from tests.explore.verdicts import belied, misjudged
@@ -119,7 +119,7 @@ def _is(edge: Edge, steps: dict[int, Step], fresh: dict[int, frozenset[Key]], gr
     return True
 
 
-def _fits(value: Value, number: int, values: Values) -> bool:
+def _fits(value: Value, number: int, values: ValueNumbers) -> bool:
     """Whether a value is what is known of it."""
     known = values.value(number)
     if isinstance(known, Region):

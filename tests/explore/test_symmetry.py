@@ -10,11 +10,11 @@ import pytest
 
 from specc.pipeline import Result, compile_spec
 from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.bottom_components import lasting
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.findings import findings
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.stays import lasting
 
 ROOT = Path(__file__).parents[2]
 CASES = Path(__file__).parent / "cases"

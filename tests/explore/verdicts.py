@@ -16,7 +16,7 @@ from specc.model import requirement as r
 from specc.model.system import System
 from specc.pipeline import Result
 from specc.tools.explore.explorer import Exploration
-from specc.tools.explore.trace import Step, Trace
+from specc.tools.explore.trace import ExploredTrace, Step
 from tests.soundness.interpreter import Interpreter, Run
 from tests.soundness.law import marks_of
 from tests.soundness.operators import PLAIN
@@ -24,7 +24,7 @@ from tests.soundness.running import Script, ScriptedPlant, package
 from tests.soundness.values import NASTY
 
 
-def unrolled(way: Trace) -> Iterator[Step]:
+def unrolled(way: ExploredTrace) -> Iterator[Step]:
     """The steps of a trace, repeated ones as often as they are taken."""
     for times, steps in groupby(way.steps, key=attrgetter("times")):
         each = list(steps)

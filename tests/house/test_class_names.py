@@ -18,8 +18,6 @@ SAME = {
     "specc_runtime": {"Arm": "what operators know of an arm: of any, and of the flagship's"},
 }
 """Names that several classes have, since they are the same in two layers."""
-OPEN = {"Finding", "Part", "Trace", "Values"}
-"""Names that still stand for several things."""
 CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
 
 
@@ -30,6 +28,6 @@ def test_a_class_name_stands_for_one_thing(root: str, package: str) -> None:
         for name in CLASS.findall(module.path.read_text(encoding="utf-8")):
             found[name].append(module.name)
     several = {name: where for name, where in found.items() if len(where) > 1}
-    known = SAME[package].keys() | (OPEN if package == "specc" else set())
+    known = SAME[package].keys()
     assert {name: where for name, where in several.items() if name not in known} == {}
     assert several.keys() >= known, "it is not needed any more"

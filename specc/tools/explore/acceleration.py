@@ -15,11 +15,11 @@ from typing import NamedTuple, TypeVar
 
 from specc.model import expr as m
 from specc.proof.clock import LONGEST
-from specc.tools.explore.composition import Composition, Configuration, Edge, Part
+from specc.tools.explore.composition import Composition, Configuration, Edge, MachineState
 from specc.tools.explore.lines import Line
 from specc.tools.explore.partial import SOME, Known, Value, filled
 from specc.tools.explore.symmetry import Frame
-from specc.tools.explore.values import Values
+from specc.tools.explore.values import ValueNumbers
 from specc.tools.explore.walker import Local, Move, Walker
 
 FIRST = 8
@@ -88,7 +88,7 @@ def _flat(composition: Composition, here: Configuration) -> Flat:
     return Flat(tuple(shape), tuple(clocks), tuple(numbers))
 
 
-def _slopes(values: Values, one: Flat, two: Flat) -> Slopes | None:
+def _slopes(values: ValueNumbers, one: Flat, two: Flat) -> Slopes | None:
     """What is added from one configuration to another one; None if they differ in more."""
     if one.shape != two.shape:
         return None
@@ -192,7 +192,7 @@ class Loop:
         pairs = zip(self._begin.numbers, self._slopes.values, strict=True)
         numbers = iter([composition.values.moved(n, times * slope) for n, slope in pairs])
         passed = iter(self._slopes.clocks)
-        parts = list[Part]()
+        parts = list[MachineState]()
         for walker, part in zip(composition.walkers, composition.parts_of(first), strict=True):
             local: Local = walker.locals.things[part.local]
             memory = tuple(next(numbers) for _ in local.memory)
@@ -201,7 +201,7 @@ class Loop:
             local = local._replace(clock=local.clock + times * next(passed), memory=memory)
             if not walker.follows(local, pending):
                 return None
-            parts.append(Part(walker.locals.of(local), buffers, pending))
+            parts.append(MachineState(walker.locals.of(local), buffers, pending))
         watch, watched = composition.watch, first.watched
         if watch is not None:
             watched = watch.of(watch.at(watched)._replace(seen=tuple(numbers)))

@@ -18,7 +18,7 @@ from specc.model.requirement import Requirement
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.symmetry import Copies, Frame, Links, Symmetry
-from specc.tools.explore.values import MOST_VALUES, Numbers, Values
+from specc.tools.explore.values import MOST_VALUES, Numbers, ValueNumbers
 from specc.tools.explore.walker import Local, Move, Outcome, Sent, Walker
 from specc.tools.explore.watch import Visible, Watch
 
@@ -43,7 +43,7 @@ class Precision(NamedTuple):
 COARSEST = Precision()
 
 
-class Part(NamedTuple):
+class MachineState(NamedTuple):
     """A machine in a configuration: buffers hold twice the number of a value, plus 1 if fresh."""
 
     local: int
@@ -101,7 +101,7 @@ class Composition:
         If `symmetric`, copies of an agent are put into one order, unless there are requirements.
         If `still`, there is only one trace, on which nothing happens that can be avoided.
         """
-        self.values = Values(precision.most, abstraction.cuts)
+        self.values = ValueNumbers(precision.most, abstraction.cuts)
         self.names = names
         self.precision = precision
         self._still = still
@@ -111,8 +111,8 @@ class Composition:
         )
         of_kinds = symmetric and not watched
         self.copies = Symmetry(names, abstraction).copies() if of_kinds else []
-        self._views: dict[tuple[int, int, Part], tuple[tuple[int, ...], ...]] = {}
-        self._exchanges: dict[tuple[int, int, Part, tuple[int, ...]], Part] = {}
+        self._views: dict[tuple[int, int, MachineState], tuple[tuple[int, ...], ...]] = {}
+        self._exchanges: dict[tuple[int, int, MachineState, tuple[int, ...]], MachineState] = {}
         for first, index in self._alike():
             self.walkers[index].join(self.walkers[first])
         periods = [1 / walker.subsystem.rate_hz for walker in self.walkers]
@@ -185,7 +185,7 @@ class Composition:
         parts = zip(self.walkers, self.parts_of(configuration), strict=True)
         return [walker.locals.things[part.local] for walker, part in parts]
 
-    def parts_of(self, configuration: Configuration) -> list[Part]:
+    def parts_of(self, configuration: Configuration) -> list[MachineState]:
         """All machines of a configuration, with their buffers."""
         found = zip(self._parts, configuration.parts, strict=True)
         return [numbers.things[number] for numbers, number in found]
@@ -195,13 +195,15 @@ class Composition:
         """Whether time in a state matters at all."""
         return any(walker.clocks.is_timed for walker in self.walkers)
 
-    def numbered(self, phase: int, parts: Sequence[Part], watched: int = 0) -> Configuration:
+    def numbered(
+        self, phase: int, parts: Sequence[MachineState], watched: int = 0
+    ) -> Configuration:
         """The configuration of some parts."""
         pairs = zip(self._parts, parts, strict=True)
         return Configuration(phase, tuple(numbers.of(part) for numbers, part in pairs), watched)
 
     def _made(
-        self, phase: int, parts: Sequence[Part], before: int, visible: Visible
+        self, phase: int, parts: Sequence[MachineState], before: int, visible: Visible
     ) -> tuple[Configuration, tuple[int, ...]]:
         """A configuration, and the requirements violated before the next configuration."""
         if self.watch is None:
@@ -213,11 +215,11 @@ class Composition:
 
     def start(self) -> tuple[Configuration, Edge]:
         """The configurations after time 0, at which each machine executes its initial behaviour."""
-        parts, moves = list[Part](), list[tuple[int, Move]]()
+        parts, moves = list[MachineState](), list[tuple[int, Move]]()
         for index, walker in enumerate(self.walkers):
             buffers = tuple(2 * number for number in walker.begin())
             begun = walker.start(buffers)
-            parts.append(Part(begun.local, buffers, begun.move.sent))
+            parts.append(MachineState(begun.local, buffers, begun.move.sent))
             moves.append((index, begun.move))
         made, violated = self._made(0, parts, self.watch.begin if self.watch else 0, ())
         return made, Edge(0, tuple(moves), (), violated)
@@ -244,7 +246,7 @@ class Composition:
             made, violated = self._made(phase, ordered, here.watched, visible)
             yield made, edge._replace(violated=violated, turn=turn) if violated or turn else edge
 
-    def ordered(self, parts: list[Part]) -> tuple[list[Part], Frame]:
+    def ordered(self, parts: list[MachineState]) -> tuple[list[MachineState], Frame]:
         """The machines with copies in order, and the permutation: for each its index before."""
         turn = list(range(len(parts)))
         for number, copies in enumerate(self.copies):
@@ -264,14 +266,14 @@ class Composition:
                 parts[index] = self._exchanges[key]
         return parts, () if turn == list(range(len(parts))) else tuple(turn)
 
-    def _seen(self, number: int, parts: list[Part]) -> list[tuple[object, ...]]:
+    def _seen(self, number: int, parts: list[MachineState]) -> list[tuple[object, ...]]:
         """The sort key of each copy: its machines, and the values that others hold and send."""
         copies = self.copies[number]
         own = [tuple([parts[index] for index in copy]) for copy in copies.machines]
         views = (self._view(number, index, parts[index]) for index in copies.others)
         return list(zip(own, *views, strict=True))
 
-    def _view(self, number: int, index: int, part: Part) -> tuple[tuple[int, ...], ...]:
+    def _view(self, number: int, index: int, part: MachineState) -> tuple[tuple[int, ...], ...]:
         """The values that a machine outside the copies holds and sends of each copy."""
         key = number, index, part
         if key not in self._views:
@@ -288,7 +290,9 @@ class Composition:
             )
         return self._views[key]
 
-    def _exchanged(self, index: int, part: Part, copies: Copies, order: list[int]) -> Part:
+    def _exchanged(
+        self, index: int, part: MachineState, copies: Copies, order: list[int]
+    ) -> MachineState:
         """A machine whose elements to and from copies are exchanged as the order says."""
         walker = self.walkers[index]
         inputs = copies.renamed(copies.inputs.get(index, ()), order)
@@ -298,7 +302,7 @@ class Composition:
             if old in walker.slots:
                 buffers[walker.slots[new]] = part.buffers[walker.slots[old]]
         pending = tuple(sorted((outputs.get(key, key), number) for key, number in part.pending))
-        return Part(walker.renamed(part.local, inputs), tuple(buffers), pending)
+        return MachineState(walker.renamed(part.local, inputs), tuple(buffers), pending)
 
     def real(self, frame: Frame, index: int, key: InputName, *, is_sent: bool) -> InputName:
         """The name of an element in a real run, where `frame` maps machines to real ones."""
@@ -320,7 +324,9 @@ class Composition:
             return edge.overtaken
         return tuple((frame[i], self.real(frame, i, k, is_sent=False)) for i, k in edge.overtaken)
 
-    def deliver(self, due: tuple[int, ...], parts: list[Part]) -> tuple[tuple[int, InputName], ...]:
+    def deliver(
+        self, due: tuple[int, ...], parts: list[MachineState]
+    ) -> tuple[tuple[int, InputName], ...]:
         """Make outputs of the last time stamp visible; returns the values that were overtaken."""
         overtaken = []
         for i in due:
@@ -345,8 +351,8 @@ def _happens(outcome: Outcome) -> tuple[bool, bool]:
     return outcome.ends, outcome.move.row >= 0 and bool(outcome.move.free)
 
 
-def _after(outcome: Outcome, buffers: tuple[int, ...]) -> Part:
-    return Part(outcome.local, buffers, outcome.move.sent)
+def _after(outcome: Outcome, buffers: tuple[int, ...]) -> MachineState:
+    return MachineState(outcome.local, buffers, outcome.move.sent)
 
 
 def turned(frame: Frame, turn: Frame) -> Frame:

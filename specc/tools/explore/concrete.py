@@ -16,8 +16,8 @@ from specc.lower.module import buffer_names
 from specc.model.system import System
 from specc.model.types import Type
 from specc.model.wires import Wires
-from specc.tools.explore.reported import NotConcreteError, Values, present
-from specc.tools.explore.trace import Trace
+from specc.tools.explore.sensor_values import NotConcreteError, SensorValues, present
+from specc.tools.explore.trace import ExploredTrace
 
 Reports = dict[str, list[tuple[int, Any]]]
 """For each sensor its reports, each with the base tick from which it holds; `...`: no new value."""
@@ -79,13 +79,13 @@ class Stray:
         return self.tick, -self.others
 
 
-def reports(way: Trace, system: System, rehearsal: Rehearsal, shared: int = 1) -> Reports:
+def reports(way: ExploredTrace, system: System, rehearsal: Rehearsal, shared: int = 1) -> Reports:
     """Find measurements with which a run follows a trace; so many traces share the steps.
 
     Raises:
         NotConcreteError: no such measurements were found.
     """
-    values, most = Values(system), MOST_STEPS // shared
+    values, most = SensorValues(system), MOST_STEPS // shared
     known: Reports = {name: [(0, values.of(name)[0])] for name in rehearsal.sensors}
     for name in values.silent & known.keys():
         known[name].append((1, ...))
@@ -132,7 +132,9 @@ class _Way:
     """Steps that its trials took."""
 
 
-def _ways(known: Reports, stray: Stray, expected: _Expected, values: Values) -> Iterator[_Way]:
+def _ways(
+    known: Reports, stray: Stray, expected: _Expected, values: SensorValues
+) -> Iterator[_Way]:
     """A run that leaves the trace, to be changed shortly before, or from the beginning."""
     rehearsal = expected.rehearsal
     periods = {rehearsal.ticks[stray.subsystem], min(rehearsal.ticks.values())}
@@ -164,7 +166,7 @@ def _why(stray: Stray, rehearsal: Rehearsal) -> str:
 class _Expected:
     """The expected steps of a trace. `kept` are the moments of the last run."""
 
-    def __init__(self, way: Trace, system: System, rehearsal: Rehearsal) -> None:
+    def __init__(self, way: ExploredTrace, system: System, rehearsal: Rehearsal) -> None:
         self.rehearsal = rehearsal
         self.runs = self.steps = 0
         self.kept: Mapping[int, Any] = {}
@@ -237,7 +239,7 @@ class _Expected:
 
 
 def _changed(
-    known: Reports, moment: int, sensor: str, stray: Stray, values: Values
+    known: Reports, moment: int, sensor: str, stray: Stray, values: SensorValues
 ) -> Iterator[Reports]:
     """Reports in which one sensor reports other values from a moment on."""
     said = [each for each in known[sensor] if each[0] < moment]

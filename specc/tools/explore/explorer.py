@@ -12,7 +12,7 @@ from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
-from specc.tools.explore.findings import Finding, findings
+from specc.tools.explore.findings import TracedFinding, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
 from specc.tools.explore.refine import best, not_refuted, refined
 from specc.tools.explore.required import Group, RequirementVerdict, groups, judged, undecided
@@ -86,7 +86,7 @@ class Exploration:
     """The result: slices, findings, and verdicts on assumptions and requirements."""
 
     slices: list[Explored] = field(default_factory=list)
-    findings: list[Finding] = field(default_factory=list)
+    findings: list[TracedFinding] = field(default_factory=list)
     assumptions: list[tuple[str, Axiom, Verdict]] = field(default_factory=list)
     requirements: list[RequirementVerdict] = field(default_factory=list)
     alone: tuple[str, ...] = ()
@@ -107,7 +107,7 @@ class Exploration:
         return f"complete{but if undecided else ''}"
 
     @property
-    def traced(self) -> list[Finding]:
+    def traced(self) -> list[TracedFinding]:
         """The findings, then the violations that rest on conditions and are none."""
         rest = (each.finding for each in self.requirements if each.verdict == "open")
         return [*self.findings, *filter(None, rest)]
@@ -132,7 +132,7 @@ def explore(facts: Facts, budget: int) -> Exploration:
 def _explore(facts: Facts, budget: int) -> Exploration:
     abstraction = Abstraction(facts)
     result = Exploration()
-    found: dict[tuple[object, ...], Finding] = {}
+    found: dict[tuple[object, ...], TracedFinding] = {}
     verdicts: dict[tuple[str, int], set[Verdict]] = {}
     slices, required = likewise(abstraction.slices(), abstraction), groups(facts)
     kept = budget // FOR_REQUIREMENTS if required else 0
@@ -196,7 +196,7 @@ def _require(result: Exploration, required: Sequence[Group], facts: Facts, budge
 
 def _explored(
     names: tuple[str, ...], abstraction: Abstraction, facts: Facts, budget: int
-) -> tuple[Explored, Graph, dict[tuple[object, ...], Finding]]:
+) -> tuple[Explored, Graph, dict[tuple[object, ...], TracedFinding]]:
     """Explore a slice: its summary, its most exact complete graph, and the findings."""
     told = refined(
         lambda precision, most: Graph(Composition(names, abstraction, precision), most),
@@ -213,7 +213,7 @@ def _explored(
 
 def _found(
     graph: Graph, abstraction: Abstraction, facts: Facts
-) -> dict[tuple[object, ...], Finding]:
+) -> dict[tuple[object, ...], TracedFinding]:
     """The findings in a graph; none if the search is broken off."""
     try:
         return findings(graph, abstraction, facts.system)
@@ -243,7 +243,9 @@ def _summary(graph: Graph, undecided: int) -> Explored:
     )
 
 
-def _verdict(answers: set[bool | None], failing: Finding | None, *, complete: bool) -> Verdict:
+def _verdict(
+    answers: set[bool | None], failing: TracedFinding | None, *, complete: bool
+) -> Verdict:
     if False in answers or failing:
         return "refuted" if failing and failing.way.is_decided else "may fail"
     if not complete:
@@ -258,7 +260,7 @@ def _best(said: set[Verdict]) -> Verdict:
     return min(said, key=_ORDER.index)
 
 
-def _is_proved(finding: Finding, verdicts: dict[tuple[str, int], set[Verdict]]) -> bool:
+def _is_proved(finding: TracedFinding, verdicts: dict[tuple[str, int], set[Verdict]]) -> bool:
     """Whether another slice proves the assumption that this finding says fails."""
     if finding.code != "W1006":
         return False

@@ -13,11 +13,11 @@ from specc.model.system import System
 from specc.proof import InputName
 from specc.source import Place
 from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.bottom_components import BottomComponent, Stuck, lasting
 from specc.tools.explore.composition import Edge
 from specc.tools.explore.graph import Cost, Graph
-from specc.tools.explore.once import Lost, lost_once
-from specc.tools.explore.stays import Lasting, Stuck, lasting
-from specc.tools.explore.trace import Step, Trace, trace
+from specc.tools.explore.lost_values import Lost, lost_once
+from specc.tools.explore.trace import ExploredTrace, Step, trace
 from specc.tools.explore.walker import Walker
 
 _MOST_NAMED = 5
@@ -25,7 +25,7 @@ _MOST_NAMED = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class TracedFinding:
     """A finding with its trace. `about` identifies it across slices and abstractions.
 
     It is not confirmed if it was found only on a coarse abstraction (any time passes, or not all
@@ -38,7 +38,7 @@ class Finding:
     place: Place
     label: str
     help: str
-    way: Trace
+    way: ExploredTrace
     related: tuple[Related, ...] = ()
     is_advice: bool = False
     is_confirmed: bool = True
@@ -70,9 +70,9 @@ class Found:
 
     graph: Graph
     abstraction: Abstraction
-    findings: dict[tuple[object, ...], Finding] = field(default_factory=dict)
+    findings: dict[tuple[object, ...], TracedFinding] = field(default_factory=dict)
 
-    def add(self, finding: Finding) -> None:
+    def add(self, finding: TracedFinding) -> None:
         """Keep a finding; of several about the same thing, a decided one."""
         known = self.findings.get(finding.about)
         if known is None or (finding.way.is_decided and not known.way.is_decided):
@@ -81,7 +81,7 @@ class Found:
 
 def findings(
     graph: Graph, abstraction: Abstraction, system: System
-) -> dict[tuple[object, ...], Finding]:
+) -> dict[tuple[object, ...], TracedFinding]:
     """All findings in a graph, by `about`."""
     found = Found(graph, abstraction)
     for last in lasting(graph, abstraction):
@@ -103,7 +103,7 @@ def findings(
 # Machines that cannot go on.
 
 
-def _circles(last: Lasting) -> Iterator[Finding]:
+def _circles(last: BottomComponent) -> Iterator[TracedFinding]:
     for circle in last.circles:
         members = [last.stuck[i] for i in circle]
         lost = [f for s in members for f in _lost(last, s)]
@@ -111,7 +111,7 @@ def _circles(last: Lasting) -> Iterator[Finding]:
             yield from lost
             continue
         names = [f"`{last.walkers[s.index].name}`" for s in members]
-        yield Finding(
+        yield TracedFinding(
             ("W1002", *((last.walkers[s.index].name, s.state.name) for s in members)),
             "W1002",
             f"{listed(names, 'and')} wait for one another",
@@ -123,7 +123,7 @@ def _circles(last: Lasting) -> Iterator[Finding]:
         )
 
 
-def _roots(last: Lasting) -> Iterator[Finding]:
+def _roots(last: BottomComponent) -> Iterator[TracedFinding]:
     for stuck in last.roots:
         lost = list(_lost(last, stuck))
         yield from lost or [_held(last, stuck)]
@@ -132,14 +132,14 @@ def _roots(last: Lasting) -> Iterator[Finding]:
             yield from _all_missed(last, stuck)
 
 
-def _all_missed(last: Lasting, stuck: Stuck) -> Iterator[Finding]:
+def _all_missed(last: BottomComponent, stuck: Stuck) -> Iterator[TracedFinding]:
     """Findings on a resting machine that missed its awaited input every time it was sent."""
     for key in sorted(stuck.missing):
         if _never_seen(last, stuck.index, key):
             yield _missed(last, stuck, stuck.index, key)
 
 
-def _never_seen(last: Lasting, index: int, key: InputName) -> bool:
+def _never_seen(last: BottomComponent, index: int, key: InputName) -> bool:
     """Whether every sent value was missed, so that the sender's end cannot excuse it."""
     sender, output = last.sender(index, key)
     sent = sum(s.index == sender and output in dict(s.move.sent) for s in last.way.steps)
@@ -147,7 +147,7 @@ def _never_seen(last: Lasting, index: int, key: InputName) -> bool:
     return sent == missed > 0
 
 
-def _held(last: Lasting, stuck: Stuck) -> Finding:
+def _held(last: BottomComponent, stuck: Stuck) -> TracedFinding:
     name, state = last.walkers[stuck.index].name, stuck.state.name
     code, message = "W1004", f"`{name}` can never leave `{state}`"
     others = tuple(
@@ -157,7 +157,7 @@ def _held(last: Lasting, stuck: Stuck) -> Finding:
         code, message = "W1001", f"no machine can go on: `{name}` stays in `{state}`"
     elif stuck.missing:
         code, message = "W1003", f"`{name}` waits in `{state}` for what {_gone(last, stuck)}"
-    return Finding(
+    return TracedFinding(
         (code, name, state),
         code,
         message,
@@ -170,14 +170,14 @@ def _held(last: Lasting, stuck: Stuck) -> Finding:
     )
 
 
-def _gone(last: Lasting, stuck: Stuck) -> str:
+def _gone(last: BottomComponent, stuck: Stuck) -> str:
     """Words for an awaited input: `never comes`, or `no longer comes`."""
     asked = [last.sender(stuck.index, key) for key in stuck.missing]
     came = any((s.index, output) in asked for s in last.way.steps for output, _ in s.move.sent)
     return "no longer comes" if came else "never comes"
 
 
-def _waiting(last: Lasting, stuck: Stuck) -> str:
+def _waiting(last: BottomComponent, stuck: Stuck) -> str:
     name = f"`{last.walkers[stuck.index].name}`"
     if not stuck.needs:
         return f"no condition of {name} comes true any more"
@@ -187,7 +187,7 @@ def _waiting(last: Lasting, stuck: Stuck) -> str:
     )
 
 
-def _lost(last: Lasting, stuck: Stuck) -> Iterator[Finding]:
+def _lost(last: BottomComponent, stuck: Stuck) -> Iterator[TracedFinding]:
     """Lost events behind a wait: the awaited input was missed, or the request for it was."""
     asked = [(stuck.index, key) for key in sorted(stuck.missing)]
     for sender in sorted(last.waits(stuck)):
@@ -205,14 +205,14 @@ def _lost(last: Lasting, stuck: Stuck) -> Iterator[Finding]:
             yield _missed(last, stuck, reader, key)
 
 
-def _is_looked_at(last: Lasting, reader: int, key: InputName) -> bool:
+def _is_looked_at(last: BottomComponent, reader: int, key: InputName) -> bool:
     """Whether conditions or functions read an input in the states where the reader stays."""
     walker = last.walkers[reader]
     states = last.states[reader]
     return any(key in walker.looks_at[s] or key in walker.looks_into[s] for s in states)
 
 
-def _missed(last: Lasting, stuck: Stuck, reader: int, key: InputName) -> Finding:
+def _missed(last: BottomComponent, stuck: Stuck, reader: int, key: InputName) -> TracedFinding:
     step = last.way.lost(reader, key)
     waiting = Related(stuck.state.place, _waiting(last, stuck))
     return _event(last.walkers[reader], key, last.way, step, (waiting,))
@@ -221,10 +221,10 @@ def _missed(last: Lasting, stuck: Stuck, reader: int, key: InputName) -> Finding
 def _event(
     walker: Walker,
     key: InputName,
-    way: Trace,
+    way: ExploredTrace,
     step: Step | None,
     related: tuple[Related, ...] = (),
-) -> Finding:
+) -> TracedFinding:
     """The finding on an event that is lost at a step or, without a step, overtaken."""
     what, name = f"`x.{key[0]}.{key[1]}`", f"`{walker.name}`"
     message = f"{what} is lost: the next value comes before {name} reads it"
@@ -233,7 +233,7 @@ def _event(
         state = walker.subsystem.state(step.move.source or step.move.target)
         message = f"{what} is lost: {name} does not look at it in `{state.name}`"
         place, label = state.place, "it comes here"
-    return Finding(
+    return TracedFinding(
         ("W1005", walker.name, key, place if key in walker.events else None),
         "W1005",
         message,
@@ -246,7 +246,7 @@ def _event(
     )
 
 
-def _events(graph: Graph) -> Iterator[Finding]:
+def _events(graph: Graph) -> Iterator[TracedFinding]:
     """Findings on declared events that are neither looked at nor ignored where they arrive."""
     walkers = graph.composition.walkers
     easiest: dict[tuple[int, InputName, str], tuple[Cost, int, Edge]] = {}
@@ -278,7 +278,7 @@ def _lost_events(graph: Graph, number: int, edge: Edge) -> Iterator[tuple[int, I
             yield i, key, ""
 
 
-def _once(graph: Graph, lost: Lost) -> Finding:
+def _once(graph: Graph, lost: Lost) -> TracedFinding:
     """Advice on a value that is sent once and lost without being declared an event."""
     way = trace(graph, lost.number, lost.edge)
     walker, key = graph.composition.walkers[lost.reader], lost.key
@@ -287,7 +287,7 @@ def _once(graph: Graph, lost: Lost) -> Finding:
         step = way.lost(lost.reader, key)
         assert step is not None  # it is that of the last edge
         how = f"comes in `{step.move.source or step.move.target}`, where nobody looks at it"
-    return Finding(
+    return TracedFinding(
         ("W1008", walker.name, key),
         "W1008",
         f"{what} of `{walker.name}` is sent once and {how}",
@@ -300,7 +300,7 @@ def _once(graph: Graph, lost: Lost) -> Finding:
     )
 
 
-def _no_progress(last: Lasting, system: System) -> Iterator[Finding]:
+def _no_progress(last: BottomComponent, system: System) -> Iterator[TracedFinding]:
     """Findings where the transition that ends a cycle of the task is never taken again.
 
     This is intended if its machine waits for a sender at a declared end.
@@ -320,7 +320,7 @@ def _no_progress(last: Lasting, system: System) -> Iterator[Finding]:
     if any((row.source, row.target) == (task.source, task.target) for row in rows):
         return
     states = listed((f"`{s}`" for s in sorted(last.states[index])), "and")
-    yield Finding(
+    yield TracedFinding(
         ("W1004", "task"),
         "W1004",
         f"no cycle of the task can end any more: `{task.subsystem}` stays in {states}",
@@ -334,11 +334,11 @@ def _no_progress(last: Lasting, system: System) -> Iterator[Finding]:
 # Assumptions that a run breaks.
 
 
-def _broken(graph: Graph, way: Trace) -> Iterator[Finding]:
+def _broken(graph: Graph, way: ExploredTrace) -> Iterator[TracedFinding]:
     for step in way.steps:
         for index in step.move.broken:
             axiom: Axiom = step.walker.subsystem.axioms[index]
-            yield Finding(
+            yield TracedFinding(
                 ("W1006", step.walker.name, index),
                 "W1006",
                 f"this assumption fails in `{step.move.source}` of `{step.walker.name}`",

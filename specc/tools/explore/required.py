@@ -25,11 +25,11 @@ from specc.model.requirement import (
 )
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
-from specc.tools.explore.findings import Finding, Found
+from specc.tools.explore.findings import Found, TracedFinding
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.monitor import Monitor, NotFollowedError
 from specc.tools.explore.refine import not_refuted, refined
-from specc.tools.explore.trace import Trace, trace
+from specc.tools.explore.trace import ExploredTrace, trace
 
 Verdict = Literal["proved", "violated", "may be violated", "open", "not decided", "not explored"]
 
@@ -43,7 +43,7 @@ class RequirementVerdict:
 
     requirement: Requirement
     verdict: Verdict
-    finding: Finding | None = None
+    finding: TracedFinding | None = None
     why: str = ""
     """The reason of `not decided`, if it lies in the formula and not in the values."""
     asked: bool = True
@@ -116,7 +116,7 @@ def is_followed(requirement: Requirement) -> bool:
 
 def judged(
     group: Group, facts: Facts, budget: int
-) -> tuple[list[RequirementVerdict], list[Finding], list[Graph]]:
+) -> tuple[list[RequirementVerdict], list[TracedFinding], list[Graph]]:
     """The verdicts on the requirements of a group, their findings, and the graphs."""
     abstraction = Abstraction(facts, group.requirements)
 
@@ -130,7 +130,7 @@ def judged(
         )
         return Graph(made, budget)
 
-    def look(graph: Graph) -> dict[int, Finding]:
+    def look(graph: Graph) -> dict[int, TracedFinding]:
         return {index: _way(graph, index, group, abstraction) for index in graph.violated}
 
     told = refined(build, look, budget)
@@ -153,7 +153,7 @@ def judged(
     return said, findings, [graph for graph, _ in told]
 
 
-def _way(graph: Graph, index: int, group: Group, abstraction: Abstraction) -> Finding:
+def _way(graph: Graph, index: int, group: Group, abstraction: Abstraction) -> TracedFinding:
     """The finding on a violation, with the easiest trace to it."""
     number, edges = graph.violation(index)
     found = Found(graph, abstraction)
@@ -162,7 +162,7 @@ def _way(graph: Graph, index: int, group: Group, abstraction: Abstraction) -> Fi
     return finding
 
 
-def _finding(requirement: Requirement, way: Trace) -> Finding:
+def _finding(requirement: Requirement, way: ExploredTrace) -> TracedFinding:
     states = {step.walker.name: step.move.target for step in way.steps}
     asked = dict.fromkeys(x.subsystem for x in requirement.readings)
     there = ", ".join(f"`{name}` in `{states[name]}`" for name in asked if name in states)
@@ -171,7 +171,7 @@ def _finding(requirement: Requirement, way: Trace) -> Finding:
         if reach_s(requirement.formula)
         else ("this requirement is violated")
     )
-    return Finding(
+    return TracedFinding(
         ("W1007", requirement.that, requirement.place),
         "W1007",
         f"{what} {float(way.time_s):g} s after the start, with {there}",
@@ -183,7 +183,7 @@ def _finding(requirement: Requirement, way: Trace) -> Finding:
 
 
 def _verdict(
-    graphs: Sequence[Graph], index: int, requirement: Requirement, way: Finding | None
+    graphs: Sequence[Graph], index: int, requirement: Requirement, way: TracedFinding | None
 ) -> Verdict:
     if way is not None:
         if way.way.is_decided:

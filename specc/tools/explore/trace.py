@@ -65,7 +65,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class ExploredTrace:
     """The steps to a configuration; `free` are the conditions that could have been false."""
 
     steps: tuple[Step, ...]
@@ -107,7 +107,7 @@ class Trace:
         return tuple(shown)
 
 
-def trace(graph: Graph, number: int, *last: Edge) -> Trace:
+def trace(graph: Graph, number: int, *last: Edge) -> ExploredTrace:
     """The easiest trace to a configuration and over further edges."""
     composition = graph.composition
     walkers = composition.walkers
@@ -123,4 +123,4 @@ def trace(graph: Graph, number: int, *last: Edge) -> Trace:
             overtaken += composition.real_overtaken(frame, each)
         ticks = begun + edge.times * (ticks - begun)
     free = [f"{f} in `{s.walker.name}`" for s in steps for f in s.move.free]
-    return Trace(tuple(steps), tuple(overtaken), tuple(dict.fromkeys(free)), ticks * tick_s)
+    return ExploredTrace(tuple(steps), tuple(overtaken), tuple(dict.fromkeys(free)), ticks * tick_s)

@@ -38,7 +38,7 @@ class Numbers:
         return number
 
 
-class Values:
+class ValueNumbers:
     """Numbers of the values that are kept, shared by all machines."""
 
     def __init__(self, most: int | None, cuts: Iterable[float] = ()) -> None:

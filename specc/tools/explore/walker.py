@@ -21,7 +21,7 @@ from specc.tools.explore.partial import Known, filled, static
 from specc.tools.explore.regions import leaves
 from specc.tools.explore.symmetry import renamed
 from specc.tools.explore.timing import Clocks
-from specc.tools.explore.values import ABSENT, Numbers, Values
+from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers
 
 OVER = -1
 """The clock of a machine that has failed: others go on until its outputs are due."""
@@ -81,7 +81,7 @@ class Branch:
 class Walker:
     """Steps one machine. `exact` says whether time in a state is counted or only passes."""
 
-    def __init__(self, kept: Kept, abstraction: Abstraction, values: Values, *, exact: bool):
+    def __init__(self, kept: Kept, abstraction: Abstraction, values: ValueNumbers, *, exact: bool):
         self.kept = kept
         self.subsystem = kept.subsystem
         self.name = self.subsystem.qualified_name

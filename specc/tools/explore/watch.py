@@ -19,7 +19,7 @@ from specc.tools.explore.partial import (
     static,
 )
 from specc.tools.explore.regions import leaves
-from specc.tools.explore.values import ABSENT, UNKNOWN, Numbers, Values
+from specc.tools.explore.values import ABSENT, UNKNOWN, Numbers, ValueNumbers
 from specc.tools.explore.walker import OVER, Local, Walker
 
 _Ticks = tuple[int, int, tuple[Truth, ...], int]
@@ -47,7 +47,7 @@ class Watch:
         required: Sequence[Requirement],
         probes: Sequence[Requirement],
         walkers: Sequence[Walker],
-        values: Values,
+        values: ValueNumbers,
         system: System,
         tick_s: Fraction,
     ) -> None:

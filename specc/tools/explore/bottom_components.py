@@ -20,7 +20,7 @@ from specc.tools.explore.abstraction import Abstraction, conditions_of
 from specc.tools.explore.composition import turned
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.symmetry import Frame
-from specc.tools.explore.trace import Trace, trace
+from specc.tools.explore.trace import ExploredTrace, trace
 from specc.tools.explore.walker import Walker
 
 
@@ -46,7 +46,7 @@ class Stuck:
 
 
 @dataclass
-class Lasting:
+class BottomComponent:
     """A bottom component: the numbers of its configurations, and the moves in it."""
 
     graph: Graph
@@ -120,7 +120,7 @@ class Lasting:
         return min(self.members, key=lambda number: (self.graph.cost(number), number))
 
     @cached_property
-    def way(self) -> Trace:
+    def way(self) -> ExploredTrace:
         """The trace to the entry."""
         return trace(self.graph, self.entry)
 
@@ -240,13 +240,13 @@ class Lasting:
         return found
 
 
-def lasting(graph: Graph, abstraction: Abstraction) -> list[Lasting]:
+def lasting(graph: Graph, abstraction: Abstraction) -> list[BottomComponent]:
     """The bottom components that were explored completely, in the order of their discovery."""
     beyond = len(graph.edges)
     following = [{min(e.target, beyond) for e in graph.going_on(n)} for n in range(beyond)]
     found = last_components([*following, {beyond}])
     return [
-        Lasting(graph, abstraction, members)
+        BottomComponent(graph, abstraction, members)
         for members in found
         if beyond not in members and following[min(members)]
     ]

@@ -35,7 +35,7 @@ def present(type_: Type) -> Type:
     return type_.value if isinstance(type_, OptionalOf) else type_
 
 
-class Values:
+class SensorValues:
     """Values of sensors to try, in the form of recordings."""
 
     def __init__(self, system: System) -> None:
