@@ -20,15 +20,19 @@ _DYNAMIC = frozenset(("globals", "vars", "exec", "setattr"))
 _NESTED = ast.If | ast.Try | ast.With | ast.For | ast.While
 
 
-def lacks(python: str, folder: str = "") -> bool:
+def lacks(python: str, folder: str = "", known: dict[str, str | None] | None = None) -> bool:
     """Whether the module of a `module:name` surely does not define the name.
 
     The `folder` of the specification is looked into last, as in a run. Nothing is known of modules
     that are not found or have no text, such as extension modules, of those that may define names
-    while they are imported, and of those beyond the allowance of a run.
+    while they are imported, and of those beyond the allowance of a run. `known` gets the files of
+    modules, so that each is looked for once.
     """
     module, _, name = python.partition(":")
-    path = _source_of(module.split("."), folder)
+    sources = {} if known is None else known
+    if module not in sources:
+        sources[module] = _source_of(module.split("."), folder)
+    path = sources[module]
     if path is None or not name:
         return False
     try:

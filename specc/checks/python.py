@@ -16,8 +16,9 @@ from specc.source import Place
 def names_defined(facts: Facts) -> Iterator[Diagnostic]:
     """W0241, once for each object that is named."""
     folder = os.path.dirname(facts.system.file)
+    known: dict[str, str | None] = {}
     for python, place in dict(_named(facts.system)).items():
-        if lacks(python, folder):
+        if lacks(python, folder, known):
             module, _, name = python.partition(":")
             yield Diagnostic(
                 "W0241",

@@ -22,10 +22,11 @@ Named = Mapping[tuple[str | int, ...], set[str]]
 def types_named(findings: Findings, file: Loaded) -> Named:
     """What the texts of types in a file name, of the definitions there."""
     found: dict[tuple[str | int, ...], set[str]] = {}
-    for text in findings.types:
-        if text.where.file == file.path:
-            labels = found.setdefault(text.where.route[:2], set())
-            labels.update(_label(use.of) for use in uses_in_type(text) if use.of.file == file.path)
+    texts = [text for text in findings.types if text.where.file == file.path]
+    # Most texts stand many times in a part, and name the same there.
+    for text in {(text.where.route[:2], text.form, text.text): text for text in texts}.values():
+        labels = found.setdefault(text.where.route[:2], set())
+        labels.update(_label(use.of) for use in uses_in_type(text) if use.of.file == file.path)
     return found
 
 
