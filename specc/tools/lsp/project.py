@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from specc.answers import AnswerCache
-from specc.diagnostics import Diagnostic, Edit
+from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
 from specc.limits import ALLOWED, left, one_run, spend
 from specc.model.system import System
@@ -19,71 +19,11 @@ from specc.policy import judge, reach_of, settings_for
 from specc.read import Document, Reach, claims_to_be_one, read_file, read_text
 from specc.resolve import Findings
 from specc.resolve.loader import Loader
-from specc.source import Place, SourceFile, Sources, real_path
+from specc.schema import ROW_KEYS
+from specc.source import SourceFile, Sources, real_path
+from specc.tools.lsp.certain import certain
 from specc.tools.lsp.index import Index, build_index
 from specc.tools.lsp.mending import Shift, mended, shift
-
-# What is certainly wrong in a text with errors that keep it from being read as a whole.
-#
-# It is found in the mended text. What only follows from the missing parts is not reported, since it
-# would go away with the error.
-
-
-_OF_TEXTS = ("E02", "E03", "O02")
-"""Names and types: wrong whatever the missing parts say, unless these declare the name."""
-_WORD = re.compile(r"\w+")
-_DEFINED = re.compile(r"[\w.]+(?=[\"']?\s*:)|(?m:^[ -]*[\w.]+)|enum\[[^\]\n]*")
-_KEYS = frozenset(("enum", "is", "type", "when", "title", "init", "error", "terminal"))
-"""Words of the language that messages use as well."""
-
-
-def certain(
-    found: Iterable[Diagnostic],
-    mended: Sources,
-    present: Sources,
-    earlier: Iterable[Diagnostic],
-) -> Iterator[Diagnostic]:
-    """Findings of mended texts that also hold of the present texts, at offsets in these.
-
-    Findings of an earlier analysis of the whole text are repeated.
-    """
-    known = {(diagnostic.code, diagnostic.message) for diagnostic in earlier}
-    missing = {word for source in mended for word in _missing(source.text, present, source.path)}
-    for diagnostic in found:
-        names = set(_WORD.findall(diagnostic.message))
-        of_text = diagnostic.code.startswith(_OF_TEXTS) and not names & missing
-        if of_text or (diagnostic.code, diagnostic.message) in known:
-            yield _by_offsets(diagnostic, mended)
-
-
-def _missing(mended: str, present: Sources, path: str) -> Iterator[str]:
-    """The names that a text defines where it was overwritten: keys, what begins a line, members."""
-    source = present.get(path)
-    if source is None or source.text == mended or len(source.text) != len(mended):
-        return
-    for name in _DEFINED.finditer(source.text):
-        if mended[name.end() - 1] == " ":
-            yield from (word for word in _WORD.findall(name.group()) if word not in _KEYS)
-
-
-def _by_offsets(diagnostic: Diagnostic, sources: Sources) -> Diagnostic:
-    """A diagnostic whose places hold without the tree of the mended text."""
-
-    def fixed(place: Place) -> Place:
-        source = sources.get(place.file)
-        return Place(place.file, (), "text", *source.offsets(place)) if source else place
-
-    fix = diagnostic.fix
-    return replace(
-        diagnostic,
-        primary=fixed(diagnostic.primary),
-        related=tuple(replace(r, place=fixed(r.place)) for r in diagnostic.related),
-        fix=fix and replace(fix, edits=tuple(Edit(fixed(e.place), e.text) for e in fix.edits)),
-    )
-
-
-# The specifications that an editor works on: their texts, saved or not, and what they mean.
-
 
 _SYSTEM = re.compile(r"(?:^|\r)system\s*:", re.MULTILINE)
 _SUFFIXES = (".yaml", ".yml")
@@ -101,6 +41,9 @@ class Analysis:
     loader: Loader
     system: System | None
     diagnostics: tuple[Diagnostic, ...]
+    documents: dict[str, Document] = field(default_factory=dict)
+    found: tuple[Diagnostic, ...] = ()
+    """All diagnostics, whatever comments and settings say of them."""
     is_system: bool = True
     """Whether the file describes a system; any other was looked at by itself."""
     proofs: Any = None
@@ -143,6 +86,7 @@ class Project:
     _current: dict[str, Analysis] = field(default_factory=dict)
     _understood: dict[str, Analysis] = field(default_factory=dict)
     _mended: dict[str, tuple[Analysis, Analysis]] = field(default_factory=dict)
+    _without: dict[str, tuple[Document, Document]] = field(default_factory=dict)
     _alone: dict[str, tuple[str, Analysis]] = field(default_factory=dict)
     _kept: dict[str, AnswerCache] = field(default_factory=dict)
 
@@ -217,7 +161,13 @@ class Project:
     def _analysed(self, root: str, read: Read) -> Analysis:
         kept = self._kept.setdefault(root, AnswerCache())
         earlier = kept.spent
-        loader = Loader(Findings(kept=kept), read, reach=self._reach(root))
+        documents: dict[str, Document] = {}
+
+        def noted(path: str, row_keys: tuple[str, ...]) -> Document:
+            documents[path] = read(path, row_keys)
+            return documents[path]
+
+        loader = Loader(Findings(kept=kept), noted, reach=self._reach(root))
         with one_run():
             # No more than a fresh analysis may spend: nothing is kept that could make a difference.
             spend("proof", earlier)
@@ -227,11 +177,8 @@ class Project:
             del self._kept[root]
             if earlier:
                 return self._analysed(root, read)
-        settings = settings_for(os.path.dirname(root)).settings
-        judged = judge(result.diagnostics, loader.sources, settings, not result.is_part)
-        return Analysis(
-            root, loader, result.system, judged.diagnostics, not result.is_part, result.proofs
-        )
+        made = Analysis(root, loader, result.system, (), documents, result.diagnostics)
+        return _judged(replace(made, is_system=not result.is_part, proofs=result.proofs))
 
     def _reach(self, root: str) -> Reach:
         """What a file may name: besides its project, what is open in the editor, and folders."""
@@ -301,8 +248,21 @@ class Project:
         """The analysis of mended texts; made once for each of the present ones."""
         known = self._mended.get(root)
         if known is None or known[0] is not current:
-            known = self._mended[root] = (current, self._analysed(root, self._read_mended))
+            made = self._moved(known[1]) if known else None
+            known = self._mended[root] = (current, made or self._analysed(root, self._read_mended))
         return known[1]
+
+    def _moved(self, earlier: Analysis) -> Analysis | None:
+        """The analysis of mended texts at their present places, if they differ in blanks alone.
+
+        While somebody types in a line that cannot be read, it is blank in all of them.
+        """
+        read = {path: self._read_mended(path, ROW_KEYS) for path in earlier.documents}
+        if not all(_alike(earlier.documents[path], document) for path, document in read.items()):
+            return None
+        sources = Sources(document.source for document in read.values())
+        loader = replace(earlier.loader, sources=sources)
+        return _judged(replace(earlier, loader=loader, documents=read))
 
     def _differs(self, earlier: Analysis) -> int:
         """The most characters of a file that lie in the stretch that has changed since."""
@@ -316,7 +276,11 @@ class Project:
 
     def _read_mended(self, path: str, row_keys: tuple[str, ...]) -> Document:
         document = self._read(path, row_keys)
-        return (mended(document) if document.source.text else None) or document
+        known = self._without.get(path)
+        if known is None or known[0] is not document:
+            better = mended(document) if document.source.text else None
+            known = self._without[path] = (document, better or document)
+        return known[1]
 
     def _using(self, path: str) -> Iterator[str]:
         """Systems that are known to read a file."""
@@ -355,6 +319,23 @@ class Project:
             read = read_text(path, opened.text, row_keys) if opened else read_file(path, row_keys)
             known = self._documents[path] = (stamp, read)
         return known[1]
+
+
+def _judged(analysis: Analysis) -> Analysis:
+    """The analysis with the diagnostics that comments and settings leave."""
+    settings = settings_for(os.path.dirname(analysis.root)).settings
+    sources, whole = analysis.loader.sources, analysis.is_system
+    judged = judge(analysis.found, sources, settings, whole)
+    return replace(analysis, diagnostics=judged.diagnostics)
+
+
+def _alike(one: Document, other: Document) -> bool:
+    """Whether two texts have the same words and values, and nothing wrong in them."""
+    if one is other:
+        return True
+    if one.diagnostics or other.diagnostics or repr(one.data) != repr(other.data):
+        return False
+    return one.source.text.split() == other.source.text.split()
 
 
 def _stamp(path: str) -> object:

@@ -3,7 +3,7 @@
 import gc
 import random
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -61,10 +61,15 @@ def told(project: Project, root: str) -> list[str]:
 
 
 def check(folder: Path, root: Path, changed: Path, text: str, seed: int, steps: int) -> None:
+    compare(folder, root, changed, text, history(text, random.Random(seed), steps))
+
+
+def compare(folder: Path, root: Path, changed: Path, text: str, texts: Iterable[str]) -> None:
+    """Findings of texts, one after the other, are those of fresh analyses."""
     project = Project((str(folder),))
     project.put(str(changed), text)
     project.analyse(str(root))
-    for now in history(text, random.Random(seed), steps):
+    for now in texts:
         fresh = Project((str(folder),))
         # What a fresh analysis says of a text with errors goes by what was known before them.
         fresh._understood |= project._understood
@@ -95,3 +100,12 @@ def test_small_edits_of_a_system_and_of_a_description_that_it_uses(
     system, library = map(Path, write(tmp_path))
     check(tmp_path, system, system, SYSTEM, seed, steps)
     check(tmp_path, system, library, LIBRARY, seed, steps)
+
+
+def test_a_line_that_is_typed_where_another_one_is_wrong(tmp_path: Path) -> None:
+    """The line cannot be read, so it is blank in each of the texts that tell what else is wrong."""
+    system, _ = map(Path, write(tmp_path))
+    wrong = SYSTEM.replace("x.E.q_m, limit)", "x.E.q_n, limit)  # specc: ignore W0611")
+    line, at = '      q_o: {type: Joints, init: "[0', wrong.index("        let:\n")
+    texts = [f"{wrong[:at]}    {line[:size]}\n{wrong[at:]}" for size in (12, 20, 30, len(line))]
+    compare(tmp_path, system, system, SYSTEM, texts)
