@@ -230,10 +230,11 @@ class Part:
     """The keys that the file gives."""
     needed: ClassVar[frozenset[str]] = frozenset()
     """The keys that it has to give."""
-    _makers: ClassVar[dict[str, Callable[[], object]]] = {}
+    makers: ClassVar[dict[str, Callable[[], object]]] = {}
+    """What makes defaults, by attributes."""
 
     def __init__(self, **values: Any) -> None:
-        made = {name: make() for name, make in self._makers.items() if name not in values}
+        made = {name: make() for name, make in self.makers.items() if name not in values}
         self.__dict__.update(made, **values)
 
     def __init_subclass__(
@@ -250,7 +251,7 @@ class Part:
         made: Any = dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
         cls.keys = {one.name: one for one in map(_key, dataclasses.fields(made))}
         cls.needed = frozenset(one.name for one in cls.keys.values() if one.needed)
-        cls._makers = {one.attribute: one.make for one in cls.keys.values() if one.make}
+        cls.makers = {one.attribute: one.make for one in cls.keys.values() if one.make}
 
 
 @frozen

@@ -30,6 +30,7 @@ from specc.schema.keys import (
     Truth,
     Whole,
 )
+from specc.schema.making import Unlike, made, others_apart
 from specc.schema.unfold import Unfolded, route_below, unfolded
 from specc.source import Place, Route
 
@@ -76,12 +77,14 @@ def written_out(data: object, file: str) -> tuple[object, list[Diagnostic]]:
 
 def checked(part: type[P], data: object, file: str) -> tuple[P | None, list[Diagnostic]]:
     """A mapping made of data, or None and what is wrong with their shape."""
-    check, made = _Check(file), None
+    with suppress(Unlike):
+        return made(part, data), []
+    check, found = _Check(file), None
     with suppress(TooManyFaultsError):
-        made = check.value(part, data, ())
+        found = check.value(part, data, ())
     unsupported = [finding for finding in check.findings if finding.code == "E0105"]
-    found = unsupported or check.findings
-    return (None if found else made), list(dict.fromkeys(found))
+    findings = unsupported or check.findings
+    return (None if findings else found), list(dict.fromkeys(findings))
 
 
 class _Check:
@@ -184,7 +187,7 @@ class _Check:
             hint = f"write `{{{', '.join(needed)}}}`" if needed and data is not None else ""
             return self._misfit("a mapping", value, route, hint)
         if OTHERS in known:
-            data = _others_apart(part, data, known)
+            data = others_apart(part, data, known)
         elif not part.needed <= data.keys() <= known.keys():
             self._check_names(known, data, route)
         made = {}
@@ -252,19 +255,6 @@ def _written_out(part: type[Part], value: Any) -> Any:
     if part.row and isinstance(value, list) and len(value) == len(part.row):
         return dict(zip(part.row, value, strict=True))
     return value
-
-
-def _others_apart(part: type[Part], data: dict[str, Any], known: dict[str, Key]) -> dict[str, Any]:
-    """The parts with names that people choose. With a mapping, `is` is such a name, not a key."""
-    own = {
-        name
-        for name, value in data.items()
-        if name in known and not (name == part.short == "is" and isinstance(value, dict))
-    }
-    others = {name: value for name, value in data.items() if name not in own}
-    if isinstance(data, Unfolded):
-        others = Unfolded(others, data.routes)
-    return {name: value for name, value in data.items() if name in own} | {OTHERS: others}
 
 
 # Words.

@@ -1,0 +1,189 @@
+"""Parts made of data that have the shape of a file; where they do not, `shape` says what is wrong.
+
+What makes values of a kind is put together once for each kind. It knows no places, since it tells
+nothing: it gives up at the first value that is not plainly right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any, TypeVar
+
+from specc.schema.keys import (
+    OTHERS,
+    Key,
+    Kind,
+    Named,
+    OneOf,
+    Optional,
+    Part,
+    Several,
+    Text,
+    Truth,
+    Whole,
+)
+from specc.schema.unfold import Unfolded
+
+Make = Callable[[Any], Any]
+P = TypeVar("P", bound=Part)
+_SCALARS = (str, int, float)
+
+
+class Unlike(Exception):
+    """Data are not plainly of the shape that they should have."""
+
+
+def made(part: type[P], data: object) -> P:
+    """A mapping made of data. Raises `Unlike`."""
+    return _maker(part)(data)  # type: ignore[no-any-return]  # of that class
+
+
+@cache
+def _maker(kind: Kind) -> Make:
+    """What makes a value of a kind."""
+    match kind:
+        case Text() if kind.fault or kind.filled:
+            return partial(_checked_text, kind)
+        case Text():
+            return _scalar if kind.scalars or kind.quantity else _text
+        case Truth():
+            return partial(_of_class, bool)
+        case Whole():
+            return partial(_of_class, int)
+        case Optional():
+            return partial(_optional, _maker(kind.value))
+        case Named():
+            return partial(_named, kind.name.fault, _maker(kind.value))
+        case Several():
+            return partial(_several, kind, _maker(kind.item))
+        case OneOf():
+            return partial(_one_of, {value: value for value in kind.values})
+        case type():
+            return _Mapping(kind).made
+    return _refused
+
+
+def others_apart(part: type[Part], data: dict[str, Any], known: dict[str, Key]) -> dict[str, Any]:
+    """The parts with names that people choose. With a mapping, `is` is such a name, not a key."""
+    own = {
+        name
+        for name, value in data.items()
+        if name in known and not (name == part.short == "is" and isinstance(value, dict))
+    }
+    others = {name: value for name, value in data.items() if name not in own}
+    if isinstance(data, Unfolded):
+        others = Unfolded(others, data.routes)
+    return {name: value for name, value in data.items() if name in own} | {OTHERS: others}
+
+
+def _refused(value: Any) -> Any:
+    raise Unlike
+
+
+def _text(value: Any) -> Any:
+    if type(value) is not str:
+        raise Unlike
+    return value
+
+
+def _scalar(value: Any) -> Any:
+    if type(value) is str:
+        return value
+    if not isinstance(value, (bool, int, float)):
+        raise Unlike
+    return repr(value)
+
+
+def _checked_text(kind: Text, value: Any) -> Any:
+    text = _scalar(value) if kind.scalars or kind.quantity else _text(value)
+    if (kind.filled and not text) or (kind.fault and text is value and kind.fault(text)):
+        raise Unlike
+    return text
+
+
+def _of_class(kind: type, value: Any) -> Any:
+    if type(value) is not kind:
+        raise Unlike
+    return value
+
+
+def _optional(make: Make, value: Any) -> Any:
+    return None if value is None else make(value)
+
+
+def _one_of(values: dict[Any, Any], value: Any) -> Any:
+    if type(value) not in _SCALARS or value not in values:
+        raise Unlike
+    return values[value]
+
+
+def _named(fault: Callable[[Any], Any] | None, make: Make, value: Any) -> Any:
+    if not isinstance(value, dict) or (fault and any(map(fault, value))):
+        raise Unlike
+    found = {name: make(one) for name, one in value.items()}
+    return Unfolded(found, value.routes) if isinstance(value, Unfolded) else found
+
+
+def _several(kind: Several, make: Make, value: Any) -> Any:
+    how = kind.how
+    if type(value) in how.alone:
+        value = [value]
+    if not isinstance(value, list) or len(value) < how.least:
+        raise Unlike
+    if how.most is not None and len(value) > how.most:
+        raise Unlike
+    return kind.made(list(map(make, value)))
+
+
+class _Mapping:
+    """Makes parts of one class."""
+
+    def __init__(self, part: type[Part]) -> None:
+        self._part = part
+        self._makers: dict[str, tuple[str, Make]] = {}
+        self._of_short, self._of_row = frozenset((part.short,)), frozenset(part.row)
+
+    def made(self, value: Any) -> Part:
+        """A part. Raises `Unlike`."""
+        part = self._part
+        if isinstance(value, dict):
+            data = value
+        elif part.short and isinstance(value, _SCALARS):
+            data = {part.short: value}
+        elif part.row and isinstance(value, list) and len(value) == len(part.row):
+            data = dict(zip(part.row, value, strict=True))
+        else:
+            raise Unlike
+        if OTHERS in part.keys:
+            data = self._apart(data)
+        given = frozenset(data)
+        if not part.needed <= given and OTHERS not in given:
+            raise Unlike
+        return self._filled(data, given)
+
+    def _apart(self, value: dict[str, Any]) -> dict[str, Any]:
+        if OTHERS in value:
+            raise Unlike
+        if self._part.keys.keys().isdisjoint(value):
+            return {OTHERS: value}
+        return others_apart(self._part, value, self._part.keys)
+
+    def _filled(self, data: dict[str, Any], given: frozenset[str]) -> Part:
+        makers, values = self._makers, {"given": given}
+        for name, one in data.items():
+            attribute, make = makers.get(name) or self._known(name)
+            values[attribute] = make(one)
+        for attribute, default in self._part.makers.items():
+            if attribute not in values:
+                values[attribute] = default()
+        found = object.__new__(self._part)
+        found.__dict__ = values
+        return found
+
+    def _known(self, name: str) -> tuple[str, Make]:
+        key = self._part.keys.get(name)
+        if key is None:
+            raise Unlike
+        self._makers[name] = key.attribute, _maker(key.kind)
+        return self._makers[name]
