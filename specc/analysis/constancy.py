@@ -94,7 +94,9 @@ class Constancy:
     def _parts(
         self, text: ExpressionText, condition: Condition | None = None
     ) -> Iterator[ConstantPart]:
-        if sum(1 for node in walk(text.expr) if isinstance(node.type, Bool)) > MOST_PARTS:
+        nodes = list(walk(text.expr))
+        truths = sum(1 for node in nodes if isinstance(node.type, Bool))
+        if truths > MOST_PARTS or not (truths or any(isinstance(n, LetRef) for n in nodes)):
             return
         self._found = []
         self._in(text, text.expr, condition)

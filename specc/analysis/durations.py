@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from itertools import compress
+from functools import cached_property
+from itertools import chain, compress
 from typing import NamedTuple
 
 from specc.analysis.graph import CAUSES
@@ -86,8 +87,9 @@ class Durations:
         """The conditions that time makes false for ever in a state before they can hold."""
         behaviour = state.behaviour
         conditions = [behaviour.error, behaviour.terminal]
-        asked = [*conditions, *(row.condition for _, row in self._rows(state))]
-        if not any(self._prover.turning(condition.when) for condition in asked):
+        rows = (self._subsystem.rows(state.name, cause) for cause in CAUSES)
+        asked = (*conditions, *(row.condition for of_cause in rows for _, row in of_cause))
+        if self._turning.isdisjoint([id(condition.when) for condition in asked]):
             return
         ending = self._ending(behaviour)
         if ending is None:
@@ -104,6 +106,14 @@ class Durations:
             for row, possible in zip(verdict.rows, verdict.decision.satisfiable, strict=True):
                 if possible and self._excludes(ending, cause, row.condition):
                     yield Late(state, row.condition, row, *end)
+
+    @cached_property
+    def _turning(self) -> set[int]:
+        """The texts of conditions in which time alone turns something, by identity."""
+        ends = [(s.behaviour.error, s.behaviour.terminal) for s in self._subsystem.states]
+        used = [*chain(*ends), *(row.condition for row in self._subsystem.transitions)]
+        asked = {id(condition.when): condition.when for condition in used}
+        return {key for key, when in asked.items() if self._prover.turning(when)}
 
     def _excludes(self, ending: _Ending, cause: Cause, asked: Condition | None) -> bool:
         """Whether a state cannot end by a cause, and with a condition, before it is over."""
@@ -127,11 +137,6 @@ class Durations:
 
     def _is_timed(self, expr: Expr) -> bool:
         return self._dependences.of(expr).clock or has_unknown(expr)
-
-    def _rows(self, state: State) -> Iterator[tuple[Cause, Transition]]:
-        for cause in CAUSES:
-            for _, row in self._subsystem.rows(state.name, cause):
-                yield cause, row
 
     def _ending(self, behaviour: Behaviour) -> _Ending | None:
         """How states end that end by the same conditions, if no parameter decides it."""

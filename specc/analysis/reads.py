@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
 from specc.frozen import frozen
@@ -27,6 +27,7 @@ from specc.proof import InputName
 from specc.source import Place
 
 Name = TypeVar("Name")
+_NODES = "nodes of its expressions"
 
 # The expressions of a subsystem with the texts in which they stand.
 
@@ -78,10 +79,13 @@ def texts(owner: Subsystem | System) -> Iterator[ExpressionText]:
     yield from (ExpressionText(axiom.that, axiom.place, "") for axiom in owner.axioms)
 
 
-def nodes(subsystem: Subsystem) -> Iterator[Expr]:
-    """Every part of every expression of a subsystem."""
-    for text in texts(subsystem):
-        yield from walk(text.expr)
+def nodes(subsystem: Subsystem) -> Sequence[Expr]:
+    """Every part of every expression of a subsystem, which keeps them: many checks ask."""
+    kept = vars(subsystem)
+    if _NODES not in kept:
+        kept[_NODES] = tuple(node for text in texts(subsystem) for node in walk(text.expr))
+    found: Sequence[Expr] = kept[_NODES]
+    return found
 
 
 # What expressions refer to.

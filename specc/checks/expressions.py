@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.analysis.pointless import PointlessPart
-from specc.analysis.reads import texts
+from specc.analysis.reads import nodes, texts
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED, show
 from specc.lang.builtins import FUNCTIONS
@@ -32,7 +32,8 @@ def constants_have_values(facts: Facts) -> Iterator[Diagnostic]:
 def lateness_of_subsystems(facts: Facts) -> Iterator[Diagnostic]:
     """E0339."""
     for subsystem in facts.subsystems:
-        for text in texts(subsystem):
+        lags = any(isinstance(node, Lag) for node in nodes(subsystem))
+        for text in texts(subsystem) if lags else ():
             for node in walk(text.expr):
                 if not (isinstance(node, Lag) and node.name == "late"):
                     continue

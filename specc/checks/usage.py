@@ -71,6 +71,13 @@ def _quoted(label: str) -> str:
 
 
 Part = Behaviour | Condition | Function | Let | Memory
+_PARTS: dict[type, str] = {
+    Behaviour: "behaviour",
+    Condition: "",
+    Function: "function",
+    Let: "let",
+    Memory: "memory element",
+}
 
 
 def parts_used(facts: Facts) -> Iterator[Diagnostic]:
@@ -102,12 +109,8 @@ def _watched(subsystem: Subsystem, facts: Facts) -> tuple[str, ...]:
 
 
 def _label(part: Part) -> str:
-    match part:
-        case Condition():
-            return f"{part.kind} condition {part.name}"
-        case Memory():
-            return f"memory element {part.name}"
-    return f"{type(part).__name__.lower()} {part.name}"
+    kind = _PARTS[type(part)] or f"{part.kind} condition"  # type: ignore[union-attr]  # a condition
+    return f"{kind} {part.name}"
 
 
 def _names(part: Part) -> set[str]:

@@ -72,6 +72,8 @@ _HINTS = (
 )
 
 
+_NUMBER = re.compile("0|[1-9][0-9]{0,14}")
+"""Texts that need no parser; many are such."""
 _SHORT, _KEPT = 200, 1_000
 """Characters of a text whose tree is kept, and how many are: an editor reads most of them again."""
 
@@ -112,6 +114,11 @@ def _read(text: str) -> tuple[ast.expr, list[ast.AST]]:
 
 
 def _parsed(text: str) -> tuple[ast.expr, list[ast.AST]]:
+    if _NUMBER.fullmatch(text):
+        alone = ast.Constant(
+            int(text), lineno=1, col_offset=0, end_lineno=1, end_col_offset=len(text)
+        )
+        return alone, [alone]
     if len(text) > LONGEST:
         message = f"the expression has {len(text)} characters; at most {LONGEST} are read"
         raise ExprError(message, LONGEST, len(text), "split it with `let:`", "E0303")

@@ -284,18 +284,19 @@ TRUE = Truth(True, type=Bool())
 FALSE = Truth(False, type=Bool())
 
 
-@cache
-def _parts(kind: type[Any]) -> tuple[tuple[str, bool], ...]:
-    """The fields that hold subexpressions, and whether each holds several."""
+def _found_parts(kind: type[Any]) -> tuple[tuple[str, bool], ...]:
     holding = {"Expr": False, "Input": False, "tuple[Expr, ...]": True}
     return tuple((p.name, holding[p.type]) for p in fields(kind) if p.type in holding)
 
 
+_parts: Callable[[Any], tuple[tuple[str, bool], ...]] = cache(_found_parts)
+"""The fields of a class that hold subexpressions, and whether each holds several."""
+
+
 def children(expr: Expr) -> list[Expr]:
     """The direct subexpressions of `expr`, left to right."""
-    kind: Any = type(expr)
     found: list[Expr] = []
-    for name, several in _parts(kind):
+    for name, several in _parts(type(expr)):
         if several:
             found += getattr(expr, name)
         else:
@@ -317,7 +318,8 @@ def walk(expr: Expr) -> Iterator[Expr]:
     while waiting:
         part = waiting.pop()
         yield part
-        waiting += reversed(children(part))
+        if _parts(type(part)):
+            waiting += reversed(children(part))
 
 
 def constants_in(expr: Expr) -> list[str]:
@@ -357,4 +359,6 @@ def has_free_variable(expr: Expr) -> bool:
 
 def has_unknown(expr: Expr) -> bool:
     """Whether a part of an expression is unknown."""
+    if not _parts(type(expr)):
+        return isinstance(expr, Unknown)
     return any(isinstance(node, Unknown) for node in walk(expr))

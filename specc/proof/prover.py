@@ -57,6 +57,8 @@ class Prover:
         self._axioms = tuple(map(self._formula, self._assumed))
         self._questions: dict[object, Question] = {}
         self._asked: dict[tuple[str, Cause, int | None], Question] = {}
+        self._alike: dict[tuple[object, ...], Question] = {}
+        """By the conditions that are asked, which most states have in common, by identity."""
         self._decisions: dict[object, Decision] = {}
         self._possible: dict[tuple[Formula, ...], bool | None] = {}
 
@@ -99,15 +101,23 @@ class Prover:
         """What is asked about a state and cause; states whose conditions are the same share it."""
         place = state, cause, without
         if place not in self._asked:
-            rows = self._rows.get((state, cause), ())
-            conditions = tuple(self._formula(row.condition.when) for row in rows)
-            context = self._context(state, cause)
-            key = conditions, context, without
-            if key not in self._questions:
-                axioms = [a for index, a in enumerate(self._axioms) if index != without]
-                self._questions[key] = Question(conditions, context, axioms, self._solver)
-            self._asked[place] = self._questions[key]
+            rows, behaviour = self._rows.get((state, cause), ()), self._behaviours[state]
+            ends = id(behaviour.error.when), id(behaviour.terminal.when)
+            alike = cause, without, *ends, *[id(row.condition.when) for row in rows]
+            if alike not in self._alike:
+                conditions = tuple(self._formula(row.condition.when) for row in rows)
+                key = conditions, self._context(state, cause), without
+                self._alike[alike] = self._questions.get(key) or self._new_question(*key)
+            self._asked[place] = self._alike[alike]
         return self._asked[place]
+
+    def _new_question(
+        self, conditions: tuple[Formula, ...], context: tuple[Formula, ...], without: int | None
+    ) -> Question:
+        axioms = [a for index, a in enumerate(self._axioms) if index != without]
+        made = Question(conditions, context, axioms, self._solver)
+        self._questions[conditions, context, without] = made
+        return made
 
     def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
         """Whether an axiom, by its index, has to do with the rows of a state and cause."""

@@ -34,13 +34,13 @@ class Where:
     raw: object
 
     def __getitem__(self, key: str | int) -> Where:
-        raw: object = None
-        if isinstance(self.raw, dict) or (isinstance(self.raw, list) and isinstance(key, int)):
-            try:
-                raw = self.raw[key]  # type: ignore[index]  # a list takes the int, a dict the key
-            except (KeyError, IndexError):
-                raw = None
-        return Where(self.file, route_below(self.raw, key, self.route), raw)
+        whole, route = self.raw, (*self.route, key)
+        if isinstance(whole, dict):
+            if type(whole) is not dict:
+                route = route_below(whole, key, self.route)
+            return Where(self.file, route, whole.get(key))
+        is_there = isinstance(whole, list) and isinstance(key, int) and key < len(whole)
+        return Where(self.file, route, whole[key] if is_there else None)  # type: ignore[index]  # it is a list
 
     def scalar(self, key: str) -> Where:
         """The value at `key`, or this value itself where the short form is used."""

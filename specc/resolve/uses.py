@@ -33,6 +33,8 @@ from specc.source import Place
 
 def note_target(findings: Findings, at: Where, home: Where, sent: Element | None) -> None:
     """Note peer and element of the key `y.peer.element`; the peer may stand for many."""
+    if findings.kept is None:
+        return
     written = str(at.route[-1])
     begin, middle = 2, written.rindex(".")
     findings.use_key(_buffer_of(home, "y", written[begin:middle]), at, begin, middle)
@@ -42,6 +44,8 @@ def note_target(findings: Findings, at: Where, home: Where, sent: Element | None
 
 def note_event(findings: Findings, name: str, at: Where, home: Where, event: Declared) -> None:
     """Note peer and element of an event, `x.peer.element`."""
+    if findings.kept is None:
+        return
     begin, middle = 2, name.rindex(".")
     findings.use(_buffer_of(home, "x", name[begin:middle]), at, start=begin, end=middle)
     findings.use(event.place, at, start=middle + 1, end=len(name))

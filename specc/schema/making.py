@@ -13,7 +13,6 @@ from typing import Any, TypeVar
 from specc.schema.keys import (
     OTHERS,
     Key,
-    Kind,
     Named,
     OneOf,
     Optional,
@@ -39,29 +38,12 @@ def made(part: type[P], data: object) -> P:
     return _maker(part)(data)  # type: ignore[no-any-return]  # of that class
 
 
-@cache
-def _maker(kind: Kind) -> Make:
-    """What makes a value of a kind."""
-    match kind:
-        case Text() if kind.fault or kind.filled:
-            return partial(_checked_text, kind)
-        case Text():
-            return _scalar if kind.scalars or kind.quantity else _text
-        case Truth():
-            return partial(_of_class, bool)
-        case Whole():
-            return partial(_of_class, int)
-        case Optional():
-            return partial(_optional, _maker(kind.value))
-        case Named():
-            return partial(_named, kind.name.fault, _maker(kind.value))
-        case Several():
-            return partial(_several, kind, _maker(kind.item))
-        case OneOf():
-            return partial(_one_of, {value: value for value in kind.values})
-        case type():
-            return _Mapping(kind).made
-    return _refused
+def _new_maker(kind: Any) -> Make:
+    return _MAKERS[type(kind)](kind)
+
+
+_maker: Callable[[Any], Make] = cache(_new_maker)
+"""What makes a value of a kind."""
 
 
 def others_apart(part: type[Part], data: dict[str, Any], known: dict[str, Key]) -> dict[str, Any]:
@@ -77,10 +59,6 @@ def others_apart(part: type[Part], data: dict[str, Any], known: dict[str, Key]) 
     return {name: value for name, value in data.items() if name in own} | {OTHERS: others}
 
 
-def _refused(value: Any) -> Any:
-    raise Unlike
-
-
 def _text(value: Any) -> Any:
     if type(value) is not str:
         raise Unlike
@@ -93,6 +71,12 @@ def _scalar(value: Any) -> Any:
     if not isinstance(value, (bool, int, float)):
         raise Unlike
     return repr(value)
+
+
+def _of_text(kind: Text) -> Make:
+    if kind.fault or kind.filled:
+        return partial(_checked_text, kind)
+    return _scalar if kind.scalars or kind.quantity else _text
 
 
 def _checked_text(kind: Text, value: Any) -> Any:
@@ -113,7 +97,7 @@ def _optional(make: Make, value: Any) -> Any:
 
 
 def _one_of(values: dict[Any, Any], value: Any) -> Any:
-    if type(value) not in _SCALARS or value not in values:
+    if not isinstance(value, _SCALARS) or value not in values:
         raise Unlike
     return values[value]
 
@@ -170,7 +154,8 @@ class _Mapping:
         return others_apart(self._part, value, self._part.keys)
 
     def _filled(self, data: dict[str, Any], given: frozenset[str]) -> Part:
-        makers, values = self._makers, {"given": given}
+        makers = self._makers
+        values: dict[str, Any] = {"given": given}
         for name, one in data.items():
             attribute, make = makers.get(name) or self._known(name)
             values[attribute] = make(one)
@@ -187,3 +172,15 @@ class _Mapping:
             raise Unlike
         self._makers[name] = key.attribute, _maker(key.kind)
         return self._makers[name]
+
+
+_MAKERS: dict[type, Callable[[Any], Make]] = {
+    Text: _of_text,
+    Truth: lambda kind: partial(_of_class, bool),
+    Whole: lambda kind: partial(_of_class, int),
+    OneOf: lambda kind: partial(_one_of, {value: value for value in kind.values}),
+    Optional: lambda kind: partial(_optional, _maker(kind.value)),
+    Named: lambda kind: partial(_named, kind.name.fault, _maker(kind.value)),
+    Several: lambda kind: partial(_several, kind, _maker(kind.item)),
+    type: lambda kind: _Mapping(kind).made,
+}
