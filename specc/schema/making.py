@@ -38,12 +38,9 @@ def made(part: type[P], data: object) -> P:
     return _maker(part)(data)  # type: ignore[no-any-return]  # of that class
 
 
-def _new_maker(kind: Any) -> Make:
+def _maker(kind: Any) -> Make:
+    """What makes a value of a kind."""
     return _MAKERS[type(kind)](kind)
-
-
-_maker: Callable[[Any], Make] = cache(_new_maker)
-"""What makes a value of a kind."""
 
 
 def others_apart(part: type[Part], data: dict[str, Any], known: dict[str, Key]) -> dict[str, Any]:
@@ -174,6 +171,8 @@ class _Mapping:
         return self._makers[name]
 
 
+_mapping: Callable[[Any], _Mapping] = cache(_Mapping)
+"""Of a class of parts; kinds that are equal may still have other values, 1 and True."""
 _MAKERS: dict[type, Callable[[Any], Make]] = {
     Text: _of_text,
     Truth: lambda kind: partial(_of_class, bool),
@@ -182,5 +181,5 @@ _MAKERS: dict[type, Callable[[Any], Make]] = {
     Optional: lambda kind: partial(_optional, _maker(kind.value)),
     Named: lambda kind: partial(_named, kind.name.fault, _maker(kind.value)),
     Several: lambda kind: partial(_several, kind, _maker(kind.item)),
-    type: lambda kind: _Mapping(kind).made,
+    type: lambda kind: _mapping(kind).made,
 }
