@@ -11,6 +11,7 @@ from specc_runtime.faults import StepFailed
 from specc_runtime.interruption import Abandoned
 from specc_runtime.loading import load_system
 from specc_runtime.options import UsageError
+from specc_runtime.processes import channel
 from specc_runtime.track import outcome_of
 
 from tests.commands import forgotten
@@ -78,6 +79,17 @@ def test_what_is_too_large_to_cross_is_a_fault(package: Path) -> None:
     assert (fault["fault"], fault["culprit"]) == ("StepFailed", f"subsystem {FAR}")
     assert re.search(r"too large .*\(0\.0 MB, and at most 0\.0 MB may cross", fault["message"])
     assert "give it no `budget`" in fault["message"]
+
+
+def test_what_is_too_large_to_be_given_is_a_fault(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(channel, "LARGEST_BYTES", 1000)
+    with Run(package, FAR) as run:
+        run.to(200)
+    (fault,) = run.faults
+    assert (fault["fault"], fault["culprit"]) == ("StepFailed", f"subsystem {FAR}")
+    assert "at most 0.0 MB may cross at once" in fault["message"]
 
 
 def test_a_step_that_hangs_is_told_and_left(package: Path) -> None:

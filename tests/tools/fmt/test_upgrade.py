@@ -9,7 +9,7 @@ from random import Random
 import pytest
 from ruamel.yaml import YAML
 
-from specc.model.expr import Logic, Node
+from specc.model.expr import Logic, Node, Unary
 from specc.pipeline import compile_spec
 from specc.tools.fmt import formatted, upgrade
 from tests.house.tree import ROOT
@@ -20,9 +20,15 @@ FILES = [*sorted(ROOT.glob("specs/skeletons/**/*.yaml")), ROOT / "specs/conveyor
 
 
 def untyped(part: object) -> object:
-    """An expression without types; the order of what `and` and `or` join does not count."""
+    """An expression without types and double negations, `and` and `or` without an order.
+
+    `otherwise` is the negation of other rows: of `not p` it is `p`.
+    """
     if isinstance(part, tuple):
         return tuple(map(untyped, part))
+    match part:
+        case Unary(op="not", operand=Unary(op="not", operand=inner)):
+            return untyped(inner)
     if isinstance(part, Logic):
         return part.op, frozenset(map(untyped, part.operands))
     if not isinstance(part, Node):
