@@ -148,19 +148,13 @@ class Findings:
         of: Place | None,
         at: Where,
         *below: str | int,
+        part: Literal["key", "value"] = "value",
         start: int | None = None,
         end: int | None = None,
     ) -> None:
-        """Note for an editor that a value at or below a place, or a part of it, is a name."""
+        """Note for an editor that a value at or below a place, a key or a part of it is a name."""
         if of is not None and self.kept is not None:
-            self.uses.append(Use(Place(at.file, (*at.route, *below), "value", start, end), of))
-
-    def use_key(
-        self, of: Place | None, at: Where, start: int | None = None, end: int | None = None
-    ) -> None:
-        """Note for an editor that the key at a place, or a part of it, is a name."""
-        if of is not None and self.kept is not None:
-            self.uses.append(Use(Place(at.file, at.route, "key", start, end), of))
+            self.uses.append(Use(Place(at.file, (*at.route, *below), part, start, end), of))
 
     def report(
         self,

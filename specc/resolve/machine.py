@@ -194,7 +194,7 @@ class MachineResolver:
             self.expressions.findings.report("E0214", message, at.key, help=help)
             return "", target, None
         kept = self._memory.get(target)
-        self.expressions.findings.use_key(declared_at(self.where, "memory", target), at)
+        self.expressions.findings.use(declared_at(self.where, "memory", target), at, part="key")
         if kept is None and target not in self.expressions.broken:
             known = [*self._memory, *self._outputs()]
             self.expressions.findings.unknown("E0214", "memory target", target, known, at.key)

@@ -52,10 +52,6 @@ class Lets:
                 except ExprError as error:  # nothing more is read in this run
                     findings.expression_error(at, error)
 
-    def names_in(self, text: str) -> frozenset[str]:
-        """Those that a formula names."""
-        return frozenset(_names(text)) & self._trees.keys() if self._trees else frozenset()
-
     def written_out(self, tree: ast.expr, uses: dict[Span, Place] | None = None) -> ast.expr:
         """A formula with the text of each name in its place; `uses` gets these names.
 

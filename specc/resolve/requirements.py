@@ -16,7 +16,7 @@ from specc.lang.errors import each
 from specc.lang.parse import nodes_of, span
 from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
 from specc.limits import MAX_SPAN_S
-from specc.model.expr import Expr, LetRef, Logic, has_unknown, mapped
+from specc.model.expr import Expr, Logic, has_unknown
 from specc.model.requirement import (
     Formula,
     FormulaLet,
@@ -86,7 +86,7 @@ class FormulaResolver:
             return None
         formula, lasts = found
         self._note(reader, at, formula)
-        readings, names = tuple(reader.readings.values()), self.lets.names_in(text)
+        readings, names = tuple(reader.readings.values()), reader.names
         return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
     def _named(self, lets: Lets, name: str, text: str, at: Where) -> FormulaLet | None:
@@ -95,7 +95,7 @@ class FormulaResolver:
         if found is None:
             return None
         FormulaResolver(self.world, self.expressions, lets)._note(reader, at, found)
-        names = lets.names_in(text)
+        names = reader.names
         if not isinstance(found, TickCondition | Junction | Temporal):
             return FormulaLet(name, None, found, names, lets.places[name])
         readings = tuple(reader.readings.values())
@@ -114,29 +114,18 @@ class FormulaResolver:
 
     def _note(self, reader: _RequirementReader, at: Where, found: Formula | Expr) -> None:
         """Note the meaning of a text, for editors."""
-        text = reader.text
         if isinstance(found, TickCondition | Junction | Temporal):
             parts = tuple(expressions_in(found))
         else:
             parts = (found,)
-        names = self.lets.names_in(text)
-        shown = tuple(dict.fromkeys(_as_written(part, text, names) for part in parts))
-        whole = Logic("and", shown, type=Bool(), span=(0, len(text)))
+        parts = tuple(dict.fromkeys(parts))
+        whole = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
         self._meaning(reader, at, whole)
 
     def _meaning(self, reader: _RequirementReader, at: Where, expr: Expr | None) -> None:
         findings, places = self.expressions.findings, self.expressions.definitions.places
         findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
         findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
-
-
-def _as_written(expr: Expr, text: str, names: frozenset[str]) -> Expr:
-    """An expression with `let` names in the place of their expansions."""
-    if not names:
-        return expr
-    if (name := text[slice(*expr.span)]) in names:
-        return LetRef(name, type=expr.type, span=expr.span)
-    return mapped(expr, lambda part: _as_written(part, text, names))
 
 
 def _report_same_names(
@@ -200,6 +189,12 @@ class _RequirementReader:
         refuse_misspelt(tree, self.scope.operators)
         expr = self._condition(tree, None)
         return TickCondition(expr) if isinstance(expr.type, Bool) else expr
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The lets that the text names."""
+        found = ((self.text[slice(*at)], of) for at, of in self.uses.items())
+        return frozenset(name for name, of in found if self._lets.places.get(name) == of)
 
     def note_others(self) -> None:
         """Note what names name beside an error, which may be in the first part of the text."""

@@ -116,7 +116,7 @@ class _Binder:
         parameters = file.spec.parameters
         self._names(parameters)
         for name in self.arguments.keys() & parameters.keys():
-            self.findings.use_key(file.top["parameters"][name].key, self.where[name])
+            self.findings.use(file.top["parameters"][name].key, self.where[name], part="key")
         bound = {}
         for name, kind in parameters.items():
             if kind == "frame" and name in self.arguments:

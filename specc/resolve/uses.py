@@ -37,9 +37,10 @@ def note_target(findings: Findings, at: Where, home: Where, sent: Element | None
         return
     written = str(at.route[-1])
     begin, middle = 2, written.rindex(".")
-    findings.use_key(_buffer_of(home, "y", written[begin:middle]), at, begin, middle)
+    buffer = _buffer_of(home, "y", written[begin:middle])
+    findings.use(buffer, at, part="key", start=begin, end=middle)
     element = sent.place if sent else declared_at(home, "y", *written[begin:].split("."))
-    findings.use_key(element, at, middle + 1, len(written))
+    findings.use(element, at, part="key", start=middle + 1, end=len(written))
 
 
 def note_event(findings: Findings, name: str, at: Where, home: Where, event: Declared) -> None:
@@ -109,16 +110,16 @@ class _Text:
         match expr:
             case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() | m.Call():
                 kind, name = _KINDS[type(expr)], m.written(_name(expr))
-                if text.startswith(name, start):
+                if self._stands(name, start):
                     type_ = None if kind == "operator" else expr.type
                     yield from self._use(start, start + len(name), self._defined(kind, name), type_)
             case m.BoundVariable():
                 yield from self._use(start, end, variables.get(expr.name), expr.type)
-            case m.Member(type=Enum() as enum):
+            case m.Member(type=Enum() as enum) if self._stands(expr.name, start):
                 yield from self._use(start, end, self._part(enum, expr.name), enum)
             case m.Input():
                 yield from self._input(expr)
-            case m.FieldOf(value=m.Node(type=Record() as record)):
+            case m.FieldOf(value=m.Node(type=Record() as record) as of) if of.span[1] < end:
                 part = self._part(record, "fields", expr.name)
                 yield from self._use(end - len(expr.name), end, part, expr.type)
             case m.Among(item=m.Node(type=Enum() as enum)):
@@ -131,6 +132,11 @@ class _Text:
                 yield from self._use(*declared, at)
         for child in m.children(expr):
             yield from self.named(child, variables)
+
+    def _stands(self, name: str, start: int) -> bool:
+        """Whether the text has the name there: a `let` of formulas stands for what it says."""
+        found = NAME.match(self.meaning.text, start)
+        return found is not None and found[0] == name
 
     def guessed(self) -> Iterator[Use]:
         """The names in a text that could not be typed, by how they are spelt alone."""

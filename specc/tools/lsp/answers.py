@@ -119,7 +119,7 @@ def _told(here: Here) -> tuple[str, int, int] | None:
     """What there is to say of a place, and of which stretch."""
     index, name = here.index, here.occurrence
     if name is not None:
-        return describe_symbol(index, name.symbol, name.reference.type), name.start, name.end
+        return describe_symbol(index, name.symbol, name.type), name.start, name.end
     part = index.part_at(here.path, here.at)
     if part is not None:
         meaning, expr = part
@@ -164,7 +164,7 @@ def references(project: Project, path: str, offset: int, declarations: bool) -> 
     found = {
         here.now(other.start, other.end, file)
         for file, other in here.index.references(here.occurrence.symbol)
-        if declarations or not other.reference.defines
+        if declarations or not other.defines
     }
     return sorted((s for s in found if s), key=lambda s: (s.path, s.start))
 

@@ -9,14 +9,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from specc.frozen import frozen
 from specc.model.expr import Expr, walk
 from specc.model.system import System
 from specc.resolve.context import Findings, Meaning, Use
 from specc.resolve.uses import uses_in, uses_in_type
 from specc.schema.places import split
 from specc.source import Place, Route, SourceFile, Sources, TextNode
-from specc.tools.lsp.references import Links, Reference, links_of, references_of
+from specc.tools.lsp.references import Links, Occurrence, links_of, references_of
 from specc.tools.lsp.symbols import (
     FileSymbols,
     Key,
@@ -29,16 +28,6 @@ from specc.tools.lsp.symbols import (
 )
 
 _DEVICES = {"virtual_effectors": "real_effectors", "virtual_receptors": "real_receptors"}
-
-
-@frozen
-class Occurrence:
-    """A stretch of a file, in offsets, that names a symbol."""
-
-    start: int
-    end: int
-    symbol: Symbol
-    reference: Reference
 
 
 @dataclass(frozen=True)
@@ -71,10 +60,7 @@ class Index:
         if path not in self._occurrences:
             uses = dict.fromkeys(self._uses(source))
             found = references_of(source, self.files, self.links, uses)
-            self._occurrences[path] = tuple(
-                Occurrence(*source.offsets(reference.place), reference.symbol, reference)
-                for reference in found
-            )
+            self._occurrences[path] = tuple(found)
         return self._occurrences[path]
 
     def _uses(self, source: SourceFile) -> Iterator[Use]:

@@ -167,13 +167,15 @@ _PART = re.compile(r"[^.]+")
 
 
 @frozen
-class Reference:
-    """A place that names a symbol."""
+class Occurrence:
+    """A place that names a symbol: a stretch of its file, in offsets, and the type there."""
 
-    place: Place
+    start: int
+    end: int
     symbol: Symbol
-    defines: bool = False
-    type: Type | None = None
+    place: Place
+    defines: bool
+    type: Type | None
 
 
 def references_of(
@@ -181,7 +183,7 @@ def references_of(
     files: Mapping[str, FileSymbols],
     links: Links,
     uses: Iterable[Use],
-) -> Iterator[Reference]:
+) -> Iterator[Occurrence]:
     """The names of symbols in a file, definitions among them; `uses` are of that file."""
     if source.spans is not None:
         reader = _Reader(source, files, links)
@@ -199,16 +201,20 @@ class _Reader:
     links: Links
     variables: dict[Place, Symbol] = field(default_factory=dict)
 
-    def definitions(self) -> Iterator[Reference]:
+    def _named(
+        self, symbol: Symbol, place: Place, defines: bool = False, type_: Type | None = None
+    ) -> Occurrence:
+        offsets = self.source.offsets(place)
+        return Occurrence(*offsets, symbol, place, defines, type_ or symbol.type)
+
+    def definitions(self) -> Iterator[Occurrence]:
         """The definitions themselves; members of enums stand in the texts of types."""
         own = self.files[self.source.path]
-        for symbol in own.by_route.values():
-            yield Reference(symbol.place, symbol, defines=True)
-        for symbol in own.top.values():
-            if symbol.kind == "member":
-                yield Reference(symbol.place, symbol, defines=True)
+        members = (symbol for symbol in own.top.values() if symbol.kind == "member")
+        for symbol in (*own.by_route.values(), *members):
+            yield self._named(symbol, symbol.place, defines=True)
 
-    def used(self, use: Use) -> Iterator[Reference]:
+    def used(self, use: Use) -> Iterator[Occurrence]:
         """A name in a text, if what it names is a symbol."""
         key = key_of(use.of)
         if use.of.start is not None:
@@ -216,8 +222,7 @@ class _Reader:
         else:
             symbol = self._at(self.links.named.get(key, key))
         if symbol is not None:
-            defines, type_ = use.place == use.of, use.type or symbol.type
-            yield Reference(use.place, symbol, defines, type_)
+            yield self._named(symbol, use.place, use.place == use.of, use.type)
 
     def _variable(self, use: Use) -> Symbol:
         """A variable lives in its text only."""
@@ -229,17 +234,17 @@ class _Reader:
         symbol.type = symbol.type or use.type
         return symbol
 
-    def in_key(self, route: Route) -> Iterator[Reference]:
+    def in_key(self, route: Route) -> Iterator[Occurrence]:
         """What the model knows of keys: the ends of buffers, and bound elements."""
         key, rest = (self.source.path, route), split(route)[1]
         match rest:
             case ("x" | "y", str()):
                 if (symbol := self._at(self.links.named.get(key))) is not None:
-                    yield Reference(Place(*key, "key"), symbol, type=symbol.type)
+                    yield self._named(symbol, Place(*key, "key"))
             case ("plant", "bind", str(name)):
                 yield from self._bound(route, name)
 
-    def _bound(self, route: Route, name: str) -> Iterator[Reference]:
+    def _bound(self, route: Route, name: str) -> Iterator[Occurrence]:
         """Agent, device and element in `irp.E.m.c_d`."""
         element = self._at(self.links.bindings.get((self.source.path, route)))
         device = self._at((element.place.file, element.owner)) if element else None
@@ -249,7 +254,7 @@ class _Reader:
             for part, symbol in zip(parts, (agent, None, device, element), strict=True):
                 if symbol is not None:
                     place = Place(self.source.path, route, "key", *part.span())
-                    yield Reference(place, symbol, type=symbol.type)
+                    yield self._named(symbol, place)
 
     def _at(self, key: Key | None) -> Symbol | None:
         return symbol_at(self.files, key) if key else None

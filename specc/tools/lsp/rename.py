@@ -13,8 +13,9 @@ from specc.resolve.uses import names_in
 from specc.schema.keys import Form, SymbolKind
 from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import TYPE_WORDS
-from specc.tools.lsp.index import Index, Occurrence
+from specc.tools.lsp.index import Index
 from specc.tools.lsp.project import Project
+from specc.tools.lsp.references import Occurrence
 from specc.tools.lsp.symbols import Symbol, node_at, values
 
 # Whether a symbol can be renamed: invalid names, names in use, names that Python relies on.
@@ -77,7 +78,7 @@ def check_name(symbol: Symbol, new: str) -> None:
 
 def check_free(index: Index, symbol: Symbol, path: str, occurrence: Occurrence, new: str) -> None:
     """Raise `RenameError` if something that can be named at an occurrence has the new name."""
-    owner, _ = split(occurrence.reference.place.route)
+    owner, _ = split(occurrence.place.route)
     for other in index.visible(path, owner):
         if other.name == new and _same_namespace(symbol, other):
             raise RenameError(_taken(index, other))
