@@ -291,10 +291,14 @@ def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Ite
 
 
 def _task(index: Index, role: Role) -> Iterator[Item]:
+    """Subsystems; states and memory of the one whose cycles are counted."""
+    subsystems = index.system.subsystems if index.system else ()
+    task = index.system.task if index.system else None
+    counted = [s for s in subsystems if task and s.qualified_name == task.subsystem]
     names = {
-        "subsystem": index.links.subsystems,
-        "state": index.links.states,
-        "memory": index.links.memory,
+        "subsystem": [s.qualified_name for s in subsystems],
+        "state": [state.name for s in counted for state in s.states],
+        "memory": [memory.name for s in counted for memory in s.memory],
     }
     for name in names[role.kind or ""]:
         yield Item(name, role.kind or "")

@@ -78,10 +78,6 @@ class Links:
     shared: dict[Key, Key] = field(default_factory=dict)
     """Element of a buffer that names an interface -> the element of the interface."""
     bindings: dict[Key, Key] = field(default_factory=dict)
-    subsystems: dict[str, Key] = field(default_factory=dict)
-    states: dict[str, Key] = field(default_factory=dict)
-    """States of the subsystem that the task counts; so with its memory."""
-    memory: dict[str, Key] = field(default_factory=dict)
     paths: Paths = field(default_factory=Paths)
     """What requirements may name."""
     in_python: dict[str, str] = field(default_factory=dict)
@@ -100,12 +96,10 @@ def links_of(system: System | None) -> Links:
     links.agents = {agent.name: key_of(agent.place) for agent in system.agents}
     links.in_python = enums_in_python(system)
     wires = Wires(system.agents)
-    links.subsystems = {name: key_of(part.place) for name, part in wires.subsystems.items()}
     for subsystem in system.subsystems:
         _types(links, subsystem)
         _connections(links, subsystem, wires)
     _bindings(links, system, wires)
-    _task(links, system)
     links.paths = paths_of(system)
     return links
 
@@ -151,13 +145,6 @@ def _bindings(links: Links, system: System, wires: Wires) -> None:
             if element.name == binding.element:
                 links.types[key_of(element.place)] = element.type
                 links.bindings[key_of(binding.place)] = key_of(element.place)
-
-
-def _task(links: Links, system: System) -> None:
-    for subsystem in system.subsystems:
-        if system.task is not None and subsystem.qualified_name == system.task.subsystem:
-            links.states = {s.name: key_of(s.place) for s in subsystem.states}
-            links.memory = {m.name: key_of(m.place) for m in subsystem.memory}
 
 
 # Where the texts of a file name symbols.
