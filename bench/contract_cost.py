@@ -22,13 +22,13 @@ import numpy as np
 from specc_runtime import contracts as c
 from specc_runtime.builtins import finite
 from specc_runtime.clock import WallClock
+from specc_runtime.environment import open_judge, open_plant
 from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.operators.regulator import RegulatorOutput, RegulatorState
 from specc_runtime.options import Options
 from specc_runtime.plant import Deferred
 from specc_runtime.session import Session
-from specc_runtime.setting import open_judge, open_plant
 from specc_runtime.subsystem import Subsystem
 
 from bench.handwritten import irp_m

@@ -23,13 +23,13 @@ from typing import Any
 
 from specc_runtime.clock import WallClock
 from specc_runtime.cycle import Executor
+from specc_runtime.environment import open_plant
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
 from specc_runtime.placement import placed
 from specc_runtime.plant import Deferred
 from specc_runtime.processes.worker import Processes
 from specc_runtime.punctuality import Punctuality, in_words
-from specc_runtime.setting import open_plant
 from specc_runtime.system import System
 from specc_runtime.timing import RealTime
 

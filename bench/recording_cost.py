@@ -19,13 +19,13 @@ from unittest.mock import patch
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
+from specc_runtime.environment import open_judge, open_plant
 from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
 from specc_runtime.recording import log
 from specc_runtime.recording.recorder import Recorder
 from specc_runtime.session import Session
-from specc_runtime.setting import open_judge, open_plant
 
 from bench.harness.building import FLAGSHIP, generate
 from bench.harness.tables import table

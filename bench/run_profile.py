@@ -25,6 +25,7 @@ from typing import Any, Literal, get_args
 from specc_runtime.cells.irp6_picking import PickJudge
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion
+from specc_runtime.environment import open_judge, open_plant
 from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
@@ -39,7 +40,6 @@ from specc_runtime.records import RecordDigest
 from specc_runtime.report import Statistics
 from specc_runtime.sampling import Port
 from specc_runtime.session import Session
-from specc_runtime.setting import open_judge, open_plant
 from specc_runtime.system import System
 from specc_runtime.task import Cycles
 from specc_runtime.track import Track

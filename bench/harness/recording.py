@@ -8,11 +8,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from specc_runtime.clock import WallClock
+from specc_runtime.environment import open_judge, open_plant
 from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
 from specc_runtime.session import Session
-from specc_runtime.setting import open_judge, open_plant
 from specc_runtime.subsystem import Subsystem
 
 from bench.harness.building import generate

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from specc_runtime.cycle import Executor
+    from specc_runtime.environment import open_judge, open_plant
     from specc_runtime.faults import Fault
     from specc_runtime.loading import load_system
     from specc_runtime.options import UsageError
     from specc_runtime.plant import NO_SAMPLE, Deferred, Latest, Plant, Sample
     from specc_runtime.plants.errors import PlantError
     from specc_runtime.records import StepRecord
-    from specc_runtime.setting import open_judge, open_plant
     from specc_runtime.system import System
     from specc_runtime.task import Judge, Scene
     from specc_runtime.timing import Paced, RealTime
@@ -50,7 +50,7 @@ _HOMES = {
     "plant": ("NO_SAMPLE", "Deferred", "Latest", "Plant", "Sample"),
     "plants.errors": ("PlantError",),
     "records": ("StepRecord",),
-    "setting": ("open_judge", "open_plant"),
+    "environment": ("open_judge", "open_plant"),
     "system": ("System",),
     "task": ("Judge", "Scene"),
     "timing": ("Paced", "RealTime"),

@@ -12,6 +12,7 @@ from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, OutputLost, Recording, ReportKeeper, ViewerCompanion
 from specc_runtime.cycle import REST_S
 from specc_runtime.ending import tell
+from specc_runtime.environment import made_plant, open_judge, prepare
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
@@ -20,12 +21,11 @@ from specc_runtime.options import Options, UsageError
 from specc_runtime.placement import placed
 from specc_runtime.plant import Grouped, Pictured, Viewable
 from specc_runtime.plants.errors import PlantError
+from specc_runtime.printing import say
 from specc_runtime.processes.worker import Processes
 from specc_runtime.report import Report, check_outputs, stillborn, write
 from specc_runtime.session import Session
-from specc_runtime.setting import made_plant, open_judge, prepare
 from specc_runtime.system import PlantSpec, System
-from specc_runtime.telling import say
 from specc_runtime.watchdog import Watchdog
 
 if TYPE_CHECKING:

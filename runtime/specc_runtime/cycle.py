@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, cast
 
+from specc_runtime.between_steps import Standing
 from specc_runtime.blame import Blame
 from specc_runtime.buffers import slots
 from specc_runtime.clock import WallClock
 from specc_runtime.distortion import Distortable, Distortion
-from specc_runtime.due import Due
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
 from specc_runtime.plant import Plant
@@ -22,8 +22,8 @@ from specc_runtime.processes.worker import Processes
 from specc_runtime.records import Observer
 from specc_runtime.safety import Commands, LastOutput, hand_over, leave_safe
 from specc_runtime.sampling import Onlooker, Sensor
+from specc_runtime.schedule import Due
 from specc_runtime.snapshot import Values
-from specc_runtime.standing import Standing
 from specc_runtime.subsystem import contents
 from specc_runtime.system import System
 from specc_runtime.timing import Quantiles, RealTime, SimulatedTime, Timing

@@ -15,8 +15,8 @@ from typing import Any, Protocol
 from specc_runtime.distortion import Distortion, joined
 from specc_runtime.examination import shortcomings
 from specc_runtime.options import UsageError
+from specc_runtime.random_streams import stream
 from specc_runtime.requirements import Requirements
-from specc_runtime.streams import stream
 from specc_runtime.system import Disturbance
 from specc_runtime.task import drawn
 

@@ -6,8 +6,8 @@ import shlex
 from collections.abc import Iterator
 
 from specc_runtime.options import Options
+from specc_runtime.printing import say
 from specc_runtime.report import Report
-from specc_runtime.telling import say
 
 _MOST_MOMENTS = 3
 

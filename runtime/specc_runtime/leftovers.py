@@ -9,7 +9,7 @@ import sys
 import threading
 from pathlib import Path
 
-from specc_runtime.telling import say
+from specc_runtime.printing import say
 
 
 class Leftovers:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from specc_runtime.extras import remedy
 from specc_runtime.leftovers import Leftovers
 from specc_runtime.options import Options, parse
-from specc_runtime.telling import say
+from specc_runtime.printing import say
 
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from specc_runtime.options import Options, UsageError
+from specc_runtime.printing import say
 from specc_runtime.system import Scheduled, System
-from specc_runtime.telling import say
 from specc_runtime.timing import Quantiles
 
 _ROUNDING = 1 + 1e-9  # times are multiples of a rounded tick

@@ -17,7 +17,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
-from specc_runtime.aside import replacing
+from specc_runtime.atomic_files import replacing
 from specc_runtime.faults import Fault, text_of
 from specc_runtime.options import Options, UsageError
 from specc_runtime.records import StepRecord

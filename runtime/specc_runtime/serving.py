@@ -23,7 +23,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
-from specc_runtime.aside import replacing
+from specc_runtime.atomic_files import replacing
 from specc_runtime.main import run
 from specc_runtime.options import Options
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from specc_runtime.contracts import as_bool
 from specc_runtime.faults import JudgeFailed
+from specc_runtime.random_streams import stream
 from specc_runtime.records import StepRecord
 from specc_runtime.savable import from_plain, plain
-from specc_runtime.streams import stream
 from specc_runtime.system import Draw, System
 from specc_runtime.wrong import Blamed, Unfit
 

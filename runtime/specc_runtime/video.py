@@ -10,12 +10,12 @@ from typing import Any, ClassVar, Protocol
 import cv2
 import numpy as np
 
-from specc_runtime.aside import replacing
+from specc_runtime.atomic_files import replacing
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import OutputLost, View
 from specc_runtime.faults import said
 from specc_runtime.options import Options, UsageError
-from specc_runtime.telling import say
+from specc_runtime.printing import say
 from specc_runtime.values import Rgb
 
 MOST_PICTURES = 240

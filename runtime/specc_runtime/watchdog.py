@@ -14,8 +14,8 @@ from types import FrameType, TracebackType
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import Frames, StepAbandoned, computed_at
 from specc_runtime.interruption import SIGNALS, Interruption
+from specc_runtime.printing import say
 from specc_runtime.subsystem import Subsystem, contents
-from specc_runtime.telling import say
 from specc_runtime.track import outcome_of
 
 PATIENCE_S = 10.0

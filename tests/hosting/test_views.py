@@ -18,6 +18,7 @@ import pytest
 from specc_runtime.blocks import Block
 from specc_runtime.contracts import as_rgb
 from specc_runtime.cycle import Executor
+from specc_runtime.environment import decoders
 from specc_runtime.hosting import client
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.devices import Array
@@ -31,7 +32,6 @@ from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.processes.worker import Processes
 from specc_runtime.records import StepRecord
 from specc_runtime.ros2.binding import Ros2, Ros2Topic
-from specc_runtime.setting import decoders
 from specc_runtime.system import PlantInput, PlantSpec
 
 from specc import output, pipeline

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from specc_runtime.plants.mujoco.noise import grain, kinect_depth
-from specc_runtime.streams import stream
+from specc_runtime.random_streams import stream
 
 
 @pytest.mark.parametrize("z", [0.6, 1.1, 2.0])

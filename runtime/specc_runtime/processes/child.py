@@ -21,6 +21,7 @@ from typing import Any
 
 from specc_runtime.blocks import Block
 from specc_runtime.buffers import freeze
+from specc_runtime.environment import decoders
 from specc_runtime.faults import Fault, StepFailed
 from specc_runtime.forms import Layout
 from specc_runtime.hosting.memory import Extent
@@ -31,7 +32,6 @@ from specc_runtime.options import UsageError
 from specc_runtime.processes.channel import Gone, ProcessChannel, TooLarge
 from specc_runtime.processes.crossing import Changes, Receiver, Sender
 from specc_runtime.processes.fault_data import Told, told
-from specc_runtime.setting import decoders
 from specc_runtime.stepping import Stepper
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
-from specc_runtime.telling import say
+from specc_runtime.printing import say
 
 BAR_INTERVAL_S = 0.1
 LINE_INTERVAL_S = 5.0

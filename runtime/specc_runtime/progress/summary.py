@@ -14,9 +14,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from specc_runtime.faults import text_of
+from specc_runtime.printing import harmless, visible
 from specc_runtime.punctuality import in_words
 from specc_runtime.report import Report
-from specc_runtime.telling import harmless, visible
 
 CYCLES_ABREAST = 4
 

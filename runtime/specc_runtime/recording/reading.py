@@ -22,7 +22,7 @@ from mcap.records import (
 )
 from mcap.stream_reader import StreamReader
 
-from specc_runtime.aside import replacing
+from specc_runtime.atomic_files import replacing
 from specc_runtime.recording.budget import Budget, Unusable
 from specc_runtime.recording.container import Container, write_chunks
 from specc_runtime.recording.container import Message as Written

@@ -20,7 +20,7 @@ from specc_runtime.plants.mujoco.cameras import Cameras
 from specc_runtime.plants.mujoco.model import find, position_indices
 from specc_runtime.plants.mujoco.ranging import Ranges, reach_m
 from specc_runtime.plants.mujoco.view import Camera
-from specc_runtime.streams import stream
+from specc_runtime.random_streams import stream
 
 _TICK_TOLERANCE = 1e-6  # of a period; times are sums of floating-point time steps
 
