@@ -30,6 +30,7 @@ def completed(line: str, folder: Path) -> set[str]:
         ("specc vali", {"validate"}),
         ("specc run gate.yaml --cy", {"--cycles", "--cycle-limit"}),
         ("specc import f", {"fabric"}),
+        ("specc import fabric --co", {"--connect"}),
         ("specc run gate.yaml --renderer ", {"auto", "gl", "raycast"}),
         ("specc run ga", {"gate.yaml"}),
     ],
