@@ -8,37 +8,35 @@ import re
 import sys
 from collections.abc import Iterator
 from functools import lru_cache
-from importlib.machinery import PathFinder, SourceFileLoader
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 
 from specc.limits import spend
 
 MOST_BYTES = 1_000_000
 """Of a module that is read; nothing is known of a longer one."""
 _DEEPEST = 20
+_DEFINED = re.compile(r"^(?:class|def|async def) (\w+)", re.MULTILINE)
 _DYNAMIC = frozenset(("globals", "vars", "exec", "setattr"))
 """Functions that may define names that do not stand in the text."""
 _NESTED = ast.If | ast.Try | ast.With | ast.For | ast.While
 
 
-def lacks(python: str, folder: str = "", known: dict[str, str | None] | None = None) -> bool:
+def lacks(python: str, folder: str = "", known: dict[str, ModuleSpec | None] | None = None) -> bool:
     """Whether the module of a `module:name` surely does not define the name.
 
     The `folder` of the specification is looked into last, as in a run. Nothing is known of modules
     that are not found or have no text, such as extension modules, of those that may define names
-    while they are imported, and of those beyond the allowance of a run. `known` gets the files of
-    modules, so that each is looked for once.
+    while they are imported, and of those beyond the allowance of a run. `known` gets the modules
+    that are found, so that each is looked for once.
     """
     module, _, name = python.partition(":")
-    sources = {} if known is None else known
-    if module not in sources:
-        sources[module] = _source_of(module.split("."), folder)
-    path = sources[module]
+    path = _source_of(module, folder, {} if known is None else known)
     if path is None or not name:
         return False
     try:
         found = os.stat(path)
         text = _text(path, found.st_mtime_ns, found.st_size)
-        if re.search(rf"^(class|def|async def) {re.escape(name)}\b", text, re.MULTILINE):
+        if name in _said(text):
             return False
         if not spend("modules", len(text)):
             return False
@@ -52,18 +50,23 @@ def lacks(python: str, folder: str = "", known: dict[str, str | None] | None = N
     return names is not None and name.partition(".")[0] not in names and not is_module
 
 
-def _source_of(parts: list[str], folder: str) -> str | None:
+def _source_of(module: str, folder: str, known: dict[str, ModuleSpec | None]) -> str | None:
     """The file of a module; its packages are looked into and not imported."""
-    folders = [*sys.path, os.path.realpath(folder)]
-    spec = None
-    if parts[0] in sys.builtin_module_names:
+    if module.partition(".")[0] in sys.builtin_module_names or module.count(".") >= _DEEPEST:
         return None
-    for name in parts if len(parts) <= _DEEPEST else ():
-        spec = PathFinder.find_spec(name, folders)  # with a dot, it would look for the package
-        if spec is None:
-            return None
-        folders = list(spec.submodule_search_locations or ())
+    spec = _spec_of(module, folder, known)
     return spec.origin if spec and isinstance(spec.loader, SourceFileLoader) else None
+
+
+def _spec_of(module: str, folder: str, known: dict[str, ModuleSpec | None]) -> ModuleSpec | None:
+    if module not in known:
+        package, _, name = module.rpartition(".")
+        folders = [*sys.path, os.path.realpath(folder)]
+        if package:
+            above = _spec_of(package, folder, known)
+            folders = list((above and above.submodule_search_locations) or ())
+        known[module] = PathFinder.find_spec(name, folders)  # with a dot, it would look for more
+    return known[module]
 
 
 @lru_cache(maxsize=256)
@@ -73,6 +76,12 @@ def _text(path: str, changed_ns: int, size: int) -> str:
         raise ValueError
     with open(path, encoding="utf-8") as file:
         return file.read(MOST_BYTES)
+
+
+@lru_cache(maxsize=256)
+def _said(text: str) -> frozenset[str]:
+    """The classes and functions at the top of a module, as its lines begin."""
+    return frozenset(_DEFINED.findall(text))
 
 
 @lru_cache(maxsize=256)

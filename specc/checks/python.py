@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from importlib.machinery import ModuleSpec
 
 from specc.analysis import Facts
 from specc.analysis.python import lacks
@@ -16,7 +17,7 @@ from specc.source import Place
 def names_defined(facts: Facts) -> Iterator[Diagnostic]:
     """W0241, once for each object that is named."""
     folder = os.path.dirname(facts.system.file)
-    known: dict[str, str | None] = {}
+    known: dict[str, ModuleSpec | None] = {}
     for python, place in dict(_named(facts.system)).items():
         if lacks(python, folder, known):
             module, _, name = python.partition(":")
