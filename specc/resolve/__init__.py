@@ -16,15 +16,15 @@ from specc.model.task import Task
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver
+from specc.resolve.command_line import Given
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.disturbances import disturbances_of, untimely
 from specc.resolve.expressions import Expressions
-from specc.resolve.given import Given
+from specc.resolve.formula_lets import Lets
 from specc.resolve.groups import groups_of
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
-from specc.resolve.named import Lets
 from specc.resolve.named_definitions import definitions_of, named_in_agents, types_named
 from specc.resolve.plant import resolve_plant, resolve_task
 from specc.resolve.readings import World

@@ -21,12 +21,12 @@ from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, left, spend
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
 from specc.read import ANYWHERE, Reach
+from specc.resolve.command_line import Given
 from specc.resolve.context import Findings, TypeText, Where, file_hint, trace_of
 from specc.resolve.definitions import Definitions, Interface, MakeType, open_sizes, sizes_met
 from specc.resolve.expressions import Expressions
-from specc.resolve.given import Given
 from specc.resolve.groups import Groups
-from specc.resolve.makers import TypeMaker
+from specc.resolve.named_types import TypeMaker
 from specc.schema import SpecFile
 from specc.schema.files import OperatorDef, TypeDef
 from specc.source import Place

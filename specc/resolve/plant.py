@@ -14,10 +14,10 @@ from specc.model.task import Task
 from specc.model.trace import Trace
 from specc.model.types import Real
 from specc.model.units import Unit
+from specc.resolve.command_line import Given
 from specc.resolve.context import Findings, Where, duration_of
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, rate_of
-from specc.resolve.given import Given
 from specc.resolve.scene import starts_of
 from specc.schema.files import BindingDef, PlantDef, QosDef, Ros2Def, SceneDef, TaskDef
 

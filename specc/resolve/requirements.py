@@ -33,8 +33,8 @@ from specc.model.types import Bool, Real
 from specc.model.units import SECOND
 from specc.resolve.context import Meaning, Use, Where
 from specc.resolve.expressions import Expressions, known_number
+from specc.resolve.formula_lets import Lets, refuse_names
 from specc.resolve.library import constant_scope
-from specc.resolve.named import Lets, refuse_names
 from specc.resolve.readings import Names, World, formula_error
 from specc.schema.files import FormulaLetDef, RequirementDef
 

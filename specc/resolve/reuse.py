@@ -13,10 +13,10 @@ from specc.model.expr import Expr, constants_in
 from specc.model.system import Constant
 from specc.model.types import Frame, Int, Type
 from specc.reachable import reachable
+from specc.resolve.command_line import Given
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, indices_of, inlined, may_be_size
 from specc.resolve.expressions import Expressions
-from specc.resolve.given import Given
 from specc.resolve.groups import Groups
 from specc.resolve.library import Library, Loaded, constant_scope
 from specc.resolve.sizes import Sizes

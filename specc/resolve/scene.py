@@ -9,10 +9,10 @@ from specc.model.expr import Expr
 from specc.model.task import Draw
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, Unit
+from specc.resolve.command_line import Given
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, known_number
-from specc.resolve.given import Given
 from specc.resolve.library import constant_scope
 from specc.schema.files import DrawDef, SceneDef
 

@@ -17,10 +17,10 @@ from specc.tools.lsp.describe import (
     describe_part,
     describe_symbol,
 )
-from specc.tools.lsp.mending import shift
 from specc.tools.lsp.project import Project, View
 from specc.tools.lsp.rename import NameEdit, RenameError, check_renameable, rename
 from specc.tools.lsp.symbols import beside
+from specc.tools.lsp.unfinished import shift
 
 _UNUSED_IGNORE = "W0901"
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from specc.diagnostics import Diagnostic, Edit
 from specc.source import Place, Sources
-from specc.tools.lsp.mending import difference
+from specc.tools.lsp.unfinished import difference
 
 _OF_TEXTS = ("E02", "E03", "O02")
 """Names and types: wrong whatever the missing parts say, unless these declare the name."""

@@ -14,10 +14,10 @@ from specc.tools.lsp.actions import Action
 from specc.tools.lsp.answers import Hover, Note, Stretch
 from specc.tools.lsp.completion import Completion
 from specc.tools.lsp.describe import OutlineEntry
-from specc.tools.lsp.mending import difference
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import NameEdit
 from specc.tools.lsp.signature import CallSignature
+from specc.tools.lsp.unfinished import difference
 
 # Offsets into a text and positions of the protocol, whose columns count code units.
 #

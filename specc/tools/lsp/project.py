@@ -23,7 +23,7 @@ from specc.schema import ROW_KEYS
 from specc.source import SourceFile, Sources, real_path
 from specc.tools.lsp.certain import certain
 from specc.tools.lsp.index import Index, build_index
-from specc.tools.lsp.mending import Shift, mended, shift
+from specc.tools.lsp.unfinished import Shift, mended, shift
 
 _SYSTEM = re.compile(r"(?:^|\r)system\s*:", re.MULTILINE)
 _SUFFIXES = (".yaml", ".yml")

@@ -11,7 +11,7 @@ from math import prod
 
 from specc.frozen import frozen
 from specc.model.units import UnitError, parse_unit
-from specc.resolve.given import in_unit, quantity
+from specc.resolve.command_line import in_unit, quantity
 from specc.tools.sweep.running import OWN
 
 MOST_RUNS = 1_000_000

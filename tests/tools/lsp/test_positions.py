@@ -6,7 +6,7 @@ import pytest
 
 from specc.source import SourceFile
 from specc.tools.lsp.convert import Columns, Position
-from specc.tools.lsp.mending import shift
+from specc.tools.lsp.unfinished import shift
 
 TEXT = "a: 1\r\nβ: '🦾 x'\n\n𝔹𝔹: ok\rlast"
 SOURCE = SourceFile("file", TEXT)

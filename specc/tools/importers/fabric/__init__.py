@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from specc.source import Sources
-from specc.tools.importers.carried import Imported, Notes, document, read_markup
 from specc.tools.importers.fabric.reader import FabricSubsystem, read_definition
 from specc.tools.importers.fabric.subsystem import AgentMaker
 from specc.tools.importers.fabric.wiring import End, Ends, SharedDefinitions, Wiring, connect
+from specc.tools.importers.import_notes import Imported, Notes, document, read_markup
 from specc.tools.importers.writing import PEERS, Data, SpecNames, rate
 
 DEFAULT_PERIOD_S = Fraction(1, 1000)

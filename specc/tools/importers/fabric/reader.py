@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import TypeVar
 
 from specc.frozen import frozen
-from specc.tools.importers.carried import Notes
+from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.logic import FALSE, Logic, LogicError, Operand, atoms, join, parse_logic
 from specc.tools.importers.markup import XmlElement
 

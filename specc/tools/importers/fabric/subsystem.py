@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
-from specc.tools.importers.carried import Notes
 from specc.tools.importers.fabric.reader import (
     IN_ERROR,
     OK,
@@ -14,6 +13,7 @@ from specc.tools.importers.fabric.reader import (
     NextState,
 )
 from specc.tools.importers.fabric.wiring import PARTS, Ends, SharedDefinitions
+from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.logic import FALSE, TRUE, Logic, Not, Operand, render, substitute
 from specc.tools.importers.writing import Data, SpecNames
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from specc.tools.importers.carried import Notes
 from specc.tools.importers.fabric.reader import Buffer, FabricSubsystem
+from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.writing import Data, SpecNames
 
 # Types and operators that imported subsystems need, and the Python modules behind them.

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from specc.source import Sources
-from specc.tools.importers.carried import Imported, Notes, document, read_markup
+from specc.tools.importers.import_notes import Imported, Notes, document, read_markup
 from specc.tools.importers.logic import atoms
 from specc.tools.importers.scxml.chart import Chart, ChartState, read_chart
 from specc.tools.importers.scxml.machine import EVENTS, Events, GuardedTransition, left, rows_of

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from specc.frozen import frozen
 from specc.source import Place
-from specc.tools.importers.carried import Notes
+from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.logic import TRUE, Logic, LogicError, Operand, parse_logic
 from specc.tools.importers.markup import XmlElement
 

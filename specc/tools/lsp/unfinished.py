@@ -15,7 +15,7 @@ from specc.source import Place, SourceFile
 #
 # While a line is being typed the file often is no YAML. Then the last text that could be understood
 # answers, and offsets are carried over the one stretch that changed. A mended text has blanks where
-# there are errors, and everything else in its place (`specc.tools.lsp.mending`).
+# there are errors, and everything else in its place (`specc.tools.lsp.unfinished`).
 
 
 @frozen

@@ -7,7 +7,7 @@ import pytest
 from specc.read import read_text
 from specc.schema import ROW_KEYS
 from specc.tools.lsp.cursor import outline
-from specc.tools.lsp.mending import mended
+from specc.tools.lsp.unfinished import mended
 from tests.tools.lsp.workspace import SYSTEM
 
 
