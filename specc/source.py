@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Literal
 
 from specc.alignment import ScalarStyle, raw_offsets
-from specc.frozen import frozen
+from specc.frozen import frozen, remembering
 
 Route = tuple[str | int, ...]
 """Keys and indices from the top of a file down to a value."""
@@ -72,7 +72,7 @@ class TextNode:
     values: dict[str | int, "TextNode"] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@remembering
 class SourceFile:
     """A file as it was read; `spans` is None when it has no tree of values.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import TypeVar
 
 from specc.diagnostics.nearest import is_slip, surely_meant
-from specc.frozen import frozen
+from specc.frozen import frozen, remembering
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -54,7 +54,7 @@ def of_types(types: Mapping[Name, Type]) -> dict[Name, Declared]:
     return {name: Declared(type) for name, type in types.items()}
 
 
-@dataclass(frozen=True)
+@remembering
 class Scope:
     """The names that an expression may use. A name is looked up in the order of the fields."""
 

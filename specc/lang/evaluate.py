@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import Any
 
+from specc.frozen import remembering
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.signs import SIGNS
 from specc.model import expr as m
@@ -22,7 +23,7 @@ from specc.model.types import ListOf, Real, Vector
 Value = Any
 
 
-@dataclass(frozen=True)
+@remembering
 class Environment:
     """Values of everything that an expression may refer to."""
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from typing import NamedTuple
 
 from specc.diagnostics.nearest import nearest
-from specc.frozen import frozen
+from specc.frozen import frozen, remembering
 from specc.lang.builtins import RESERVED
 from specc.lang.errors import ExprError, one_of
 from specc.lang.literals import unit_error
@@ -66,7 +66,7 @@ _FOREIGN = {
 """What other languages call the types."""
 
 
-@dataclass(frozen=True)
+@remembering
 class TypeNames:
     """Frames and named types that type texts may use."""
 

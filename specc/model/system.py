@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Literal
 
-from specc.frozen import frozen
+from specc.frozen import frozen, remembering
 from specc.model.binding import Binding, Published, Ros2
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
@@ -138,7 +137,7 @@ class Outside:
     place: Place
 
 
-@dataclass(frozen=True)
+@remembering
 class Subsystem:
     """A control subsystem, virtual effector or virtual receptor."""
 

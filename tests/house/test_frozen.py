@@ -1,9 +1,14 @@
 """Frozen classes are those of `dataclass(frozen=True, slots=True)`; mypy refuses changes."""
 
 import pickle
-from dataclasses import field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import cached_property
+from inspect import signature
+from typing import Any
 
-from specc.frozen import frozen
+import pytest
+
+from specc.frozen import frozen, remembering
 
 
 @frozen
@@ -41,3 +46,78 @@ def test_values_are_shown_copied_and_pickled() -> None:
     match Point(1.0, 2.0):
         case Point(x, y):
             assert (x, y) == (1.0, 2.0)
+
+
+@frozen
+class Node:
+    _: KW_ONLY
+    kind: str
+    span: tuple[int, int] = (0, 0)
+
+
+@frozen
+class Leaf(Node):
+    value: float
+    note: str = ""
+
+
+@dataclass
+class Usual:
+    value: float
+    note: str = ""
+    _: KW_ONLY
+    kind: str
+    span: tuple[int, int] = (0, 0)
+
+
+@frozen
+class Doubled:
+    value: float
+    twice: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "twice", 2.0 * self.value)
+
+
+@remembering
+class Far:
+    values: tuple[float, ...]
+
+    @cached_property
+    def total(self) -> list[float]:
+        return [sum(self.values)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ((1.0,), {"kind": "a"}),
+        ((1.0, "b"), {"kind": "a", "span": (1, 2)}),
+        ((), {"value": 1.0, "kind": "a", "note": "b"}),
+        ((), {"kind": "a"}),
+        ((1.0,), {}),
+        ((1.0, "b", "a"), {}),
+        ((1.0,), {"kind": "a", "other": 1}),
+    ],
+)
+def test_values_are_made_as_those_of_any_dataclass(arguments: Any, named: Any) -> None:
+    outcomes: list[Any] = []
+    for kind in (Leaf, Usual):
+        try:
+            made = kind(*arguments, **named)
+            outcomes.append((made.value, made.note, made.kind, made.span))
+        except TypeError as error:
+            outcomes.append(str(error).partition("__init__()")[2])
+    assert outcomes[0] == outcomes[1]
+
+
+def test_fields_that_are_computed_are() -> None:
+    assert Doubled(2.0).twice == 4.0
+    assert list(signature(Leaf).parameters) == list(signature(Usual).parameters)
+
+
+def test_values_that_remember_keep_what_they_have_computed() -> None:
+    far = Far((1.0, 2.0))
+    assert far.total is far.total and far == Far((1.0, 2.0))
+    assert len({far, Far((1.0, 2.0))}) == 1
+    assert replace(far, values=()).total == [0]
