@@ -24,8 +24,8 @@ from tests.explore.verdicts import belied, misjudged
 from tests.seeds import blocks
 from tests.soundness.running import compiled
 
-TICKS = 1200
-BUDGET = 3000
+TICKS = 1500
+BUDGET = 2000
 PRECISIONS = (Precision(), Precision(exact=True), Precision(True, None))
 
 

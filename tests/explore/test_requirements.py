@@ -375,11 +375,13 @@ require:
 """
 
 
-def test_what_long_windows_wait_for_is_told(tmp_path: Path) -> None:
-    """One way is enough for that where there are steps for no more."""
+@pytest.mark.parametrize(("window_s", "rate_hz"), [(200, 10), (600, 500)])
+def test_what_long_windows_wait_for_is_told(window_s: int, rate_hz: int, tmp_path: Path) -> None:
+    """One way is enough for that where there are steps for no more; repeated steps are one."""
     spec = tmp_path / "spec.yaml"
-    spec.write_text(WAITING, encoding="utf-8")
-    found = explore(compile_spec(str(spec)).proofs, 24_000)
+    text = WAITING.replace("200[s]", f"{window_s}[s]").replace("10 Hz", f"{rate_hz} Hz")
+    spec.write_text(text, encoding="utf-8")
+    found = explore(compile_spec(str(spec)).proofs, 4_000)
     (waits,) = found.requirements
     assert (waits.verdict, waits.rests_on) == ("open", ("`near_by` in `a.c`",))
     assert found.findings == []

@@ -19,10 +19,10 @@ from specc.tools.explore.composition import Composition, Configuration, Edge, Ma
 from specc.tools.explore.lines import Line
 from specc.tools.explore.partial import SOME, Known, Value, filled
 from specc.tools.explore.symmetry import Frame
-from specc.tools.explore.values import ValueNumbers
 from specc.tools.explore.walker import Local, Move, Walker
+from specc.tools.explore.watch import Watch, Watched
 
-FIRST = 8
+FIRST = 16
 """Edges without a branch after which repetitions are looked for, and again after twice as many."""
 LEAST = 64
 """Repetitions that are worth it."""
@@ -31,7 +31,7 @@ Key = TypeVar("Key")
 
 
 class Flat(NamedTuple):
-    """A configuration in parts: what has to be the same, clocks, and numbers of values."""
+    """A part of a configuration: what has to be the same, clocks, and numbers of values."""
 
     shape: tuple[object, ...]
     clocks: tuple[int, ...]
@@ -62,42 +62,44 @@ def accelerated(
 
     `edges` lead from each configuration of `way` to the next one.
     """
-    flats, values = [_flat(composition, each) for each in way], composition.values
     for length in range(1, len(edges) // 2 + 1):
-        slopes = _slopes(values, flats[-1 - 2 * length], flats[-1 - length])
-        if slopes and slopes == _slopes(values, flats[-1 - length], flats[-1]):
-            first = len(edges) - 2 * length
-            return Loop(composition, way[first:], edges[first:], flats[first], slopes).edge()
+        first = len(edges) - 2 * length
+        begin, middle, end = way[first], way[first + length], way[-1]
+        slopes = _slopes(composition, middle, end)
+        if slopes and slopes == _slopes(composition, begin, middle):
+            loop = Loop(composition, way[first:], edges[first:], slopes)
+            if loop.waiting is not None:
+                return loop.edge()
     return None
 
 
-def _flat(composition: Composition, here: Configuration) -> Flat:
-    shape: list[object] = [here.phase]
-    clocks, numbers = list[int](), list[int]()
+def _flat(composition: Composition, here: Configuration) -> Iterator[Flat]:
+    """What the machines share, then each machine."""
+    seen = composition.watch.at(here.watched).seen if composition.watch else ()
+    yield Flat((here.phase,), (), seen)
     for walker, part in zip(composition.walkers, composition.parts_of(here), strict=True):
         local: Local = walker.locals.things[part.local]
-        shape += (local.state, local.answers, [number % 2 for number in part.buffers])
-        shape.append([key for key, _ in part.pending])
-        clocks.append(local.clock)
-        numbers += (*local.memory, *(number // 2 for number in part.buffers))
-        numbers += (number for _, number in part.pending)
-    if composition.watch is not None:
-        watched = composition.watch.at(here.watched)
-        shape.append(watched.states)
-        numbers += watched.seen
-    return Flat(tuple(shape), tuple(clocks), tuple(numbers))
+        fresh = [number % 2 for number in part.buffers]
+        pending = [key for key, _ in part.pending]
+        numbers = (*local.memory, *(number // 2 for number in part.buffers))
+        numbers += tuple(number for _, number in part.pending)
+        yield Flat((local.state, local.answers, fresh, pending), (local.clock,), numbers)
 
 
-def _slopes(values: ValueNumbers, one: Flat, two: Flat) -> Slopes | None:
+def _slopes(composition: Composition, one: Configuration, two: Configuration) -> Slopes | None:
     """What is added from one configuration to another one; None if they differ in more."""
-    if one.shape != two.shape:
-        return None
-    pairs = zip(one.numbers, two.numbers, strict=True)
-    lines = [STEADY if a == b else _line(values.value(a), values.value(b)) for a, b in pairs]
-    if None in lines:
-        return None
-    clocks = (b - a for a, b in zip(one.clocks, two.clocks, strict=True))
-    return Slopes(tuple(clocks), tuple(line.slope for line in lines if line))
+    value = composition.values.value
+    clocks, slopes = list[int](), list[Fraction]()
+    for a, b in zip(_flat(composition, one), _flat(composition, two), strict=True):
+        if a.shape != b.shape:
+            return None
+        for before, after in zip(a.numbers, b.numbers, strict=True):
+            line = STEADY if before == after else _line(value(before), value(after))
+            if line is None:
+                return None
+            slopes.append(line.slope)
+        clocks += (after - before for before, after in zip(a.clocks, b.clocks, strict=True))
+    return Slopes(tuple(clocks), tuple(slopes))
 
 
 def _line(one: Value | None, two: Value | None) -> Line | None:
@@ -124,15 +126,33 @@ class Loop:
         composition: Composition,
         way: Sequence[Configuration],
         edges: Sequence[Edge],
-        begin: Flat,
         slopes: Slopes,
     ) -> None:
         self._composition, self._way, self._edges = composition, way, edges
-        self._begin, self._slopes = begin, slopes
+        self._slopes = slopes
+        self._begin = [n for each in _flat(composition, way[0]) for n in each.numbers]
         self._length = len(edges) // 2
         pairs = [pair for at in range(self._length) for pair in self._taken(at)]
         # What a machine makes of the same it makes again.
         self._steps = [(a, b) for a, b in pairs if (a.before, a.buffers) != (b.before, b.buffers)]
+        self._ticks = sum(composition.lasts[each.phase] for each in way[: self._length])
+        self.waiting = self._waiting(composition.watch) if composition.watch else {}
+        """The monitors that come nearer to a deadline, with their conditions."""
+
+    def _waiting(self, watch: Watch) -> dict[int, list[m.Expr]] | None:
+        """None if some monitor does not only wait, and is not where it was."""
+        way, found = self._way, dict[int, list[m.Expr]]()
+        begin, *after = (watch.at(each.watched).states for each in way[:: self._length])
+        asked = [watch.asked(self._seen(watch, each)) for each in way[1:]]
+        for index, state in enumerate(begin):
+            if any(each[index] != state for each in after):
+                if any(each[index] != asked[0][index] for each in asked):
+                    return None
+                found[index] = asked[0][index]
+        return found
+
+    def _seen(self, watch: Watch, here: Configuration) -> Known:
+        return watch.known(here.watched, self._composition.locals_of(here))
 
     def _taken(self, at: int) -> Iterator[tuple[Period, Period]]:
         return zip(self._periods(at), self._periods(at + self._length), strict=True)
@@ -172,27 +192,35 @@ class Loop:
 
     def _is_exact(self, times: int) -> bool:
         value, slopes = self._composition.values.value, self._slopes.values
-        each = zip(map(value, self._begin.numbers), slopes, strict=True)
+        each = zip(map(value, self._begin), slopes, strict=True)
         lines = (Line(Fraction(v.value), slope) for v, slope in each if isinstance(v, m.Number))
         return all(line.is_exact(times + 1) for line in lines if line.slope)
 
     def _goes_on(self, times: int) -> bool:
         """Whether so many repetitions, from the first one on, have the same steps."""
         steps = all(_are_same(one, two, times) for one, two in self._steps)
-        watch, length = self._composition.watch, self._length
+        watch, begin = self._composition.watch, self._way[0].watched
         if watch is None or not steps:
             return steps
-        seen = [watch.known(each.watched, self._composition.locals_of(each)) for each in self._way]
-        pairs = zip(seen[1:], seen[length + 1 :], strict=False)
+        for index, asked in (self.waiting or {}).items():
+            if times * self._ticks > watch.moving(index, watch.at(begin).states[index], asked):
+                return False
+        seen = [self._seen(watch, each) for each in self._way]
+        pairs = zip(seen[1:], seen[self._length + 1 :], strict=False)
         return all(watch.asked(one) == watch.asked(_drawn(one, two, times)) for one, two in pairs)
 
     def _landed(self, times: int) -> tuple[Configuration, Frame] | None:
         """The configuration after so many repetitions; None if its values are not followed."""
         composition, first = self._composition, self._way[0]
-        pairs = zip(self._begin.numbers, self._slopes.values, strict=True)
+        pairs = zip(self._begin, self._slopes.values, strict=True)
         numbers = iter([composition.values.moved(n, times * slope) for n, slope in pairs])
-        passed = iter(self._slopes.clocks)
-        parts = list[MachineState]()
+        watch, watched = composition.watch, first.watched
+        if watch is not None:
+            states, seen = map(list, watch.at(watched))
+            for index, asked in (self.waiting or {}).items():
+                states[index] = watch.moved(index, states[index], asked, times * self._ticks)
+            watched = watch.of(Watched(tuple(states), tuple(next(numbers) for _ in seen)))
+        passed, parts = iter(self._slopes.clocks), list[MachineState]()
         for walker, part in zip(composition.walkers, composition.parts_of(first), strict=True):
             local: Local = walker.locals.things[part.local]
             memory = tuple(next(numbers) for _ in local.memory)
@@ -202,9 +230,6 @@ class Loop:
             if not walker.follows(local, pending):
                 return None
             parts.append(MachineState(walker.locals.of(local), buffers, pending))
-        watch, watched = composition.watch, first.watched
-        if watch is not None:
-            watched = watch.of(watch.at(watched)._replace(seen=tuple(numbers)))
         ordered, turn = composition.ordered(parts)
         return composition.numbered(first.phase, ordered, watched), turn
 

@@ -128,7 +128,7 @@ class Composition:
         system = abstraction.facts.system
         whole_s = base_tick(1 / subsystem.rate_hz for subsystem in system.subsystems)
         lasts = (self.passed(phase, Edge(-1, ())) for phase in range(self.hyperperiod))
-        self._lasts = [int(ticks * self.tick_s / whole_s) for ticks in lasts]
+        self.lasts = [int(ticks * self.tick_s / whole_s) for ticks in lasts]
         self.followed = len(watched) + len(probes)
         self.watch: Watch | None = None
         if watched:
@@ -210,7 +210,7 @@ class Composition:
             return self.numbered(phase, parts), ()
         each = zip(self.walkers, parts, strict=True)
         locals_ = [walker.locals.things[part.local] for walker, part in each]
-        watched, violated = self.watch.after(before, visible, locals_, self._lasts[phase])
+        watched, violated = self.watch.after(before, visible, locals_, self.lasts[phase])
         return self.numbered(phase, parts, watched), violated
 
     def start(self) -> tuple[Configuration, Edge]:

@@ -18,6 +18,8 @@ from specc.model.expr import Expr
 
 Truth = bool | None
 """None is unknown."""
+MANY = 2**62
+"""Ticks that no run has."""
 MOST_PENDING = 64
 """Pending operands of a junction; with more of them, their truth is unknown."""
 
@@ -124,6 +126,11 @@ class Monitor:
             state, passed = self._passed(state, after, ticks) if ticks else (after, 0)
             ticks -= passed
         return state, said
+
+    def moving(self, state: MonitorState, atoms: tuple[Truth, ...]) -> int:
+        """For how many ticks with constant conditions only deadlines and ages move."""
+        after, _ = self.step(state, atoms, 1)
+        return 1 + self._passed(state, after, MANY)[1]
 
     # While conditions are constant, most ticks only move deadlines and ages by one.
 

@@ -111,9 +111,17 @@ class Watch:
         seen = self.at(number).seen
         return self._known_of(tuple(self._now(each, seen, locals_) for each in self._readings))
 
-    def asked(self, known: Known) -> list[m.Expr]:
-        """All conditions, with known values filled in."""
-        return [filled(atom, known) for monitor in self.monitors for atom in monitor.atoms]
+    def asked(self, known: Known) -> list[list[m.Expr]]:
+        """The conditions of each monitor, with known values filled in."""
+        return [[filled(atom, known) for atom in monitor.atoms] for monitor in self.monitors]
+
+    def moving(self, index: int, state: int, atoms: Iterable[m.Expr]) -> int:
+        """For how many ticks such conditions only move deadlines and ages of a monitor."""
+        return self.monitors[index].moving(self._left.things[state], _truths(atoms))
+
+    def moved(self, index: int, state: int, atoms: Iterable[m.Expr], ticks: int) -> int:
+        """The state of a monitor after so many ticks with such conditions."""
+        return self._monitored(index, state, _truths(atoms), ticks)[0]
 
     def after(
         self, number: int, visible: Visible, locals_: Sequence[Local], ticks: int
@@ -201,6 +209,10 @@ class Watch:
             asked = {leaf.name for leaf in leaves(said) if isinstance(leaf, m.MemoryRef)}
             self._values.widened |= {_target(x) for x in self._readings if x.name in asked}
         return None
+
+
+def _truths(said: Iterable[m.Expr]) -> tuple[Truth, ...]:
+    return tuple(each.value if isinstance(each, m.Truth) else None for each in said)
 
 
 def _target(reading: Reading) -> str:
