@@ -24,6 +24,8 @@ from specc.tools.explore.watch import Watch, Watched
 
 FIRST = 16
 """Edges without a branch after which repetitions are looked for, and again after twice as many."""
+LONGEST_LOOP = 1024
+"""Edges of one repetition."""
 LEAST = 64
 """Repetitions that are worth it."""
 STEADY = Line(Fraction(0), Fraction(0))

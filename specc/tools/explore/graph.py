@@ -15,7 +15,7 @@ from heapq import heappop, heappush
 from mmap import mmap
 from typing import Literal, NamedTuple
 
-from specc.tools.explore.acceleration import FIRST, accelerated
+from specc.tools.explore.acceleration import FIRST, LONGEST_LOOP, accelerated
 from specc.tools.explore.composition import Composition, Configuration, Edge, turned
 from specc.tools.explore.symmetry import Frame
 
@@ -119,7 +119,7 @@ class Graph:
         count, _ = self._single[here]
         if count >= FIRST and not count & (count - 1):
             way = [here]
-            while len(way) <= count:
+            while len(way) <= min(count, 2 * LONGEST_LOOP):
                 way.append(self._single[way[-1]][1])
             way.reverse()
             edges = [self.edges[number][0] for number in way[:-1]]

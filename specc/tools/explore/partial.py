@@ -54,13 +54,21 @@ class Known:
     """The periods at which an expression that time alone decides turns, by its identity."""
     times: int = 0
     """How many values of lines are meant: what is filled in holds for all of them."""
-    _lets: dict[str, m.Expr] = field(default_factory=dict)
+    _lets: dict[str | int, m.Expr] = field(default_factory=dict)
+    """What is made of lets, by name, and of conditions, by identity."""
 
     def value_of(self, leaf: m.Expr) -> Value | None:
         """The known value of an input or of memory."""
         if isinstance(leaf, m.Input):
             return self.inputs.get((leaf.peer, leaf.element))
         return self.memory.get(leaf.name) if isinstance(leaf, m.MemoryRef) else None
+
+    def asked(self, condition: m.Expr) -> m.Expr:
+        """A condition with all known values filled in, remembered until the time is set."""
+        key = id(condition)
+        if key not in self._lets:
+            self._lets[key] = filled(condition, self)
+        return self._lets[key]
 
     def line_of(self, expr: m.Expr) -> Line | None:
         """The line on which an expression runs, if it does."""

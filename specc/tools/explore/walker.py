@@ -191,12 +191,12 @@ class Walker:
         """The branches: staying, and each row that known values do not exclude."""
         before: list[m.Expr] = []
         for cause, end in self.subsystem.state(state).behaviour.endings:
-            ended = filled(end.when, known)
+            ended = known.asked(end.when)
             if ended == m.FALSE:
                 continue
             self._doubt(ended, known)
             for index, row in self.subsystem.rows(state, cause):
-                enabled = filled(row.condition.when, known)
+                enabled = known.asked(row.condition.when)
                 if enabled != m.FALSE:
                     self._doubt(enabled, known)
                     yield Branch(index, row.target, (*before, ended, enabled))
@@ -228,7 +228,7 @@ class Walker:
             rows = self.subsystem.rows(state, cause)
             taken = {b.row for b in branches}
             for condition in (end, *(row.condition for i, row in rows if i in taken)):
-                if not isinstance(filled(condition.when, known), m.Truth):
+                if not isinstance(known.asked(condition.when), m.Truth):
                     found[f"`{condition.name}`"] = None
         self.open.setdefault(state, {}).update(found)
         return tuple(found)
