@@ -200,7 +200,7 @@ class Composition:
     ) -> Configuration:
         """The configuration of some parts."""
         pairs = zip(self._parts, parts, strict=True)
-        return Configuration(phase, tuple(numbers.of(part) for numbers, part in pairs), watched)
+        return Configuration(phase, tuple([numbers[part] for numbers, part in pairs]), watched)
 
     def _made(
         self, phase: int, parts: Sequence[MachineState], before: int, visible: Visible
@@ -238,8 +238,9 @@ class Composition:
             found = [tuple(sorted(outcomes, key=_happens)[:1]) for outcomes in found]
         seen = [tuple(b & ~1 for b in parts[i].buffers) for i in due]
         for outcomes in product(*found):
-            moves = tuple((i, o.move) for i, o in zip(due, outcomes, strict=True))
-            edge = Edge(-1, moves, overtaken, ends=any(outcome.ends for outcome in outcomes))
+            moves = tuple([(i, o.move) for i, o in zip(due, outcomes, strict=True)])
+            ends = True in [outcome.ends for outcome in outcomes]
+            edge = Edge(-1, moves, overtaken, (), (), ends)
             for i, buffers, outcome in zip(due, seen, outcomes, strict=True):
                 parts[i] = _after(outcome, buffers)
             ordered, turn = self.ordered(parts) if self.copies else (parts, ())

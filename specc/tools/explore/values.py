@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -22,19 +22,19 @@ UNKNOWN, ABSENT = 0, 1
 """Numbers of an unknown and an absent value; other numbers stand for literals and SOME."""
 
 
-@dataclass(slots=True)
-class Numbers:
+class Numbers(dict[Any, int]):
     """Numbers things in the order in which they are first met."""
 
-    known: dict[Any, int] = field(default_factory=dict)
-    things: list[Any] = field(default_factory=list)
+    def __init__(self) -> None:
+        self.things: list[Any] = []
 
     def of(self, thing: Any) -> int:
-        """The number of a thing."""
-        number = self.known.get(thing)
-        if number is None:
-            number = self.known[thing] = len(self.things)
-            self.things.append(thing)
+        """The number of a thing, as `self[thing]`, which calls nothing for a known one."""
+        return self[thing]
+
+    def __missing__(self, thing: Any) -> int:
+        number = self[thing] = len(self.things)
+        self.things.append(thing)
         return number
 
 
