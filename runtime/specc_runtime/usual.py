@@ -40,7 +40,7 @@ def call(*arguments):
 
 @dataclass(frozen=True, slots=True)
 class Usual:
-    """How a usual value of a type is known, and as what it is accepted.
+    """The test that a value of a type is as usual, and how the value is then accepted.
 
     Each of `lines` stands under the condition before it. In them, in `accepted` and in `names`,
     which has the objects that they use, `{v}` is what the value is called.

@@ -15,14 +15,12 @@ from typing import Any
 
 from specc.lang import ranges
 from specc.lang.bounds import bounds
-from specc.lang.ranges import ANY, NOT_NEGATIVE, Range
+from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
     MIRRORED,
     Choice,
-    Clock,
     Compare,
     Expr,
-    Lag,
     LetRef,
     MemoryRef,
     Unary,
@@ -85,11 +83,11 @@ class MemoryBounds:
         return self._of(expr, now)
 
     def _fixpoint(self) -> _Now:
-        now = {memory: self._of(values[0], {}) for memory, values in self._written.items()}
+        now = {each: self._given(each, values[:1], {}) for each, values in self._written.items()}
         for count in range(_GROWS + _WIDENED + 2 * len(self._written)):
             here = self._with_lets(now)
             after = {
-                memory: ranges.union(now[memory], *(self._of(value, here) for value in values))
+                memory: ranges.union(now[memory], self._given(memory, values, here))
                 for memory, values in self._written.items()
             }
             if after == now:
@@ -98,6 +96,13 @@ class MemoryBounds:
             now = {m: r if count < _GROWS else _widened(now[m], r, named) for m, r in after.items()}
         return {}
 
+    def _given(self, memory: Expr, values: Iterable[Expr], now: _Now) -> Range:
+        """What memory is given; a whole number becomes a real one in real memory."""
+        found = ((value.type, self._of(value, now)) for value in values)
+        is_real = isinstance(memory.type, Real)
+        each = (ranges.of_float(r) if is_real and isinstance(t, Int) else r for t, r in found)
+        return ranges.union(*each)
+
     def _with_lets(self, now: _Now) -> _Now:
         here = dict(now)
         for let, value in self._lets:
@@ -105,21 +110,19 @@ class MemoryBounds:
         return here
 
     def _of(self, expr: Expr, now: _Now) -> Range:
-        """What a value lies between where memory and lets are what they are `now`."""
+        """What a value lies between where memory and lets are within `now`."""
         self._left -= 1
         if self._left < 0:
             return ANY
         if (value := self._value(expr)) is not None:
-            return value, value
+            return ranges.of_value(value)
         match expr:
             case MemoryRef() | LetRef():
                 return now.get(expr, ANY)
-            case Clock() | Lag():
-                return NOT_NEGATIVE
             case Choice(test=test, then=then, otherwise=otherwise):
                 held = self._of(then, self._narrowed(now, test))
                 failed = self._of(otherwise, self._narrowed(now, negation(test)))
-                return ranges.choice(self._of(test, now), held, failed)
+                return bounds(expr, (self._of(test, now), held, failed))
         return bounds(expr, [self._of(part, now) for part in children(expr)])
 
     def _value(self, expr: Expr) -> float | None:

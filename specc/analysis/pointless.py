@@ -14,6 +14,7 @@ from typing import Literal
 
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts
 from specc.frozen import frozen
+from specc.lang import ranges
 from specc.lang.bounds import bounded
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.ranges import Range
@@ -248,7 +249,7 @@ class PointlessParts:
 
     def _known(self, expr: Expr) -> Range | None:
         value = self._value(expr)
-        return None if value is None else (value, value)
+        return None if value is None else ranges.of_value(value)
 
     def _itself(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[PointlessPart]:
         match expr:

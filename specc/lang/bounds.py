@@ -7,7 +7,6 @@ of a pose what all coordinates of its position do.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 from specc.lang import ranges
@@ -15,7 +14,7 @@ from specc.lang.builtins import FUNCTIONS
 from specc.lang.ranges import ANY, Operation, Range
 from specc.lang.signs import SIGNS
 from specc.model import expr as m
-from specc.model.types import Bool
+from specc.model.types import Bool, Int
 
 
 def operation_of(expr: m.Expr) -> Operation | None:
@@ -35,26 +34,25 @@ def operation_of(expr: m.Expr) -> Operation | None:
 
 
 def bounds(expr: m.Expr, parts: Sequence[Range]) -> Range:
-    """The range of an expression by those of its parts."""
+    """The range of an expression by those of its parts; whole numbers beside reals are floats."""
     if isinstance(expr, (m.Number, m.Truth)):
-        return expr.value, expr.value
-    least, greatest = _ever(expr)
-    operation = operation_of(expr)
+        return ranges.of_value(expr.value)
+    ever, operation = _ever(expr), operation_of(expr)
     if operation is None:
-        return least, greatest
-    try:
-        low, high = operation(*parts)
-    except (ArithmeticError, ValueError, TypeError):
-        return least, greatest
-    if math.isnan(low) or math.isnan(high):
-        return least, greatest
-    return max(low, least), min(high, greatest)
+        return ever
+    if not isinstance(expr, m.Logic):  # generated code has operands of others in its own
+        become = ranges.whole if isinstance(expr.type, (Bool, Int)) else ranges.of_float
+        pairs = zip(m.children(expr), parts, strict=True)
+        parts = [become(part) if isinstance(of.type, Int) else part for of, part in pairs]
+    return ranges.both(ranges.computed(operation, parts), ever)
 
 
 def _ever(expr: m.Expr) -> Range:
     """What the values lie between whatever the parts are."""
     if isinstance(expr.type, Bool):
         return False, True
+    if isinstance(expr, (m.Clock, m.Lag)):
+        return ranges.NOT_NEGATIVE
     return FUNCTIONS[expr.name].within if isinstance(expr, m.Builtin) else ANY
 
 

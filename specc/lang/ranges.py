@@ -7,7 +7,8 @@ number here, false before true.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 
 from specc.lang.values import sign, wrap_angle
@@ -15,17 +16,59 @@ from specc.lang.values import sign, wrap_angle
 Range = tuple[float, float]
 Operation = Callable[..., Range]
 
+_LARGEST = sys.float_info.max
 ANY: Range = (-math.inf, math.inf)
 """What is not known, or fails in some cases."""
-NOT_NEGATIVE: Range = (0.0, math.inf)
+NOT_NEGATIVE: Range = (0, math.inf)
+"""Of whole numbers, too: sums of them are not rounded."""
 DIRECTIONS: Range = (-math.pi, math.nextafter(math.pi, 0.0))
 """The least and greatest float in [-pi, pi)."""
 HALF_TURNS: Range = (-math.nextafter(math.pi, 4.0), math.nextafter(math.pi, 4.0))
 """Half a turn in both directions, to one of the two floats that are next to it."""
 
 
+def of_float(a: Range) -> Range:
+    """Of the real numbers that the whole ones in a range become."""
+    low, high = _within_floats(a)
+    return float(low), float(high)
+
+
+def whole(a: Range) -> Range:
+    """The range with ends that are whole numbers, of which sums are exact."""
+    low, high = (end if math.isinf(end) else int(end) for end in _within_floats(a))
+    return low, high
+
+
+def _within_floats(a: Range) -> Range:
+    """The range with ends that a float can have, or infinity."""
+    low, high = a
+    return (
+        -math.inf if low < -_LARGEST else min(low, _LARGEST),
+        math.inf if high > _LARGEST else max(high, -_LARGEST),
+    )
+
+
+def of_value(value: float) -> Range:
+    """Of one known number."""
+    return _within_floats((value, value))
+
+
+def computed(operation: Operation, parts: Iterable[Range]) -> Range:
+    """What an operation gives; anything where it fails in some cases."""
+    try:
+        low, high = operation(*parts)
+        return ANY if math.isnan(low) or math.isnan(high) else _within_floats((low, high))
+    except (ArithmeticError, ValueError, TypeError):
+        return ANY
+
+
+def both(a: Range, b: Range) -> Range:
+    """What lies in two ranges."""
+    return max(a[0], b[0]), min(a[1], b[1])
+
+
 def union(*of: Range) -> Range:
-    """Whatever one of them is."""
+    """The range that all these lie in."""
     return least(*of)[0], greatest(*of)[1]
 
 

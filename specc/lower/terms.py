@@ -228,8 +228,8 @@ def shows(node: e.Expr) -> range:
 def _overflows(made: Term) -> bool:
     """Whether a term is the result of arithmetic that may not be finite.
 
-    It is if it stays below `largest`, or is no larger than a finite one that it was made from;
-    where poses are composed, generated code looks at the result by itself.
+    Finite are results that stay below `FAR`, and those no larger than a finite term that they were
+    made from; where poses are composed, generated code looks at the result by itself.
     """
     node, args, largest = made.node, made.args, made.largest
     if not _is_real(node.type) or _is_composed(node):

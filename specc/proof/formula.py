@@ -114,7 +114,7 @@ class Quantity:
     def _can_be(self, value: float) -> bool:
         if self.least is not None and value < self.least:
             return False
-        return not self.whole or float(value).is_integer()
+        return not self.whole or value == math.floor(value)
 
     def _has_room(self, below: float, above: float) -> bool:
         """Whether a value lies between, both ends excluded."""

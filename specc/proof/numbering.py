@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 
+from specc.lang import ranges
 from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.ranges import ANY, NOT_NEGATIVE, Range
@@ -147,11 +148,11 @@ class Numbering:
         number = self.number(expr, bound)
         value = self._values.get(number)
         if isinstance(value, (int, float)):
-            return value, value
+            return ranges.of_value(value)
         return self._ranges.get(number, ANY)
 
     def _compound(self, expr: Expr, parts: list[int]) -> int:
-        known = [self._values.get(part) for part in parts]
+        known, given = [*map(self._typed, children(expr), parts)], parts
         if isinstance(expr, (Unary, Binary)):
             folded = _fold(expr.op, known)
             if folded is not None:
@@ -167,22 +168,25 @@ class Numbering:
         whole = isinstance(expr, Binary) and isinstance(expr.type, Int)  # 2 * n, unlike 2.0 * n
         number = self._of((type(expr).__name__, whole, *labels(expr), *parts))
         if number not in self._ranges and isinstance(expr, _NUMBERS):
-            self._ranges[number] = self._range(expr, parts, known)
+            self._ranges[number] = self._range(expr, given, known)
         return number
+
+    def _typed(self, expr: Expr, number: int) -> Scalar | None:
+        """The value of a number, whole if the expression is: 1 and 1.0 are one value."""
+        value = self._values.get(number)
+        return int(value) if isinstance(value, float) and isinstance(expr.type, Int) else value
 
     def _range(self, expr: Expr, parts: list[int], known: list[Scalar | None]) -> Range:
         match expr:
-            case Clock() | Lag():
-                return NOT_NEGATIVE
             case Builtin(name=name, args=(several,)) if name == LENGTH:
-                return float(isinstance(several.type, ListOf) and several.type.nonempty), math.inf
-            case Binary(op="*") if parts[0] == parts[1]:
-                return NOT_NEGATIVE
-        ranges = (
-            (value, value) if isinstance(value, (int, float)) else self._ranges.get(part, ANY)
-            for part, value in zip(parts, known, strict=True)
-        )
-        return bounds(expr, list(ranges))
+                return int(isinstance(several.type, ListOf) and several.type.nonempty), math.inf
+        of_parts = [
+            ranges.of_value(v) if isinstance(v, (int, float)) else self._ranges.get(part, ANY)
+            for part, v in zip(parts, known, strict=True)
+        ]
+        found = bounds(expr, of_parts)
+        is_square = isinstance(expr, Binary) and expr.op == "*" and parts[0] == parts[1]
+        return ranges.both(found, NOT_NEGATIVE) if is_square else found
 
     def _known(self, value: Scalar) -> int:
         # 0.0 and -0.0 are equal, but not the same divisor.

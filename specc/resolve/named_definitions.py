@@ -16,7 +16,7 @@ from specc.source import Place
 
 _SECTIONS = ("types", "interfaces", "files", "constants", "operators")
 Named = Mapping[tuple[str | int, ...], set[str]]
-"""Section and name of what has texts of types -> the types and interfaces in them: `type Mode`."""
+"""Section and name of a definition -> the types and interfaces that its texts name: `type Mode`."""
 
 
 def types_named(findings: Findings, file: Loaded) -> Named:

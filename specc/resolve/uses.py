@@ -32,8 +32,11 @@ from specc.source import Place
 
 
 def note_target(findings: Findings, at: Where, home: Where, sent: Element | None) -> None:
-    """Note peer and element of the key `y.peer.element`; the peer may stand for many."""
-    if findings.kept is None:
+    """Note peer and element of the key `y.peer.element`; the peer may stand for many.
+
+    A target that `through` writes is no key of the file.
+    """
+    if findings.kept is None or at.raw is None:
         return
     written = str(at.route[-1])
     begin, middle = 2, written.rindex(".")
@@ -93,7 +96,7 @@ _VARIABLE = re.compile(r"\bfor\s+(\w+)\s+in\b")
 
 
 def uses_in(meaning: Meaning) -> Iterator[Use]:
-    """The names in an expression; in one that has errors, those that tell what they are."""
+    """The names in an expression; in one that has errors, the names whose spelling is enough."""
     text = _Text(meaning)
     return text.guessed() if meaning.expr is None else text.named(meaning.expr, {})
 

@@ -24,6 +24,10 @@ from tests.seeds import Seeds, blocks
 TYPES: dict[str, Type] = {"n": Int(), "k": Int(), "d": Real()}
 INPUTS = ("x.s.i", "x.s.j")
 STEPS = 60
+HUGE = f"({10**300} * {10**300})"
+SMALL = range(-4, 9)
+LITERALS = (*SMALL, *range(2**53 - 2, 2**53 + 4), -(2**53) - 1)
+"""Of whole numbers: `evaluate` does not make floats of them beside a real, as runs do."""
 
 
 def bounds(inits: dict[str, Expr], written: dict[str, list[Expr]]) -> MemoryBounds:
@@ -58,6 +62,9 @@ def found(*texts: str, init: str = "0", name: str = "n") -> Range:
         (["n + 1 if n < 3 and x.s.i > 0 else n"], (0, 3)),
         (["n + 1 if not (n > 2 or x.s.i > 0) else n"], (0, 3)),
         (["n + 1 if x.s.i > 0 and 3 > n else n - 1 if n > -2 else n"], (-2, 3)),
+        ([f"n + {2**53 + 1}"], (0, math.inf)),
+        ([f"min(n + {HUGE}, {HUGE})"], (0, math.inf)),
+        ([f"max(n - {HUGE}, -{HUGE})"], (-math.inf, 0)),
         (["x.s.i"], (-math.inf, math.inf)),
         (["x.s.i if 0 <= x.s.i and x.s.i <= 3 else n"], (-math.inf, math.inf)),  # inputs are none
     ],
@@ -66,9 +73,15 @@ def test_bounds_of_counters(texts: list[str], expected: Range) -> None:
     assert found(*texts) == expected
 
 
+def test_whole_numbers_become_real_in_real_memory() -> None:
+    assert found("d", init=str(2**53 + 1), name="d") == (2.0**53, 2.0**53)
+
+
 def value(random: Random, depth: int, names: str) -> str:
     if depth == 0 or random.random() < 0.2:
-        return random.choice((*names, *INPUTS, str(random.randrange(-4, 9))))
+        return random.choice(
+            (*names, *INPUTS, str(random.choice(SMALL if "d" in names else LITERALS)))
+        )
     one, other = (value(random, depth - 1, names) for _ in "ab")
     match random.randrange(6):
         case 0:
@@ -106,3 +119,4 @@ def test_memory_stays_within_its_bounds(seeds: Seeds) -> None:
             now = Environment(inputs=inputs, memory=dict(memory))
             for name in random.sample(sorted(TYPES), random.randrange(4)):
                 memory[name] = evaluate(random.choice(written[name]), now)
+            memory["d"] = float(memory["d"])

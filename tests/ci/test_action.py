@@ -49,7 +49,6 @@ def validate(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.long
 def test_findings_are_annotations_and_fail_the_step(repository: Path) -> None:
     done = validate(repository, paths=".")
     assert done.returncode == 1

@@ -21,7 +21,6 @@ READING = {
         "resolve/sizes.py": "parameters that stand for sizes",
     },
     "in_force": {
-        "tools/lsp/symbols.py": "all that a text may name",
         "tools/lsp/index.py": "to propose it, and to refuse a new name that is taken",
     },
     "visible": {"tools/lsp/completion.py": "proposals", "tools/lsp/rename.py": "a name is free"},
@@ -44,14 +43,14 @@ def test_names_are_read_where_they_get_their_meaning(function: str) -> None:
     folder = "tools/lsp" if function == "visible" else ""
     readers = {
         name
-        for name, nodes in nodes_with(f"{function}(", folder).items()
+        for name, nodes in nodes_with(function, folder).items()
         if any(
-            isinstance(node, ast.Call)
-            and function in (getattr(node.func, "id", ""), getattr(node.func, "attr", ""))
+            function in (getattr(node, "id", ""), getattr(node, "attr", ""))
+            and isinstance(node, (ast.Name, ast.Attribute))
             for node in nodes
         )
     }
-    assert readers <= READING[function].keys(), "ask `specc.resolve.uses` what a name names"
+    assert readers == READING[function].keys(), "ask `specc.resolve.uses` what a name names"
 
 
 def test_resolving_notes_what_names_name_and_nobody_else() -> None:

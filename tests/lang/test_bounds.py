@@ -17,6 +17,8 @@ from tests.seeds import drawn
 from tests.strategies import SCOPE, conditions, environments, expressions
 
 FEW, MANY = 10, 60
+BIG, HUGE = 2**53, f"({10**300} * {10**300})"
+"""Beyond these floats are no whole numbers, or none."""
 UNKNOWN = (m.Input, m.MemoryRef, m.ConstantRef, m.LetRef, m.Call, m.Quantifier)
 
 
@@ -55,6 +57,12 @@ def test_values_lie_within(tree: m.Expr, env: Environment, around: float) -> Non
         ("not x.c.go", (False, True)),
         ("not (x.c.go and abs(count) < 0)", (True, True)),
         ("2 if not fresh(x.c.go) else 1", (1, 2)),
+        (f"late(x.c.n) + {BIG + 3}", (BIG + 3, math.inf)),
+        (f"len(seen) + {BIG + 3}", (BIG + 3, math.inf)),
+        (f"{BIG + 1} * 1.0", (float(BIG), float(BIG))),
+        (f"max({BIG + 1}, ratio)", (float(BIG), math.inf)),
+        (f"{HUGE} + count if count > {HUGE} else 1", (-math.inf, math.inf)),
+        (f"min(count, {HUGE})", (-math.inf, math.inf)),
     ],
 )
 def test_what_is_known_of_operations_is_put_together(text: str, expected: Range) -> None:

@@ -8,13 +8,17 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from random import Random
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from specc_runtime.options import Options
+from specc_runtime.plant import Deferred
 from specc_runtime.plants.binding import SensorBinding
+from specc_runtime.processes.runner import ProcessRunner
 from specc_runtime.system import PlantInput, PlantSpec, Scheduled, System
 from specc_runtime.timing import Paced, Quantiles, SimulatedTime, timing
+from specc_runtime.track import InlineRunner
 
 from tests.runtime.driven import Driven, DrivenClock
 from tests.runtime.tiny import Node, Run, system
@@ -129,6 +133,25 @@ def test_a_step_that_is_held_up_after_it_was_decided_counts_from_its_own_begin()
     Driven(built, clock).until(12).finish()
     assert any(b - a > 1.8 * TICK_S for a, b in itertools.pairwise(began_s))
     assert all(b - a > 0.499 * TICK_S for a, b in itertools.pairwise(began_s))
+
+
+@pytest.mark.parametrize("kind", [InlineRunner, ProcessRunner])
+def test_a_step_begins_before_its_samples_are_computed(kind: type[Any]) -> None:
+    log: list[str] = []
+    runner = kind.__new__(kind)
+    runner.subsystem = SimpleNamespace(
+        x=SimpleNamespace(image=Deferred(lambda: log.append("sample"))),
+        step=lambda: log.append("step") or 0,
+        violations=(),
+    )
+    runner.busy_s = 0.0
+    runner.begins, runner._sensed, runner._now_s = lambda: log.append("begin"), ("image",), float
+    if kind is ProcessRunner:
+        runner._order = lambda skipped, views: log.append("step") or 0
+        runner._begin(0, {})
+    else:
+        runner._step()
+    assert log == ["begin", "sample", "step"]
 
 
 def test_what_is_sampled_in_a_gap_is_sampled_at_its_end() -> None:

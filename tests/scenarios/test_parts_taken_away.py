@@ -130,7 +130,6 @@ def some(pairs: Sequence[tuple[Route, str]], every: int) -> list[Any]:
     return short(blocks, 0)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("cases", some(PARTS, 40))
 def test_an_open_point_names_a_part_that_is_taken_away(
     cases: list[tuple[Route, str]], folder: Path

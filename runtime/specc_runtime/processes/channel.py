@@ -79,7 +79,7 @@ class ProcessChannel:
         try:
             self._written.hold(ends[-1], min(2 * ends[-1], LARGEST_BYTES))
         except OSError as error:
-            raise TooLarge(f"{_mb(ends[-1])}: {error.strerror}") from error
+            raise TooLarge(f"{_mb(ends[-1])}: {error.strerror or error}") from error
         memory = self._written.bytes
         memory[: len(table)] = table
         for part, length, end in zip(parts, lengths, ends, strict=True):

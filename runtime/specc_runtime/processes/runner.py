@@ -82,12 +82,12 @@ class ProcessRunner(Runner):
 
         `views` are the references of those that are read over there.
         """
+        if self.begins is not None:
+            self.begins()
         here = tuple([name for name in self._sensed if name not in views])
         return outcome_of(self.subsystem, here, lambda: self._order(skipped, views))
 
     def _order(self, skipped: int, views: dict[str, Any]) -> int:
-        if self.begins is not None:
-            self.begins()
         subsystem, worker = self.subsystem, self._worker
         names = [n for n in self._names if n not in views] if views else self._names
         changes = self._x.changes(subsystem.x, names)

@@ -91,3 +91,30 @@ def test_a_text_that_was_not_read_keeps_a_name_from_changing(tmp_path: Path) -> 
     project.analyse(system)
     with pytest.raises(RenameError, match="first correct the expression"):
         answers.rename_at(project, system, place(text, "|GR: {signature"), "GRIP")
+
+
+PASSES_ON = """\
+specc: 1.2
+system: demo
+agents:
+  a:
+    real_effectors:
+      lift: {x: {h_d: {type: "real[m]", safe: {is: t, otherwise: "0[m]"}}}, y: {t: "real[m]"}}
+    virtual_effectors:
+      lift: {rate: 50 Hz, through: identity}
+    control:
+      rate: 10 Hz
+      x: {lift: {t: {type: "real[m]", init: 0}}}
+      y: {lift: {h_d: "real[m]"}}
+      functions: {go: {y.lift.h_d: "x.lift.t + 1[m]"}}
+      behaviours: {work: {functions: [go], terminal: never}}
+      states: {S0: work}
+      initial_state: S0
+"""
+
+
+def test_targets_that_through_writes_are_no_names_in_the_file(tmp_path: Path) -> None:
+    project, path = edited(tmp_path / "demo.yaml", PASSES_ON)
+    at = place(PASSES_ON, 'y: {|t: "real')
+    found = {PASSES_ON[s.start : s.end] for s in answers.references(project, path, at, True)}
+    assert found == {"t"}

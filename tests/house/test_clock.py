@@ -1,0 +1,22 @@
+"""`specc/proof/clock.py` knows when time turns a condition."""
+
+import re
+from pathlib import Path
+
+SPECC = Path(__file__).resolve().parents[2] / "specc"
+ASKING = {
+    "proof/clock.py": "the answer",
+    "proof/prover.py": "for whoever has a prover",
+    "proof/translate.py": "conditions that time alone decides",
+    "tools/explore/timing.py": "with values of a configuration filled in",
+}
+
+
+def test_one_module_computes_when_conditions_turn() -> None:
+    asks = re.compile(r"Timer\(|\.turns\(|\.timer\.")
+    found = {
+        module.relative_to(SPECC).as_posix()
+        for module in SPECC.rglob("*.py")
+        if asks.search(module.read_text(encoding="utf-8"))
+    }
+    assert found == ASKING.keys()
