@@ -164,3 +164,44 @@ def test_how_exploring_ends_is_said_to_people_and_programs(
     else:
         assert f"a.c, b.c: {status.replace('complete', 'explored completely')}: " in said
         assert f"all in all: {status}\n" in said
+
+
+GROWING = """\
+specc: 1.2
+system: growing
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      x: {{b: {{go: bool}}}}
+      y: {{b: {{ping: bool}}}}
+      memory: {{l: {{type: "list[int]", init: "[]"}}}}
+      conditions: {{terminal: {{enough: "len(l) >= {n}", told: fresh(x.b.go)}}}}
+      functions: {{grow: {{l: "l + [1]"}}, tell: {{y.b.ping: True}}}}
+      behaviours:
+        grow: {{functions: [grow], terminal: enough}}
+        tell: {{functions: [tell], terminal: told}}
+      states: {{S0: grow, S1: tell}}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S1], [S1, terminal, always, S0]]
+  b:
+    control:
+      rate: 10 Hz
+      x: {{a: {{ping: bool}}}}
+      y: {{a: {{go: bool}}}}
+      functions: {{send: {{y.a.go: True}}}}
+      behaviours: {{wait: {{terminal: never}}, send: {{functions: [send], terminal: always}}}}
+      states: {{S0: wait, S1: send}}
+      initial_state: S0
+      transitions: [[S1, terminal, always, S0]]
+"""
+
+
+@pytest.mark.parametrize(("n", "is_followed"), [(100, True), (1000, False)])
+def test_lists_that_grow_are_followed_up_to_a_size(
+    n: int, is_followed: bool, tmp_path: Path
+) -> None:
+    (tmp_path / "growing.yaml").write_text(GROWING.format(n=n))
+    done = specc("explore", "growing.yaml", cwd=tmp_path)
+    assert ("not all values followed of: a.c.l" in done.stdout) is not is_followed
+    assert ("not judged is whether `enough` ever comes true" in done.stdout) is not is_followed

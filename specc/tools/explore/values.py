@@ -10,11 +10,13 @@ from typing import Any
 from specc.lang.bounds import bounded
 from specc.model import expr as m
 from specc.model.types import Int
-from specc.tools.explore.partial import SOME, Known, Value, is_known, is_literal, is_some
+from specc.tools.explore.partial import SOME, Known, Value, has_more, is_known, is_literal, is_some
 from specc.tools.explore.regions import Region, Regions, is_number
 
 MOST_VALUES = 32
 """Values that are followed of one element; of later ones only the region is known."""
+MOST_PARTS = 500
+"""Parts of a value that is followed: a list may grow in every period."""
 MOST_OPTIONS = 16
 """Branches of a period that come from values of which only the region is known."""
 
@@ -93,6 +95,8 @@ class ValueNumbers:
 
     def _is_left(self, seen: set[int], expr: m.Expr) -> bool:
         """Whether a value is beyond the bound on values that are followed."""
+        if has_more(expr, MOST_PARTS):
+            return True
         if len(seen) < MOST_VALUES:
             return False
         is_among = not isinstance(expr, m.Number) or self._regions.is_within(expr.value)
