@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import cached_property
 from typing import NamedTuple, TypeVar
 
 from specc.model import expr as m
@@ -70,6 +71,8 @@ def accelerated(
         slopes = _slopes(composition, middle, end)
         if slopes and slopes == _slopes(composition, begin, middle):
             loop = Loop(composition, way[first:], edges[first:], slopes)
+            if not loop.repeats():
+                return None
             if loop.waiting is not None:
                 return loop.edge()
     return None
@@ -138,12 +141,20 @@ class Loop:
         # What a machine makes of the same it makes again.
         self._steps = [(a, b) for a, b in pairs if (a.before, a.buffers) != (b.before, b.buffers)]
         self._ticks = sum(composition.lasts[each.phase] for each in way[: self._length])
-        self.waiting = self._waiting(composition.watch) if composition.watch else {}
-        """The monitors that come nearer to a deadline, with their conditions."""
 
-    def _waiting(self, watch: Watch) -> dict[int, list[m.Expr]] | None:
-        """None if some monitor does not only wait, and is not where it was."""
-        way, found = self._way, dict[int, list[m.Expr]]()
+    def repeats(self) -> bool:
+        """Whether the machines, apart from monitors, repeat their steps often enough."""
+        return all(map(self._is_again, range(self._length))) and self._steps_last(LEAST)
+
+    @cached_property
+    def waiting(self) -> dict[int, list[m.Expr]] | None:
+        """The monitors that come nearer to a deadline, with their conditions.
+
+        None if some monitor does not only wait, and is not where it was.
+        """
+        watch, way, found = self._composition.watch, self._way, dict[int, list[m.Expr]]()
+        if watch is None:
+            return found
         begin, *after = (watch.at(each.watched).states for each in way[:: self._length])
         asked = [watch.asked(self._seen(watch, each)) for each in way[1:]]
         for index, state in enumerate(begin):
@@ -171,7 +182,7 @@ class Loop:
     def edge(self) -> tuple[Configuration, Edge] | None:
         """The edge for all further repetitions, and the configuration after them."""
         edges = self._edges[: self._length]
-        if not (all(map(self._is_again, range(self._length))) and self._goes_on(LEAST)):
+        if not self._goes_on(LEAST):
             return None
         exact = _most(self._is_exact, LONGEST)
         if self._goes_on(exact):
@@ -200,16 +211,20 @@ class Loop:
 
     def _goes_on(self, times: int) -> bool:
         """Whether so many repetitions, from the first one on, have the same steps."""
-        steps = all(_are_same(one, two, times) for one, two in self._steps)
         watch, begin = self._composition.watch, self._way[0].watched
-        if watch is None or not steps:
-            return steps
+        if not self._steps_last(times):
+            return False
+        if watch is None:
+            return True
         for index, asked in (self.waiting or {}).items():
             if times * self._ticks > watch.moving(index, watch.at(begin).states[index], asked):
                 return False
         seen = [self._seen(watch, each) for each in self._way]
         pairs = zip(seen[1:], seen[self._length + 1 :], strict=False)
         return all(watch.asked(one) == watch.asked(_drawn(one, two, times)) for one, two in pairs)
+
+    def _steps_last(self, times: int) -> bool:
+        return all(_are_same(one, two, times) for one, two in self._steps)
 
     def _landed(self, times: int) -> tuple[Configuration, Frame] | None:
         """The configuration after so many repetitions; None if its values are not followed."""

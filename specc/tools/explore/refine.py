@@ -13,11 +13,13 @@ from typing import TypeVar
 from specc.tools.explore.composition import COARSEST, Precision
 from specc.tools.explore.graph import Graph
 
-FOR_TIME, FOR_VALUES = 8, 64
+FOR_TIME, FOR_VALUES = 8, 512
 """One part in so many of the budget is for a finer abstraction without findings on the coarse one.
 
-The smaller part is for a coarse graph that was complete: it can hide only waiting machines.
+The smaller part is for all values: counters are accelerated, and others seldom end.
 """
+LEAST = 1000
+"""Steps, if the budget allows for as many: with fewer, a finer abstraction finds nothing."""
 About = TypeVar("About")
 What = TypeVar("What")
 Told = list[tuple[Graph, Mapping[About, What]]]
@@ -39,16 +41,16 @@ def refined(
 
     graph = explored(COARSEST, budget)
     found = told[-1][1]
-    is_open = found or not graph.complete or graph.composition.widened
+    is_open = found or not graph.complete
     # Time that may pass in any way adds traces, which counting it removes.
     if is_open and graph.composition.is_timed and not graph.broken_off:
-        least = budget // (FOR_VALUES if graph.complete else FOR_TIME)
-        counted = explored(Precision(exact=True), budget if found else least)
+        counted = explored(Precision(exact=True), budget if found else budget // FOR_TIME)
         if counted.complete or counted.broken_off:
             graph, found = counted, told[-1][1]
     if graph.composition.widened and not graph.broken_off:
         finest = Precision(graph.composition.precision.exact, None)
-        explored(finest, budget if found else budget // FOR_VALUES)
+        least = min(budget, max(budget // FOR_VALUES, LEAST))
+        explored(finest, budget if found else least)
     return told
 
 

@@ -71,6 +71,7 @@ class Watch:
             if x.kind == "sent" and x.subsystem in self._index
         }
         self._slots = {key: slot for slot, key in enumerate(sent)}
+        self._places = [self._place(reading) for reading in self._readings]
         self._shown: dict[tuple[int, InputName], list[int]] = {}
         for slot, x in enumerate(sent.values()):
             output = self._index[x.subsystem], (x.element[0], x.element[1])
@@ -109,7 +110,7 @@ class Watch:
     def known(self, number: int, locals_: Sequence[Local]) -> Known:
         """The values of the readings in a configuration."""
         seen = self.at(number).seen
-        return self._known_of(tuple(self._now(each, seen, locals_) for each in self._readings))
+        return self._known_of(self._now(seen, locals_))
 
     def asked(self, known: Known) -> list[list[m.Expr]]:
         """The conditions of each monitor, with known values filled in."""
@@ -136,7 +137,7 @@ class Watch:
             for slot in self._shown.get((machine, output), ()):
                 if seen[slot] != value:
                     seen = (*seen[:slot], value, *seen[slot + 1 :])
-        now = tuple(self._now(reading, seen, locals_) for reading in self._readings)
+        now = self._now(seen, locals_)
         over = any(local.clock == OVER for local in locals_)
         key = self._numbers.of(Watched(states, seen)), now, ticks, over
         if key not in self._steps:
@@ -168,17 +169,32 @@ class Watch:
             self._followed[key] = self._left.of(after), frozenset(said)
         return self._followed[key]
 
-    def _now(self, reading: Reading, seen: tuple[int, ...], locals_: Sequence[Local]) -> object:
-        """The abstract value of a reading: a state, or a number; None if it has none."""
-        index = self._index.get(reading.subsystem)
-        if index is None or reading.kind == "reported" or locals_[index].clock == OVER:
-            return None
-        if reading.kind == "state":
-            return locals_[index].state
-        if reading.kind == "memory":
-            slot = self._walkers[reading.subsystem].memory_slots.get(reading.element[0])
-            return None if slot is None else locals_[index].memory[slot]
-        return seen[self._slots[reading.subsystem, reading.element, reading.initial]]
+    def _now(self, seen: tuple[int, ...], locals_: Sequence[Local]) -> tuple[object, ...]:
+        """The abstract values of readings: states, or numbers; None for those that have none."""
+        return tuple(
+            [
+                None
+                if index < 0 or locals_[index].clock == OVER
+                else seen[slot]
+                if kind == "sent"
+                else locals_[index].memory[slot]
+                if kind == "memory"
+                else locals_[index].state
+                for index, kind, slot in self._places
+            ]
+        )
+
+    def _place(self, reading: Reading) -> tuple[int, str, int]:
+        """The machine that has a reading, -1 if there is none, and where it is there."""
+        index, slot = self._index.get(reading.subsystem, -1), 0
+        if reading.kind == "reported":
+            index = -1
+        if reading.kind == "memory" and index >= 0:
+            slot = self._walkers[reading.subsystem].memory_slots.get(reading.element[0], -1)
+            index = index if slot >= 0 else -1
+        if reading.kind == "sent" and index >= 0:
+            slot = self._slots[reading.subsystem, reading.element, reading.initial]
+        return index, reading.kind, slot
 
     def _judged(self, now: tuple[object, ...]) -> tuple[tuple[Truth, ...], ...]:
         known = self._known_of(now)
