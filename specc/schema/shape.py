@@ -19,7 +19,6 @@ from specc.diagnostics import (
 from specc.schema.files import SpecFile
 from specc.schema.keys import (
     OTHERS,
-    Key,
     Kind,
     Named,
     OneOf,
@@ -181,15 +180,14 @@ class _Check:
         data = _written_out(part, value)
         if part.row and isinstance(data, list):
             words = f"{_name(route)}a row has {len(part.row)} items, this one has {len(data)}"
-            return self._refuse(words, f"write `[{', '.join(part.row)}]`", route)
+            return self._refuse(words, _form(part), route)
         if not isinstance(data, dict):
-            needed = [f"{name}: ..." for name, key in known.items() if key.needed and route]
-            hint = f"write `{{{', '.join(needed)}}}`" if needed and data is not None else ""
+            hint = _form(part) if route and data is not None else ""
             return self._misfit("a mapping", value, route, hint)
         if OTHERS in known:
             data = others_apart(part, data, known)
         elif not part.needed <= data.keys() <= known.keys():
-            self._check_names(known, data, route)
+            self._check_names(part, data, route)
         made = {}
         for name, one in data.items():
             if name in known:
@@ -198,10 +196,16 @@ class _Check:
                 made[known[name].attribute] = self.value(known[name].kind, one, at)
         return part(given=frozenset(data), **made)
 
-    def _check_names(self, known: dict[str, Key], data: dict[str, Any], route: Route) -> None:
+    def _check_names(self, part: type[Part], data: dict[str, Any], route: Route) -> None:
         """Report keys that there are not, and those that are missing, but not as mistyped."""
+        known = part.keys
         close = {name: nearest(name, known) for name in data if name not in known}
         mistyped = {one for names in close.values() for one in names}
+        if route and part.needed and close and close.keys() == data.keys() and not mistyped:
+            name = next(iter(data))
+            words = f"unknown key `{name}`{_inside(route)}, which lacks all that it needs"
+            self._tell("E0101", words, (*route, name), _form(part), "key")
+            return
         for name, key in known.items():
             if key.needed and name not in data and name not in mistyped:
                 value = "1" if (*route, name) == _VERSION else "..."
@@ -277,6 +281,14 @@ def _way_to(expected: str, value: Any) -> str:
     if expected == "a list" and isinstance(value, str) and _PLAIN.fullmatch(value):
         return f"write `[{value}]`"
     return _WRITTEN[expected]
+
+
+def _form(part: type[Part]) -> str:
+    """How a part is written, with what it needs."""
+    if part.row:
+        return f"write `[{', '.join(part.row)}]`"
+    needed = ", ".join(f"{name}: ..." for name, key in part.keys.items() if key.needed)
+    return f"write `{{{needed}}}`" if needed else ""
 
 
 def _shown(value: Any) -> str:

@@ -123,8 +123,15 @@ def test_a_file_that_is_no_mapping_is_told_what_one_is() -> None:
 
 def test_a_mistyped_key_is_not_missing_as_well() -> None:
     assert [item[0] for item in findings(open={"m": {"tipe": "x"}})] == ["E0101"]
-    codes = [item[0] for item in findings(open={"m": {"zzz": "x"}})]
+    codes = [item[0] for item in findings(open={"m": {"zzz": "x", "init": 1}})]
     assert sorted(codes) == ["E0101", "E0102"]
+
+
+def test_a_mapping_of_another_kind_is_told_once_with_the_form_that_is_meant() -> None:
+    ((code, _, _, words, help),) = findings(open={"m": {"go -> end": "done", "b": "x"}})
+    assert code == "E0101"
+    assert words == "unknown key `go -> end` in `open.m`, which lacks all that it needs"
+    assert help == "write `{type: ...}`"
 
 
 @pytest.mark.parametrize(
