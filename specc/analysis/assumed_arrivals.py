@@ -13,14 +13,12 @@ from typing import Literal
 
 from specc.analysis.machine import Machine
 from specc.frozen import frozen
-from specc.model.expr import Expr, Fresh, Input, LetRef, walk
+from specc.model.expr import Expr
 from specc.model.fsm import Axiom, State
 from specc.model.logic import negation
 from specc.model.system import Subsystem
-from specc.model.types import Bool
 from specc.model.wires import Wires
-from specc.proof import InputName
-from specc.reachable import reachable
+from specc.proof import InputName, freshness
 
 _MOST = 256
 """Combinations of what several senders may send that are looked at."""
@@ -63,7 +61,7 @@ class Arriving:
 
     def judged(self, machine: Machine, axiom: Axiom) -> SenderVerdict:
         """Whether an assumption of a machine follows from what its senders do."""
-        asked = _asked(axiom.that, machine.subsystem)
+        asked = machine.dependences.of(axiom.that).arrivals
         if not asked:
             return SenderVerdict("")
         cases = [list(each) for each in self._cases(machine.subsystem, asked)]
@@ -114,25 +112,10 @@ class Arriving:
             yield list(found.values())
 
 
-def _asked(expr: Expr, subsystem: Subsystem) -> frozenset[InputName]:
-    """The inputs whose arrival an expression asks about, through lets."""
-    lets = {let.name: let.value for let in subsystem.lets}
-
-    def named(text: Expr) -> Iterator[str]:
-        return (node.name for node in walk(text) if isinstance(node, LetRef))
-
-    texts = [expr, *(lets[name] for name in reachable(named(expr), lambda n: named(lets[n])))]
-    asked = (node.input for text in texts for node in walk(text) if isinstance(node, Fresh))
-    return frozenset((element.peer, element.element) for element in asked)
-
-
 def _context(
     new: frozenset[InputName], known: frozenset[InputName], asked: Iterable[InputName]
 ) -> Iterator[Expr]:
     """What is fresh and what is not, of the inputs about which that is known."""
     for name in sorted(asked):
-        fresh = Fresh(Input(*name, type=Bool()), type=Bool())
-        if name in new:
-            yield fresh
-        elif name in known:
-            yield negation(fresh)
+        if name in known:
+            yield freshness(name) if name in new else negation(freshness(name))

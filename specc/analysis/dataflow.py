@@ -44,9 +44,8 @@ class Reads:
     def of(self, expr: Expr) -> frozenset[Read]:
         """What the value of `expr` depends on."""
         parts = self._guards.parts(expr, frozenset())
-        inputs = ((part, fresh) for part, fresh, _ in parts if isinstance(part, Input))
-        names = (((part.peer, part.element), fresh) for part, fresh in inputs)
-        return frozenset(Read(name, name in fresh) for name, fresh in names)
+        inputs = ((part.key, fresh) for part, fresh, _ in parts if isinstance(part, Input))
+        return frozenset(Read(name, name in fresh) for name, fresh in inputs)
 
     @cached_property
     def own(self) -> frozenset[Read]:
@@ -83,7 +82,7 @@ class Reads:
 def _asked(expr: Expr, holds: bool) -> InputNames:
     """The input that must be fresh where a condition holds."""
     if holds and isinstance(expr, Fresh):
-        return frozenset(((expr.input.peer, expr.input.element),))
+        return frozenset((expr.input.key,))
     return frozenset()
 
 

@@ -9,8 +9,8 @@ from itertools import chain, compress
 from typing import NamedTuple
 
 from specc.analysis.graph import CAUSES
-from specc.analysis.guards import ended, said
-from specc.analysis.reads import Dependences, names_any
+from specc.analysis.guards import said
+from specc.analysis.reads import Dependences
 from specc.analysis.unknown_parts import possibly
 from specc.model.expr import (
     Clock,
@@ -79,9 +79,8 @@ class Durations:
 
     def never_ends(self, state: State, cause: Cause) -> bool:
         """Whether time makes a condition that ends a state false for ever before it can hold."""
-        behaviour = state.behaviour
-        condition = behaviour.error if cause == "error" else behaviour.terminal
-        return any(late.row is None and late.condition is condition for late in self.late(state))
+        end = state.behaviour.ending(cause)
+        return any(late.row is None and late.condition is end for late in self.late(state))
 
     def late(self, state: State) -> Iterator[Late]:
         """The conditions that time makes false for ever in a state before they can hold."""
@@ -126,9 +125,7 @@ class Durations:
     def excludes(self, row: Transition) -> bool:
         """Whether a row that is never taken is never taken because of conditions on time."""
         source = self._subsystem.state(row.source).behaviour
-        return self.is_why(
-            *said(ended(source.error, source.terminal, row.cause)), row.condition.when
-        )
+        return self.is_why(*said(source.ended(row.cause)), row.condition.when)
 
     def is_why(self, *conditions: Expr) -> bool:
         """Whether conditions that never hold together could, but for what they say of time."""
@@ -140,14 +137,15 @@ class Durations:
 
     def _ending(self, behaviour: Behaviour) -> _Ending | None:
         """How states end that end by the same conditions, if no parameter decides it."""
-        ends = behaviour.error, behaviour.terminal
-        key = id(ends[0].when), id(ends[1].when)
+        ends = behaviour.error.when, behaviour.terminal.when
+        key = id(ends[0]), id(ends[1])
         if key not in self._endings:
-            known = not any(names_any(condition.when, self._parameters) for condition in ends)
-            self._endings[key] = self._found(*ends) if known else None
+            given = self._dependences.all(ends).constants & self._parameters
+            self._endings[key] = None if given else self._found(behaviour)
         return self._endings[key]
 
-    def _found(self, error: Condition, terminal: Condition) -> _Ending | None:
+    def _found(self, behaviour: Behaviour) -> _Ending | None:
+        error, terminal = behaviour.error, behaviour.terminal
         either = joined("or", (error.when, terminal.when))
         for time_s in self._candidates(either):
             now = Compare("==", _ELAPSED, _seconds(time_s), type=Bool())
@@ -158,7 +156,7 @@ class Durations:
                 return _Ending(
                     time_s,
                     (not other, not alone),
-                    {cause: [*said(ended(error, terminal, cause)), by_then] for cause in CAUSES},
+                    {cause: [*said(behaviour.ended(cause)), by_then] for cause in CAUSES},
                 )
         return None
 

@@ -9,6 +9,8 @@ from specc.analysis.arrivals import always_present
 from specc.analysis.facts import Facts
 from specc.analysis.machine import Decided
 from specc.analysis.unknown_parts import is_vague, sure, unmet
+from specc.lang.kinds import first_value
+from specc.lang.samples import Value
 from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem
@@ -21,8 +23,6 @@ from specc.proof.search import (
     SearchBudget,
     Semantics,
     Situation,
-    Value,
-    first_value,
     showing,
 )
 from specc.proof.search.example import Example, example, says_all

@@ -26,7 +26,7 @@ from specc.model.expr import (
     Unary,
     children,
 )
-from specc.model.fsm import Axiom, Cause, Condition, Function, State, Transition
+from specc.model.fsm import Axiom, Condition, Function, State, Transition
 from specc.model.logic import negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Bool, Int, OptionalOf
@@ -150,20 +150,13 @@ Tests = tuple[tuple[Expr, bool], ...]
 """Conditions, and whether they held."""
 
 
-def ended(error: Condition, terminal: Condition, cause: Cause) -> Tests:
-    """What is true when a state ends by a cause; the error has priority (2.4)."""
-    if cause == "error":
-        return ((error.when, True),)
-    return (terminal.when, True), (error.when, False)
-
-
 def asked(state: State, rows: Sequence[Transition]) -> Iterator[tuple[Tests, list[Condition]]]:
     """The conditions that may end a state, after what is true when they are asked."""
     error, terminal = state.behaviour.error, state.behaviour.terminal
     yield (), [error]
     yield ((error.when, False),), [terminal]
     for cause in CAUSES:
-        yield ended(error, terminal, cause), [r.condition for r in rows if r.cause == cause]
+        yield state.behaviour.ended(cause), [r.condition for r in rows if r.cause == cause]
 
 
 def said(tests: Tests) -> tuple[Expr, ...]:

@@ -13,7 +13,7 @@ from specc.analysis.graph import CAUSES, RowEdge, find_steps, reached_from
 from specc.analysis.memory import MemoryFacts
 from specc.analysis.pointless import PointlessParts
 from specc.analysis.presence import Presence, PresentValues
-from specc.analysis.reads import Dependences, names_any
+from specc.analysis.reads import Dependences
 from specc.analysis.unknown_parts import Views, is_vague
 from specc.frozen import frozen
 from specc.model.expr import Truth, has_unknown
@@ -266,8 +266,8 @@ class Machine:
         """
         key = id(condition.when)
         if key not in self._settled:
-            parameters = {constant.name for constant in self.subsystem.constants}
-            is_given = names_any(condition.when, parameters)
+            named = self.dependences.of(condition.when).constants
+            is_given = any(constant.name in named for constant in self.subsystem.constants)
             prover = self.any_prover if is_given else self.prover
             meant = isinstance(condition.when, Truth)
             value = None if meant else prover.constant(condition.when, by_tables=is_given)

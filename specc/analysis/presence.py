@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import Held, RowEdge, must_hold
-from specc.analysis.guards import Evaluation, Guards, Implied, Tests, ended, said, there
+from specc.analysis.guards import Evaluation, Guards, Implied, Tests, said, there
 from specc.analysis.reads import Dependences, nodes, texts
 from specc.model.expr import (
     TRUE,
@@ -52,11 +52,6 @@ class InputRead(NamedTuple):
 
     input: Input
     let: Let | None
-
-    @property
-    def name(self) -> InputName:
-        """Peer and element."""
-        return self.input.peer, self.input.element
 
 
 class Presence:
@@ -112,17 +107,13 @@ class Presence:
         alone = Guards((), self.behind, frozenset.intersection)
         first, every = self.in_first_period, texts(self._subsystem)
         parts = (part for text in every for part in alone.parts(text.expr, first))
-        return not any(
-            (read.peer, read.element) not in part.known
-            for part in parts
-            if (read := _read(part.expr))
-        )
+        return all(read.key in part.known for part in parts if (read := _read(part.expr)))
 
     def unguarded(self, expr: Expr, present: Inputs) -> Iterator[InputRead]:
         """What `expr` may read without a value where only `present` is sure; tests in it count."""
         for part, known, let in self._guards.parts(expr, present):
             read = _read(part)
-            if read and (read.peer, read.element) not in known:
+            if read and read.key not in known:
                 yield InputRead(read, let)
 
     def after(self, step: RowEdge) -> Inputs:
@@ -144,7 +135,7 @@ class Presence:
             case Unknown():
                 return self._everything
             case Fresh(input=element) | Present(input=element) if holds:
-                return frozenset(((element.peer, element.element),))
+                return frozenset((element.key,))
         return _NONE
 
     def _settled(self) -> Held[InputName]:
@@ -290,8 +281,7 @@ class PresentValues:
             ends = (state.behaviour.terminal.when, state.behaviour.error.when)
             found[state.name] = [(state.name, self._timeless(map(negation, ends)))]
         for row in self._rows:
-            source = self._subsystem.state(row.source).behaviour
-            before = said(ended(source.error, source.terminal, row.cause))
+            before = said(self._subsystem.state(row.source).behaviour.ended(row.cause))
             found[row.source].append((row.target, self._timeless([*before, row.condition.when])))
         return found
 

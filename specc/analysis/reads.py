@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
 from specc.frozen import frozen
@@ -94,20 +94,13 @@ def nodes(subsystem: Subsystem) -> Sequence[Expr]:
 def inputs_read(subsystem: Subsystem) -> frozenset[InputName]:
     """Inputs whose value or arrival some expression asks for."""
     every = nodes(subsystem)
-    return frozenset((node.peer, node.element) for node in every if isinstance(node, Input))
+    return frozenset(node.key for node in every if isinstance(node, Input))
 
 
 def arrivals_asked(subsystem: Subsystem) -> frozenset[InputName]:
     """Inputs of which it matters whether a new value has come."""
-    asked = (node.input for node in nodes(subsystem) if isinstance(node, Fresh))
-    return frozenset((element.peer, element.element) for element in asked)
-
-
-def names_any(expr: Expr, constants: Collection[str]) -> bool:
-    """Whether an expression refers to one of some constants or parameters."""
-    if not constants:
-        return False
-    return any(isinstance(node, ConstantRef) and node.name in constants for node in walk(expr))
+    every = nodes(subsystem)
+    return frozenset(node.input.key for node in every if isinstance(node, Fresh))
 
 
 @frozen
@@ -183,7 +176,7 @@ class Dependences:
 
 def _of_input(expr: Input | Fresh | Present | Lag) -> Dependence:
     element = expr if isinstance(expr, Input) else expr.input
-    key, nothing = frozenset(((element.peer, element.element),)), frozenset[InputName]()
+    key, nothing = frozenset((element.key,)), frozenset[InputName]()
     return Dependence(
         key,
         key if isinstance(expr, Input) else nothing,

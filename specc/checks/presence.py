@@ -94,9 +94,9 @@ def absences(machine: Machine) -> Iterator[Absence]:
     """
     is_remainder = _remainders(machine)
     found = list(_absences(machine))
-    asked = {(a.reading.name, a.state) for a in found if not is_remainder(a.use)}
+    asked = {(a.reading.input.key, a.state) for a in found if not is_remainder(a.use)}
     for absence in found:
-        if not (is_remainder(absence.use) and (absence.reading.name, absence.state) in asked):
+        if not (is_remainder(absence.use) and (absence.reading.input.key, absence.state) in asked):
             yield absence
 
 
@@ -113,7 +113,7 @@ def _absences(machine: Machine) -> Iterator[Absence]:
 
 
 def _absent(absence: Absence, machine: Machine) -> Diagnostic:
-    peer, element = absence.reading.name
+    peer, element = absence.reading.input.key
     name = f"x.{peer}.{element}"
     related = []
     if absence.reading.let is not None:
@@ -137,7 +137,7 @@ def _why(absence: Absence, machine: Machine) -> str:
         return "nothing has been sent yet"
     if isinstance(absence.use.owner, Axiom):
         return "possibly nothing has been sent by then"
-    way = machine.presence.way_without(absence.state, absence.reading.name)
+    way = machine.presence.way_without(absence.state, absence.reading.input.key)
     if len(way) == 1:
         return f"possibly nothing has been sent when the system starts in `{way[0]}`"
     return f"on the path {' -> '.join(way)} no row asks whether it has arrived"

@@ -8,7 +8,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from specc.analysis import Decided, Facts
-from specc.analysis.guards import ended, said
+from specc.analysis.guards import said
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.lang import show
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
 def ending(behaviour: Behaviour, cause: Cause) -> str:
     """How a behaviour ends by a cause: `by its terminal condition `reached``."""
-    condition = behaviour.terminal if cause == "terminal" else behaviour.error
-    return f"by its {cause} condition `{condition.name}`"
+    return f"by its {cause} condition `{behaviour.ending(cause).name}`"
 
 
 def situation(witness: Witness) -> str:
@@ -149,8 +148,7 @@ def _covers(one: Decided, other: Decided) -> bool:
 
 def _ended(decided: Decided) -> tuple[Expr, ...]:
     """What holds whenever a state ends by a cause."""
-    behaviour = decided.state.behaviour
-    return said(ended(behaviour.error, behaviour.terminal, decided.cause))
+    return said(decided.state.behaviour.ended(decided.cause))
 
 
 # Values that show a refutation.
@@ -283,7 +281,7 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
 
 def _no_row(decided: Decided, examples: Callable[[], Examples]) -> Diagnostic:
     state, cause = decided.state, decided.cause
-    condition = state.behaviour.terminal if cause == "terminal" else state.behaviour.error
+    condition = state.behaviour.ending(cause)
     ended = Witness((), answers=((condition.when, True),))
     return Diagnostic(
         "E0603",
@@ -336,7 +334,7 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
 def _dead(row: Transition, decided: Decided) -> Iterator[Diagnostic]:
     machine, state, behaviour = decided.machine, decided.state, decided.state.behaviour
     occurs = decided.verdict.decision.possible
-    end = behaviour.terminal if decided.cause == "terminal" else behaviour.error
+    end = behaviour.ending(decided.cause)
     if machine.settled(end) is False or (not occurs and machine.settled(behaviour.error)):
         return
     if occurs and row.remainder:

@@ -66,8 +66,7 @@ class Moves:
 
     def needed(self, row: Transition) -> Implicants:
         """What must be fresh for a row to be taken."""
-        behaviour = self.subsystem.state(row.source).behaviour
-        end = behaviour.terminal if row.cause == "terminal" else behaviour.error
+        end = self.subsystem.state(row.source).behaviour.ending(row.cause)
         key = row.cause, end.name, row.condition.name
         if key not in self._of_rows:
             self._of_rows[key] = all_of(map(self._implicants, (end.when, row.condition.when)))
@@ -97,7 +96,7 @@ class Moves:
             case Truth(value=value):
                 return FREE if value == holds else ()
             case Fresh(input=element) if holds:
-                return (frozenset(((element.peer, element.element),)),)
+                return (frozenset((element.key,)),)
             case Unary(op="not", operand=operand):
                 return self._implicants(operand, not holds)
             case LetRef(name=name) if name in self._of_lets:

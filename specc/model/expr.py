@@ -65,6 +65,11 @@ class Input(Node):
     peer: str
     element: str
 
+    @property
+    def key(self) -> tuple[str, str]:
+        """Peer and element."""
+        return self.peer, self.element
+
 
 @frozen
 class MemoryRef(Node):

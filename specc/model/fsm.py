@@ -80,6 +80,16 @@ class Behaviour:
         """What ends it, by priority (2.4)."""
         return ("error", self.error), ("terminal", self.terminal)
 
+    def ending(self, cause: Cause) -> Condition:
+        """What ends it by a cause."""
+        return self.error if cause == "error" else self.terminal
+
+    def ended(self, cause: Cause) -> tuple[tuple[Expr, bool], ...]:
+        """Conditions, and whether they held, once it has ended by a cause."""
+        if cause == "error":
+            return ((self.error.when, True),)
+        return (self.terminal.when, True), (self.error.when, False)
+
     def __post_init__(self) -> None:
         found = tuple(a for f in self.functions for a in f.assignments)
         object.__setattr__(self, "assignments", found)

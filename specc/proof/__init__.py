@@ -21,7 +21,7 @@ Nothing here knows of messages or of generated code.
 from specc.proof.numbering import Depths, Numbering
 from specc.proof.prover import Moment, Prover
 from specc.proof.ticks import Ticks
-from specc.proof.verdict import Decision, InputName, RowVerdict, Witness
+from specc.proof.verdict import Decision, InputName, RowVerdict, Witness, freshness, presence
 
 __all__ = [
     "Decision",
@@ -33,4 +33,6 @@ __all__ = [
     "RowVerdict",
     "Ticks",
     "Witness",
+    "freshness",
+    "presence",
 ]

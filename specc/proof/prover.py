@@ -7,15 +7,14 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Literal
 
-from specc.model.expr import Expr, Fresh, Input
+from specc.model.expr import Expr
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
-from specc.model.types import Bool
 from specc.proof.decide import Question, Solver, can_hold
 from specc.proof.formula import Formula
 from specc.proof.relations import conjuncts, related
 from specc.proof.translate import Translator
-from specc.proof.verdict import Decision, InputName, RowVerdict
+from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
 from specc.proof.witness import only
 
 Moment = Literal["conditions", "functions", "start"]
@@ -92,9 +91,10 @@ class Prover:
         new = question.arrivals.intersection(fresh)
         key = (question, known, new)
         if key not in self._decisions:
-            facts = [self._translator.present(*name) for name in sorted(known)]
-            facts += [self._translator.fresh(*name) for name in sorted(new)]
-            self._decisions[key] = _where_fresh(question.decide(facts), sorted(new))
+            facts: list[Expr] = [*map(presence, sorted(known))]
+            came = tuple(map(freshness, sorted(new)))
+            decision = question.decide([*map(self._formula, (*facts, *came))])
+            self._decisions[key] = _where_fresh(decision, came)
         return RowVerdict(rows, _with_repair(self._decisions[key], rows))
 
     def _question(self, state: str, cause: Cause, without: int | None) -> Question:
@@ -181,13 +181,10 @@ class Prover:
         return tuple(core)
 
     def _context(self, state: str, cause: Cause) -> tuple[Formula, ...]:
-        """When a state ends by a cause: the error condition has priority (2.4)."""
-        behaviour = self._behaviours[state]
-        error = self._formula(behaviour.error.when)
-        if cause == "error":
-            return (error,)
-        negated = self._translator.make.negation(error)
-        return self._formula(behaviour.terminal.when), negated
+        """What holds when a state ends by a cause."""
+        negation, ended = self._translator.make.negation, self._behaviours[state].ended(cause)
+        asked = ((self._formula(when), held) for when, held in ended)
+        return tuple(formula if held else negation(formula) for formula, held in asked)
 
     @cached_property
     def _anywhere(self) -> tuple[Translator, Solver]:
@@ -203,10 +200,9 @@ class Prover:
         return self._possible[key]
 
 
-def _where_fresh(decision: Decision, fresh: Iterable[InputName]) -> Decision:
+def _where_fresh(decision: Decision, came: Iterable[Expr]) -> Decision:
     """The decision with answers that say what is known to be fresh."""
-    inputs = (Input(*name, type=Bool()) for name in fresh)
-    known = tuple((Fresh(element, type=Bool()), True) for element in inputs)
+    known = tuple((each, True) for each in came)
     gap, overlap = (
         w and replace(w, answers=w.answers + known) for w in (decision.gap, decision.overlap)
     )

@@ -27,7 +27,6 @@ from specc.model.expr import (
     Compare,
     Expr,
     Fresh,
-    Input,
     IsNone,
     LetRef,
     Logic,
@@ -107,15 +106,6 @@ class Translator:
     def arrival(self, peer: str, element: str) -> Arrival:
         """The variable of an input element."""
         return Arrival(peer, element, (peer, element) in self._always)
-
-    def present(self, peer: str, element: str) -> Formula:
-        """The formula that an input element has a value."""
-        asked = Present(Input(peer, element, type=Bool()), type=Bool())
-        return self.make.atom(Atom(self.arrival(peer, element), "present", asked))
-
-    def fresh(self, peer: str, element: str) -> Formula:
-        """The formula that an input element is fresh."""
-        return self.formula(Fresh(Input(peer, element, type=Bool()), type=Bool()))
 
     def _bool(self, expr: Expr, bound: Depths) -> Formula:
         key = (self._numbering.number(expr, bound), len(bound))

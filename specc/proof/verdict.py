@@ -6,8 +6,9 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from specc.frozen import frozen
-from specc.model.expr import Expr, Fresh
+from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.fsm import Transition
+from specc.model.types import Bool
 
 # Why there is no answer.
 
@@ -29,6 +30,17 @@ class UnsureError(Exception):
 
 InputName = tuple[str, str]
 """Peer and name of an input element."""
+
+
+def freshness(name: InputName) -> Fresh:
+    """The condition that an input is fresh."""
+    return Fresh(Input(*name, type=Bool()), type=Bool())
+
+
+def presence(name: InputName) -> Present:
+    """The condition that an input has a value."""
+    return Present(Input(*name, type=Bool()), type=Bool())
+
 
 Facts = tuple[tuple[str, str], ...]
 """Questions as the specification puts them, with their answers in words."""
@@ -60,12 +72,8 @@ class Witness:
 
     def needs_old(self, elements: Collection[InputName]) -> bool:
         """Whether it says that one of some inputs is not fresh."""
-        return any(
-            isinstance(asked, Fresh)
-            and not yes
-            and (asked.input.peer, asked.input.element) in elements
-            for asked, yes in self.answers
-        )
+        asked = (asked for asked, yes in self.answers if isinstance(asked, Fresh) and not yes)
+        return any(each.input.key in elements for each in asked)
 
 
 @frozen

@@ -135,7 +135,7 @@ def read(expr: Expr, known: Names = frozenset(), together: bool = False) -> set[
     """Elements that `expr` may read in vain."""
     pairs = {("c", "a"): frozenset({("c", "b")})} if together else {}
     arrivals = Arrivals(frozenset(), frozenset(), pairs)
-    return {r.name[1] for r in Presence(machine([TRUE]), (), arrivals).unguarded(expr, known)}
+    return {r.input.element for r in Presence(machine([TRUE]), (), arrivals).unguarded(expr, known)}
 
 
 @pytest.mark.parametrize(
@@ -183,4 +183,4 @@ def test_a_let_is_followed_wherever_it_is_named() -> None:
     assert not list(presence.unguarded(Logic("or", tuple(named_), type=BOOL), frozenset()))
     without = Logic("and", (present(others[0]), value), type=BOOL)
     every = Logic("or", (*named_, without), type=BOOL)
-    assert [r.name for r in presence.unguarded(every, frozenset())] == [("c", "a")]
+    assert [r.input.key for r in presence.unguarded(every, frozenset())] == [("c", "a")]

@@ -4,9 +4,7 @@
 hand, as far as it has the `Freedom`, until it meets that; `Semantics` evaluates expressions in it.
 """
 
-from specc.lang.kinds import first_value, others
-from specc.lang.samples import Fields, Token, Value, alike, spelled
-from specc.proof.search.search import Goal, came, find, present, showing
+from specc.proof.search.search import Goal, find, showing
 from specc.proof.search.situation import (
     NO_VALUE,
     Answer,
@@ -22,23 +20,14 @@ from specc.proof.search.thresholds import SearchBudget
 __all__ = [
     "NO_VALUE",
     "Answer",
-    "Fields",
     "Freedom",
     "Goal",
     "LagKey",
     "SearchBudget",
     "Semantics",
     "Situation",
-    "Token",
-    "Value",
-    "alike",
-    "came",
     "find",
-    "first_value",
     "lag_key",
-    "others",
-    "present",
     "runnable",
     "showing",
-    "spelled",
 ]

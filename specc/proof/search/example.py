@@ -119,8 +119,7 @@ def _answered(
 
 def _simpler(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situation]:
     match node:
-        case m.Input(peer=peer, element=element):
-            name: InputName = (peer, element)
+        case m.Input(key=name):
             if name in at.fresh:
                 yield replace(at, fresh=at.fresh - {name})
             for value in _plainer(at.inputs[name], start.inputs[name]):
@@ -275,13 +274,13 @@ def _shows(meaning: Semantics, goals: Sequence[Goal], at: Situation) -> bool:
 
 
 def _said(about: Sequence[m.Expr], meaning: Semantics, at: Situation) -> Iterator[str]:
-    read = {_name(leaf): leaf for leaf in about if isinstance(leaf, m.Input)}
-    asked = {_name(leaf.input) for leaf in about if isinstance(leaf, m.Fresh)}
+    read = {leaf.key: leaf for leaf in about if isinstance(leaf, m.Input)}
+    asked = {leaf.input.key for leaf in about if isinstance(leaf, m.Fresh)}
     for leaf in dict.fromkeys(_element(leaf, read) for leaf in about):
         match leaf:
             case m.Input():
-                value = worded(at.inputs[_name(leaf)], leaf.type) if _name(leaf) in read else None
-                yield _input(leaf, value, at, told=_name(leaf) in asked)
+                value = worded(at.inputs[leaf.key], leaf.type) if leaf.key in read else None
+                yield _input(leaf, value, at, told=leaf.key in asked)
             case m.Clock():
                 yield f"`elapsed` = {number(float(f'{at.periods * meaning.period_s:.9g}'))} s"
             case _:
@@ -301,13 +300,13 @@ def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:
     """What is said once: the value of an input and whether it came belong together."""
     if not isinstance(leaf, (m.Fresh, m.Present)):
         return leaf
-    name = _name(leaf.input)
+    name = leaf.input.key
     return read.get(name, m.Input(*name, type=Bool()))
 
 
 def _input(element: m.Input, value: str | None, at: Situation, *, told: bool) -> str:
     """An input with its value, if any; that it is not fresh only if that is to be `told`."""
-    name, shown = _name(element), f"`{show(element)}`"
+    name, shown = element.key, f"`{show(element)}`"
     if name not in at.present:
         return f"{shown} absent"
     if name in at.fresh:
@@ -315,7 +314,3 @@ def _input(element: m.Input, value: str | None, at: Situation, *, told: bool) ->
     if value:
         return f"{shown} = {value}{' (not fresh)' if told else ''}"
     return f"{shown} {'not fresh' if told else 'there'}"
-
-
-def _name(element: m.Input) -> InputName:
-    return element.peer, element.element

@@ -13,7 +13,7 @@ from specc.lang.kinds import first_value, kind, others
 from specc.lang.samples import Fields, Value, alike
 from specc.lang.signs import SIGNS
 from specc.model import expr as m
-from specc.model.expr import Expr, Fresh, Input, Present
+from specc.model.expr import Expr
 from specc.model.fsm import Cause
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
@@ -25,7 +25,6 @@ from specc.proof.search.situation import (
     runnable,
 )
 from specc.proof.search.thresholds import SearchBudget, Thresholds
-from specc.proof.verdict import InputName
 
 # Ways to give an expression a wanted value, by changing one thing that it depends on.
 
@@ -47,9 +46,9 @@ class Ways:
         self._steps = SearchBudget(MOST_STEPS)
         self._freedom = freedom
         self._rules: dict[type, Callable[[Any, Value, Situation], Situations]] = {
-            m.Input: lambda e, v, at: freedom.input(_name(e), v, at),
-            m.Fresh: lambda e, v, at: freedom.fresh(_name(e.input), v, at),
-            m.Present: lambda e, v, at: freedom.present(_name(e.input), v, at),
+            m.Input: lambda e, v, at: freedom.input(e.key, v, at),
+            m.Fresh: lambda e, v, at: freedom.fresh(e.input.key, v, at),
+            m.Present: lambda e, v, at: freedom.present(e.input.key, v, at),
             m.Lag: freedom.behind,
             m.MemoryRef: lambda e, v, at: freedom.remembered(e.name, v, at),
             m.LetRef: lambda e, v, at: self.ways(meaning.lets[e.name], v, at),
@@ -234,10 +233,6 @@ def conjuncts(expr: m.Expr, wanted: bool, meaning: Semantics) -> list[tuple[m.Ex
     return found
 
 
-def _name(element: m.Input) -> tuple[str, str]:
-    return element.peer, element.element
-
-
 # Finding a situation that meets goals: repair what is not met, whatever mends most first.
 
 
@@ -248,18 +243,6 @@ STARTS, REPAIRS = 6, 40
 _ALL = STARTS * REPAIRS * (1 + MOST_WAYS)
 _STRAYING = 0.15
 """How often a repair is taken that is not the best one, which leads out of circles."""
-
-
-def present(name: InputName) -> Goal:
-    """An input has a value."""
-    peer, element = name
-    return Present(Input(peer, element, type=Bool()), type=Bool()), True
-
-
-def came(name: InputName) -> Goal:
-    """A value of an input has come."""
-    peer, element = name
-    return Fresh(Input(peer, element, type=Bool()), type=Bool()), True
 
 
 def showing(
@@ -274,10 +257,7 @@ def showing(
     The assumptions hold, and questions have these `answers`. At first no other rows apply; then, if
     any have to, others may as well.
     """
-    behaviour = subsystem.state(state).behaviour
-    given = [(behaviour.error.when, cause == "error")]
-    if cause == "terminal":
-        given.append((behaviour.terminal.when, True))
+    given = [*reversed(subsystem.state(state).behaviour.ended(cause))]
     given += [(axiom.that, True) for axiom in subsystem.axioms]
     given += answers
     rows = [row.condition.when for _, row in subsystem.rows(state, cause)]

@@ -49,7 +49,7 @@ LagKey = tuple[str, str, str]
 
 def lag_key(lag: m.Lag) -> LagKey:
     """What a situation knows it by."""
-    return lag.name, lag.input.peer, lag.input.element
+    return lag.name, *lag.input.key
 
 
 @frozen

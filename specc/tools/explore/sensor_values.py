@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from specc.lang.evaluate import Environment, evaluate
-from specc.lang.kinds import kind
+from specc.lang.kinds import first_value, kind, others
 from specc.model import expr as m
 from specc.model.system import System
 from specc.model.types import (
@@ -19,7 +19,6 @@ from specc.model.types import (
     within,
 )
 from specc.model.units import DIMENSIONLESS, Dimensions
-from specc.proof.search import first_value, others
 from specc.tools.explore.partial import Known, filled, is_literal
 
 MOST_VALUES = 16

@@ -4,8 +4,8 @@ A test that `specc witness` wrote imports from here what it needs: `Trial`, and 
 spelled with.
 """
 
+from specc.lang.samples import Fields, Token
 from specc.lang.values import translation
-from specc.proof.search import Fields, Token
 from specc.tools.witness.trial import Trial
 
 __all__ = ["Fields", "Token", "Trial", "translation"]

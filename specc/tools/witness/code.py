@@ -21,7 +21,8 @@ from specc_runtime.stepping import Stepper, array
 
 from specc.analysis.reads import nodes
 from specc.frozen import frozen
-from specc.lang.kinds import kind
+from specc.lang.kinds import first_value, kind
+from specc.lang.samples import Fields, Value, alike
 from specc.lower.annotations import PythonTypes, named_types
 from specc.lower.module import Module
 from specc.model.expr import Lag
@@ -29,7 +30,7 @@ from specc.model.fsm import Transition
 from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
-from specc.proof.search import Answer, Fields, LagKey, Value, alike, first_value, lag_key
+from specc.proof.search import Answer, LagKey, lag_key
 from specc.tools.witness.subject import OPERATORS, alone, unproved
 
 # What a script does, period by period. Values go by the names that the specification has for them:

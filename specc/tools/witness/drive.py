@@ -16,7 +16,7 @@ from specc.frozen import frozen
 from specc.model.expr import Expr, LetRef, MemoryRef, walk
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem
-from specc.proof import InputName
+from specc.proof import InputName, presence
 from specc.proof.search import (
     NO_VALUE,
     Freedom,
@@ -24,7 +24,6 @@ from specc.proof.search import (
     Semantics,
     Situation,
     find,
-    present,
     showing,
 )
 from specc.tools.witness.code import (
@@ -251,7 +250,7 @@ class Driver:
             except AbsentError as error:
                 if error.name in self._never:
                     raise
-                more.append(present(error.name))
+                more.append((presence(error.name), True))
         raise StrayError("inputs are missing")
 
     def reach(self, driven: Driven, goals: Sequence[Goal]) -> tuple[Driven, Situation]:

@@ -12,7 +12,8 @@ from functools import partial
 
 from specc.analysis import Facts
 from specc.model.fsm import Transition
-from specc.proof.search import Goal, Situation, came, showing
+from specc.proof import freshness
+from specc.proof.search import Goal, Situation, showing
 from specc.tools.witness.code import (
     AbsentError,
     Placed,
@@ -134,7 +135,7 @@ class Planner:
     ) -> Iterator[Attempt]:
         """Last steps in which different inputs come."""
         others = sorted(self._driver.inputs.names - {self._refutation.absent})
-        every = [came(name) for name in others]
+        every = [(freshness(name), True) for name in others]
         for driven in self._runs(wanted, [path]):
             for goals in ends:
                 for coming in ([], every, *([one] for one in every)):

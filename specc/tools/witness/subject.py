@@ -182,7 +182,7 @@ def _of_absence(machine: Machine) -> Iterator[Refutation]:
     told = set()
     subsystem = machine.subsystem
     for absence in sorted(absences(machine), key=lambda absence: absence.code):
-        state, name = absence.state or subsystem.initial_state, absence.reading.name
+        state, name = absence.state or subsystem.initial_state, absence.reading.input.key
         if (absence.code, state, name) not in told:
             told.add((absence.code, state, name))
             input_ = f"`x.{name[0]}.{name[1]}`"

@@ -10,9 +10,10 @@ from unittest import SkipTest
 
 from specc_runtime.faults import UndecidedTransition
 
+from specc.lang.samples import Value
 from specc.model.system import System
 from specc.pipeline import read_spec
-from specc.proof.search import Answer, Value
+from specc.proof.search import Answer
 from specc.source import Sources
 from specc.tools.witness.code import (
     Periods,
