@@ -272,7 +272,7 @@ def _import(command: Parser) -> None:
     _add_commands(command, IMPORTERS, "specc import", "source", "FORMAT")
 
 
-_IMPORT = "importing:run_import"
+_IMPORT = "commands:run_import"
 IMPORTERS = (
     Command("fabric", _IMPORT, "subsystem definitions of FABRIC", _fabric),
     Command("scxml", _IMPORT, "a flat state chart", _scxml),
@@ -306,7 +306,7 @@ COMMANDS = tuple(starmap(Command, (
     ("plot", "plot:plot",
      "draw signals of recorded runs, and the states of machines, over time", _plot, True),
     ("recover", "recordings:recover", "make a clean file of a recording that was cut", _recover),
-    ("completion", "completion:completion",
+    ("completion", "parsing:completion",
      "print what makes a shell complete the commands of specc", _completion),
 )))  # fmt: skip
 

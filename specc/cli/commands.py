@@ -1,4 +1,4 @@
-"""The commands that only look: they call the compiler, print what it found, give the exit code."""
+"""The commands that only call the compiler or a tool: they print what it made or found."""
 
 from __future__ import annotations
 
@@ -131,8 +131,7 @@ def explain(options: Namespace) -> int:
     if entry is None:
         close = " or ".join(f"`{code}`" for code in nearest(options.code, codes))
         hint = f"did you mean {close}?" if close else "`specc explain` lists all codes"
-        streams.say(f"specc: no code is called `{options.code}`; {hint}")
-        return 2
+        return streams.refuse(f"no code is called `{options.code}`; {hint}")
     streams.show(explanation(entry))
     return 0
 
@@ -152,8 +151,43 @@ def lsp(options: Namespace) -> int:
     try:
         from specc.tools.lsp.server import serve
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("pygls", "lsprotocol"):
-            raise
-        streams.say(f"specc: {import_module('specc_runtime.extras').remedy(error)}")
-        return 2
+        return streams.refuse(streams.lacking(error, "pygls", "lsprotocol"))
     return serve()
+
+
+def run_import(options: Namespace) -> int:
+    """Import, print or write the specification, and report what is not in it."""
+    from specc.tools.fmt import formatted
+    from specc.tools.importers import import_fabric, import_scxml
+
+    if options.source == "fabric":
+        made = import_fabric(
+            options.files, name=options.name, period=options.period, wires=options.connect
+        )
+    else:
+        made = import_scxml(options.files[0], name=options.name, period=options.period)
+    code = streams.tell(report(resolve(made.diagnostics, made.sources), options.files))
+    if not made.text:
+        return code
+    if options.out and os.path.realpath(options.out) in map(os.path.realpath, options.files):
+        return streams.refuse(f"{options.out} is what is imported; name another file with --out")
+    return _put(formatted(made.text), options.out, options.force)
+
+
+def _put(text: str, out: str | None, force: bool) -> int:
+    """Write a specification; one that is there may have been completed by hand, so it stays."""
+    from specc.cli.rewrite import create, rewrite
+
+    if out is None:
+        streams.show(text)
+        return 0
+    try:
+        if force and os.path.exists(out):
+            rewrite(out, text)
+        else:
+            create(out, text)
+    except FileExistsError:
+        return streams.refuse(f"{out} is there already; `--force` replaces it")
+    except OSError as error:
+        return streams.refuse(f"{out} cannot be written: {(error.strerror or '').lower()}")
+    return 0

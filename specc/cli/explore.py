@@ -36,8 +36,7 @@ def run_explore(options: Namespace) -> int:
     try:
         kept = _recorded(options, built, found)
     except Refused as refused:
-        streams.say(f"specc: {refused}")
-        return 2
+        return streams.refuse(refused)
     interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in kept)
     explored = tuple(finding.diagnostic for finding in found.findings)
     # Other findings are left aside, and so are the comments about them.

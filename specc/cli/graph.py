@@ -7,12 +7,12 @@ from argparse import Namespace
 from importlib import import_module
 
 from specc.cli import streams
-from specc.cli.pictures import NotWritten, put
+from specc.cli.pictures import put
 from specc.cli.streams import Refused
 from specc.tools.graph import Diagram, NoPicture, as_dot, drawing, picture
 
 FORMATS = ("svg", "png", "dot")
-DONE, WRONG, UNUSABLE = 0, 1, 2
+DONE, WRONG = 0, 1
 
 
 def graph(options: Namespace) -> int:
@@ -26,7 +26,7 @@ def graph(options: Namespace) -> int:
     result = pipeline.read_spec(options.spec)
     wrong = any(found.severity == "error" for found in result.diagnostics)
     code = streams.tell_of(result, options.spec) or WRONG if wrong or not result.system else DONE
-    if result.system is None or code == UNUSABLE or (code and not result.system.agents):
+    if result.system is None or code == streams.UNUSABLE or (code and not result.system.agents):
         return code
     try:
         form = _format(options)
@@ -38,9 +38,8 @@ def graph(options: Namespace) -> int:
         path = options.out or _name(options, kind, form)
         put(path, content, form, "graph")
         streams.show(f"{path}\n")
-    except (NoPicture, NotWritten, Refused) as refused:
-        streams.say(f"specc: {refused}")
-        return UNUSABLE
+    except (NoPicture, Refused) as refused:
+        return streams.refuse(refused)
     return code
 
 

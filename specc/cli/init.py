@@ -24,8 +24,7 @@ def init(options: Namespace) -> int:
     try:
         places = _written(options)
     except (Refused, OSError) as error:
-        streams.say(f"specc: {reason(error)}")
-        return 2
+        return streams.refuse(reason(error))
     for place in places[:_MOST_SHOWN]:
         streams.show(f"{place}\n")
     if len(places) > _MOST_SHOWN:
@@ -40,14 +39,10 @@ def _written(options: Namespace) -> list[Path]:
     """Write the files; the specification comes first. Raises Refused, OSError."""
     if refusal := _misplaced(options):
         raise Refused(refusal)
-    if options.model is not None:
-        from specc.cli import init_model
+    if options.model is not None or options.ros2 is not None:
+        from specc.cli import init_robot
 
-        return init_model.write(options)
-    if options.ros2 is not None:
-        from specc.cli import init_ros2
-
-        return init_ros2.write(options)
+        return init_robot.write(options)
     directory, name = options.directory, options.skeleton or "joint"
     target = Path(directory)
     if name not in names() or not directory or (os.path.exists(target) and not target.is_dir()):

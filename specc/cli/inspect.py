@@ -10,6 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from specc.cli.interruption import held, is_behind
+from specc.cli.parallel import cores, processes
 from specc.cli.targets import targets
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
@@ -198,18 +199,11 @@ def _inspect_into(outcomes: list[Inspection], paths: Sequence[str], overrides: O
         _in_processes(outcomes, job, paths, workers)
 
 
-def cores() -> int:
-    """How many cores this process may use; all that there are where that is not known."""
-    known = getattr(os, "sched_getaffinity", None)  # not everywhere
-    return len(known(0)) if known else os.cpu_count() or 1
-
-
 def _in_processes(
     outcomes: list[Inspection], job: partial[Inspection], paths: Sequence[str], workers: int
 ) -> None:
     # What is imported before the fork is shared; every other way each process imports it again.
     from specc import pipeline  # noqa: F401  # imported for the processes that inherit it
-    from specc.cli.parallel import processes
 
     found: list[Inspection] = []
     with processes(workers, "fork") as pool:

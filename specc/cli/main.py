@@ -12,8 +12,9 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from specc.cli import completion, interruption, streams
+from specc.cli import interruption, streams
 from specc.cli.arguments import parser
+from specc.cli.parsing import answer
 
 UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141
 _NEW_OBJECTS = 50_000
@@ -83,7 +84,7 @@ def _guarded(arguments: Sequence[str] | None) -> int:
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     whole = parser()
-    completion.answer(whole)
+    answer(whole)
     try:
         return whole.parse_args(arguments)
     except SystemExit:

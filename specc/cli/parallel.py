@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import threading
 from collections.abc import Iterator
@@ -13,12 +12,19 @@ if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
 
 
+def cores() -> int:
+    """How many cores this process may use; all that there are where that is not known."""
+    known = getattr(os, "sched_getaffinity", None)  # not everywhere
+    return len(known(0)) if known else os.cpu_count() or 1
+
+
 @contextmanager
 def processes(workers: int, method: str) -> Iterator[ProcessPoolExecutor]:
     """So many at most, started by a method of multiprocessing; ended at once after an exception.
 
     Work is submitted while signals are `held`, so that all processes are known when one comes.
     """
+    import multiprocessing  # only here: most commands need one process
     from concurrent.futures import ProcessPoolExecutor
 
     context = multiprocessing.get_context(method)
@@ -35,6 +41,8 @@ def processes(workers: int, method: str) -> Iterator[ProcessPoolExecutor]:
 
 def _end_with_parent() -> None:
     """End this process when the one that started it ends."""
+
+    import multiprocessing
 
     def watch() -> None:
         if parent := multiprocessing.parent_process():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -11,6 +12,8 @@ from math import inf
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
+
+from specc.cli import streams
 
 
 class Parser(argparse.ArgumentParser):
@@ -167,3 +170,31 @@ def wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:
     if not (equals and all((*a, *b))):
         raise argparse.ArgumentTypeError(f"{text!r} is not SUBSYSTEM.BUFFER=SUBSYSTEM.BUFFER")
     return (a[0], a[2]), (b[0], b[2])
+
+
+# Shells complete commands, options and files.
+
+
+ASKS = "_ARGCOMPLETE"
+"""Is set where a shell asks how a command line may go on."""
+
+
+def completion(options: argparse.Namespace) -> int:
+    """Print the lines that a shell reads when it starts."""
+    from argcomplete.shell_integration import shellcode
+
+    streams.show(shellcode(["specc"], shell=options.shell) + "\n")
+    return 0
+
+
+def answer(parser: Parser) -> None:
+    """End the process with the ways to go on, if that is what a shell asks."""
+    if ASKS in os.environ:
+        import argcomplete
+
+        chosen = parser
+        for word in os.environ.get("COMP_LINE", "").split():
+            if word in chosen.commands:
+                chosen = chosen.commands[word]
+                chosen.prepare()
+        argcomplete.autocomplete(parser)

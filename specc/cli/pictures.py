@@ -6,30 +6,29 @@ A table has no mark of who made it, so none is ever replaced.
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
+from struct import pack
+from zlib import crc32
 
 from specc.atomic_files import replacing
 from specc.cli.interruption import held
-from specc.tools.signature import LENGTH, is_signed, signed
-
-
-class NotWritten(Exception):
-    """A file stays as it is, or cannot be there; the message says why."""
+from specc.cli.streams import Refused
 
 
 def put(path: str, content: bytes, form: str, by: str) -> None:
-    """Write what a command made as a file of a format. Raises NotWritten."""
+    """Write what a command made as a file of a format. Raises Refused."""
     made = signed(content, form, by)
     try:
         if os.path.lexists(path) and not _may_replace(path, form):
             if _holds(path, made):
                 return
-            raise NotWritten(_stays(path, form))
+            raise Refused(_stays(path, form))
         with held(), replacing(Path(path)) as aside:
             aside.write_bytes(made)
     except OSError as error:
         why = (error.strerror or "not possible").lower()
-        raise NotWritten(f"{path} cannot be written: {why}") from error
+        raise Refused(f"{path} cannot be written: {why}") from error
 
 
 def _holds(path: str, content: bytes) -> bool:
@@ -54,3 +53,40 @@ def _may_replace(path: str, form: str) -> bool:
         beginning = file.read(LENGTH)
         file.seek(-min(LENGTH, os.fstat(file.fileno()).st_size), os.SEEK_END)
         return is_signed(beginning, file.read(), form)
+
+
+# What files of pictures say of what made them, so that no others are replaced.
+
+
+_MARKS = re.compile(rb"specc (graph|plot)")
+_STARTS = {"svg": b"<?xml", "png": b"\x89PNG", "dot": b"//", "pdf": b"%PDF"}
+LENGTH = 200
+"""Bytes at the beginning of a file, or at its end, that have the mark in them."""
+_PNG_HEAD = 33
+"""Bytes of the signature and of the first chunk."""
+
+
+def signed(content: bytes, form: str, by: str) -> bytes:
+    """A picture with the mark of a command; a table has no place for one."""
+    mark = f"specc {by}".encode()
+    match form:
+        case "svg":
+            declaration, end, rest = content.partition(b"\n")
+            return declaration + end + b"<!-- " + mark + b" -->\n" + rest
+        case "png":
+            text = b"tEXtSoftware\0" + mark
+            chunk = pack(">I", len(text) - 4) + text + pack(">I", crc32(text))
+            return content[:_PNG_HEAD] + chunk + content[_PNG_HEAD:]
+        case "dot":
+            return b"// " + mark + b"\n" + content
+        case "pdf":  # where its parts are, counted from the beginning, stands in it
+            return content + b"% " + mark + b"\n"
+    return content
+
+
+def is_signed(beginning: bytes, end: bytes, form: str) -> bool:
+    """Whether a file of this format begins and ends as a signed one does; never a table."""
+    if form not in _STARTS:
+        return False
+    place = end[-LENGTH:] if form == "pdf" else beginning[:LENGTH]
+    return beginning.startswith(_STARTS[form]) and _MARKS.search(place) is not None

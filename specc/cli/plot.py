@@ -5,23 +5,23 @@ from __future__ import annotations
 import os
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from itertools import chain
 from math import isnan
 from pathlib import Path
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.pictures import NotWritten, put
+from specc.cli.pictures import put
 from specc.cli.recorded_spec import placed
-from specc.cli.recordings import called, lost, unusable
+from specc.cli.recordings import called, lost
 from specc.cli.streams import Refused
+from specc.diagnostics.phrases import clipped
 from specc.model.system import System
 from specc.tools.plot import NoSignal, Signal, found
 from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
 from specc.tools.plot.sheet import PlottedRun, Sheet, bands, cut, marks, numbers_of, panels
 from specc.tools.plot.table import table, timeline
-from specc.tools.why import NotKnown, clipped
+from specc.tools.why import NotKnown
 
 FORMATS = ("svg", "png", "pdf", "csv")
 MOST_RECORDINGS = 6
@@ -35,8 +35,8 @@ def plot(options: Namespace) -> int:
     words = [word for word in options.signals if not word.endswith(_RECORDED)]
     try:
         return _Plot(options, [options.file, *others], words).make()
-    except (Refused, NoSignal, NotWritten) as refused:
-        return unusable(str(refused))
+    except (Refused, NoSignal) as refused:
+        return streams.refuse(refused)
 
 
 class _Plot:
@@ -183,9 +183,7 @@ class _Plot:
         try:
             content = drawn(sheet, self._form)
         except ModuleNotFoundError as error:
-            if (error.name or "").partition(".")[0] != "matplotlib":
-                raise
-            raise Refused(import_module("specc_runtime.extras").remedy(error)) from error
+            raise streams.lacking(error, "matplotlib") from error
         put(self._out, content, self._form, "plot")
         streams.show(f"{self._out}\n")
 

@@ -12,6 +12,7 @@ from specc import output
 from specc.cli import streams
 from specc.cli.recordings import called, values_of
 from specc.diagnostics import stops
+from specc.diagnostics.phrases import few
 from specc.source import COMMAND_LINE, Sources, real_path
 
 if TYPE_CHECKING:
@@ -88,8 +89,7 @@ def _listed(foreign: Iterable[PythonObject], known: Collection[PythonObject]) ->
         f"{each} with another type of that name" if str(each) in alike else str(each)
         for each in sorted(foreign, key=lambda n: (n.python in modules, str(n)))
     ]
-    more = f" and {len(words) - _TOLD} more" if len(words) > _TOLD else ""
-    return "; ".join(words[:_TOLD]) + more
+    return few(words, _TOLD, "; ")
 
 
 def placed(texts: Mapping[str, str], spec: str) -> dict[str, str]:

@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Any
 from specc import output
 from specc.cli import streams
 from specc.cli.streams import Refused
+from specc.diagnostics.phrases import clipped
 
 if TYPE_CHECKING:
     from specc.model.system import Subsystem
     from specc.pipeline import Result
     from specc.source import Place
 
-SAME, DIFFERS, UNUSABLE, LOST = 0, 1, 2, 3
+SAME, DIFFERS, LOST = 0, 1, 3
 _LONGEST, _LONGEST_VALUE, _LONGEST_REASON = 200, 2000, 1000
 """Of a name, a value and a reason from a file that are told."""
 _MOST_VALUES = 10_000
@@ -34,9 +35,9 @@ def recover(options: Namespace) -> int:
     try:
         saved = called("recording.reading", "Recovered", Path(options.file), out)
     except Refused as refused:
-        return unusable(str(refused))
+        return streams.refuse(refused)
     except OSError as error:
-        return unusable(f"cannot write {out}: {(error.strerror or 'unknown reason').lower()}")
+        return streams.refuse(f"cannot write {out}: {(error.strerror or 'unknown reason').lower()}")
     words = "it had been cut" if saved.cut else "it was whole"
     if saved.damaged:
         words = f"damaged parts left out: {saved.damaged}"
@@ -52,19 +53,17 @@ def replay(options: Namespace) -> int:
             raise unnamed(options.file, told, ["specc", "replay", options.file])
         return _replay(options, options.spec, told)
     except Refused as refused:
-        return unusable(str(refused))
+        return streams.refuse(refused)
 
 
 def _replay(options: Namespace, spec: str, told: Any) -> int:
     from specc import pipeline
-    from specc.cli.streams import tell
-    from specc.diagnostics.report import report, resolve
 
     skips = called("recording.messages", "followed_the_clock", told)
     built = pipeline.build(spec, values_of(told), is_read=False, tests_all_rows=skips)
     result = built.result
     if not result.ok or result.system is None:
-        return tell(report(resolve(result.diagnostics, result.sources), [spec])) or DIFFERS
+        return streams.tell_of(result, spec) or DIFFERS
     names = [s.qualified_name for s in result.system.subsystems]
     if options.subsystem and options.subsystem not in names:
         raise Refused(f"there is no subsystem {options.subsystem}; there are {', '.join(names)}")
@@ -116,8 +115,8 @@ def _tell(outcomes: Sequence[Any], result: Result, options: Namespace) -> int:
     for outcome in unknown:
         words = f"{outcome.steps} steps are the same, then it cannot be compared"
         name, why = (
-            _clipped(outcome.subsystem, _LONGEST),
-            _clipped(outcome.unknown, _LONGEST_REASON),
+            clipped(outcome.subsystem, _LONGEST),
+            clipped(outcome.unknown, _LONGEST_REASON),
         )
         streams.show(f"{name}: {words}: {why}\n")
     for outcome in same:
@@ -133,11 +132,11 @@ def _tell(outcomes: Sequence[Any], result: Result, options: Namespace) -> int:
 
 def _lines(difference: Any, result: Result) -> Iterator[str]:
     d = difference
-    state, what = _clipped(d.state, _LONGEST), _clipped(d.what, _LONGEST)
+    state, what = clipped(d.state, _LONGEST), clipped(d.what, _LONGEST)
     began = f"in {state}" if state else "in its first period"
     yield f"{d.subsystem} differs first at {d.time_s:g} s (stamp {d.stamp}), {began}: {what}"
-    yield f"  recorded: {_clipped(d.recorded, _LONGEST_VALUE)}"
-    yield f"  now:      {_clipped(d.now, _LONGEST_VALUE)}"
+    yield f"  recorded: {clipped(d.recorded, _LONGEST_VALUE)}"
+    yield f"  now:      {clipped(d.now, _LONGEST_VALUE)}"
     assert result.system is not None
     subsystem = next(s for s in result.system.subsystems if s.qualified_name == d.subsystem)
     for what, place in _places(subsystem, d):
@@ -150,7 +149,7 @@ def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]
     """What in the specification is responsible: the row, and the condition or the assignment."""
     d = difference
     for row in subsystem.transitions:
-        if f"{row.source} {row.cause} {row.condition.name} -> {row.target}" == d.row:
+        if row.words == d.row:
             yield "row", row.place
     state = next((s for s in subsystem.states if s.name == d.state), None)
     if d.condition and state is not None:
@@ -179,7 +178,7 @@ def unnamed(file: str, told: Any, command: Sequence[str]) -> Refused:
         is_here = False
     if not is_here:
         return Refused(
-            f"{file} is of {_clipped(spec, _LONGEST) or 'no file'}, which is not here; say --spec"
+            f"{file} is of {clipped(spec, _LONGEST) or 'no file'}, which is not here; say --spec"
         )
     words = shlex.join([*command, f"--spec={spec}"])
     return Refused(
@@ -204,18 +203,8 @@ def called(module: str, function: str, *arguments: Any) -> Any:
         made = getattr(import_module(f"specc_runtime.{module}"), function)
         return made(*arguments)
     except ModuleNotFoundError as error:
-        raise Refused(import_module("specc_runtime.extras").remedy(error)) from error
+        raise streams.lacking(error) from error
     except Exception as error:
         if type(error).__name__ not in ("Unusable", "UsageError", "StepFailed", "OutputLost"):
             raise
-        raise Refused(_clipped(str(error), _LONGEST_REASON)) from error
-
-
-def _clipped(text: str, most: int) -> str:
-    return text if len(text) <= most else f"{text[: most - 3]}..."
-
-
-def unusable(words: str) -> int:
-    """Say why a file cannot be used; the exit code."""
-    streams.say(f"specc: {words}")
-    return UNUSABLE
+        raise Refused(clipped(str(error), _LONGEST_REASON)) from error

@@ -15,8 +15,7 @@ from specc import output
 from specc.checks.plant import without_plant
 from specc.cli.inspect import judged, overrides_of
 from specc.cli.recorded_spec import recorded_package, texts_of
-from specc.cli.recordings import unusable
-from specc.cli.streams import Refused, tell
+from specc.cli.streams import Refused, refuse, tell
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import report, resolve
 from specc.source import Place, Sources
@@ -56,7 +55,7 @@ def run(options: Namespace) -> int:
             try:
                 options.past = recorded_package(options, built, Path(scratch, "recorded"))
             except Refused as refused:
-                return unusable(str(refused))
+                return refuse(refused)
         return launch(directory, options, built.result.sources)
 
 

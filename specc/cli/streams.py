@@ -6,6 +6,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TextIO
 
 from specc.diagnostics.render.visible import Form, harmless, visible
@@ -17,8 +18,25 @@ if TYPE_CHECKING:
     from specc.pipeline import Result
 
 
+UNUSABLE = 2
+"""Exit code for wrong usage, and for a file that cannot be read or written."""
+
+
 class Refused(Exception):
     """A command cannot do what is asked; the message says why."""
+
+
+def refuse(why: object) -> int:
+    """Say why a command does not do what is asked; the exit code."""
+    say(f"specc: {why}")
+    return UNUSABLE
+
+
+def lacking(error: ModuleNotFoundError, *packages: str) -> Refused:
+    """What is not installed, and how to install it; raises any error that is not of `packages`."""
+    if packages and (error.name or "").partition(".")[0] not in packages:
+        raise error
+    return Refused(import_module("specc_runtime.extras").remedy(error))
 
 
 # Standard streams: what is printed on them, and those that are closed, full or no longer read.

@@ -13,17 +13,16 @@ from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc import __version__
 from specc.cli import streams
-from specc.cli.inspect import cores, judged, overrides_of
+from specc.cli.inspect import judged, overrides_of
 from specc.cli.interruption import MESSAGE, code_of, held, terminable
-from specc.cli.parallel import processes
+from specc.cli.parallel import cores, processes
 from specc.cli.run import missing
-from specc.diagnostics.phrases import counted
+from specc.diagnostics.phrases import counted, few
 from specc.diagnostics.report import Report, report, resolve
 from specc.frozen import frozen
 from specc.tools.sweep import plots, summary
@@ -44,7 +43,7 @@ from specc.tools.sweep.table import TABLE, Folder, as_csv, write
 if TYPE_CHECKING:
     from specc.pipeline import Build
 
-DONE, UNUSABLE = 0, 2
+DONE = 0
 _EXTENT = ("cycles", "duration_s", "cycle_limit_s", "renderer", "check_operators")
 _ALL = (*_EXTENT, "stop_when")
 """Options of a run; the formula that ends it is in its code."""
@@ -95,12 +94,11 @@ def sweep(options: Namespace) -> int:
             streams.say(f"specc: with {_words(refused.setting)}:")
         return streams.tell(refused.why) or 1
     except SweepError as error:
-        streams.say(f"specc: {error}")
+        return streams.refuse(error)
     except OSError as error:
         if error.filename is None:
             raise
-        streams.say(f"specc: {error.filename}: {(error.strerror or 'not usable').lower()}")
-    return UNUSABLE
+        return streams.refuse(f"{error.filename}: {(error.strerror or 'not usable').lower()}")
 
 
 def _sweep(options: Namespace) -> int:
@@ -340,8 +338,7 @@ def _failing(options: Namespace, asked: _Asked, runs: Sequence[tuple[Setting, in
     """Seeds that have one reason, of the first setting that has it, and how to repeat the first."""
     setting, first = runs[0]
     seeds = [seed for other, seed in runs if other == setting]
-    words = ", ".join(map(str, seeds[:_SEEDS]))
-    words += f" and {len(seeds) - _SEEDS} more" if len(seeds) > _SEEDS else ""
+    words = few(list(map(str, seeds)), _SEEDS)
     swept = {a.name: setting[a.name] for a in asked.axes if len(a.values) > 1}
     words += f" with {_words(swept)}" if swept else ""
     others = len(runs) - len(seeds)
@@ -378,9 +375,7 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
             words = f"no plots of {counted(others, 'other column')}"
             streams.show(f"{words}: {folder.with_name(_SUMMARY)}\n")
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "matplotlib":
-            raise
-        streams.say(f"specc: no plots: {import_module('specc_runtime.extras').remedy(error)}")
+        streams.say(f"specc: no plots: {streams.lacking(error, 'matplotlib')}")
 
 
 def _words(setting: Setting) -> str:

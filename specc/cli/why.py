@@ -10,12 +10,13 @@ from typing import Any
 
 from specc.cli import streams
 from specc.cli.recorded_spec import texts_of
-from specc.cli.recordings import DIFFERS, called, lost, unnamed, unusable, values_of
+from specc.cli.recordings import DIFFERS, called, lost, unnamed, values_of
 from specc.cli.streams import Refused
+from specc.diagnostics.phrases import clipped
 from specc.model.fsm import Behaviour, Cause, Condition
 from specc.model.system import Subsystem, System
 from specc.source import Place, Sources
-from specc.tools.why import Moment, NotKnown, Reasons, clipped, shown, value_of
+from specc.tools.why import Moment, NotKnown, Reasons, shown, value_of
 
 _LONGEST_NAME, _LONGEST_MESSAGE = 80, 300
 
@@ -35,7 +36,7 @@ def why(options: Namespace) -> int:
             return streams.tell_of(result, options.spec) or DIFFERS
         return _Answer(options, told, result.system, result.sources, texts).tell()
     except Refused as refused:
-        return unusable(str(refused))
+        return streams.refuse(refused)
 
 
 class _Answer:
@@ -156,13 +157,13 @@ class _Answer:
                 yield f"    rows of {kind}: {why}: {clipped(named, _LONGEST_MESSAGE)}"
             return
         for row in rows:
-            text = f"{state} {kind} {row.condition.name} -> {row.target}"
-            holds = None if taken is None else text == taken
+            holds = None if taken is None else row.words == taken
             if row.remainder:
                 others = "no other row applies" if holds else "another row applies"
-                yield f"    row {text}: " + ("else" if holds is None else f"{holds}, for {others}")
+                truth = "else" if holds is None else f"{holds}, for {others}"
+                yield f"    row {row.words}: {truth}"
             else:
-                yield from self._condition(f"row {text}", row.condition, moment, holds)
+                yield from self._condition(f"row {row.words}", row.condition, moment, holds)
 
     def _condition(
         self, words: str, condition: Condition, moment: Moment, recorded: bool | None
@@ -200,10 +201,8 @@ class _Answer:
                 yield f"    {_seconds(begin_s):>9}  {row}{more}"
 
     def _row_at(self, subsystem: Subsystem, text: str) -> str:
-        for row in subsystem.transitions:
-            if f"{row.source} {row.cause} {row.condition.name} -> {row.target}" == text:
-                return self._at(row.place)
-        return ""
+        named = (row.place for row in subsystem.transitions if row.words == text)
+        return next(map(self._at, named), "")
 
     def _at(self, place: Place) -> str:
         span = self._sources.span(place)

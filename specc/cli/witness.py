@@ -22,19 +22,16 @@ if TYPE_CHECKING:
 def run_witness(options: argparse.Namespace) -> int:
     """Write tests; 0 if there is no such error, 1 if there is one, 2 for wrong usage."""
     from specc import pipeline
-    from specc.cli.streams import tell
-    from specc.diagnostics.report import report, resolve
 
     try:
         import_module("specc.tools.witness")  # steps generated code
     except ModuleNotFoundError as error:
-        return _say(import_module("specc_runtime.extras").remedy(error), 2)
+        return streams.refuse(streams.lacking(error))
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
-        findings = resolve(result.diagnostics, result.sources)
-        return tell(report(findings, [options.spec]))
+        return streams.tell_of(result, options.spec)
     if fault := _unknown(options, result):
-        return _say(fault, 2)
+        return streams.refuse(fault)
     return _write_all(options, result)
 
 
@@ -82,13 +79,14 @@ def _write(item: Refutation, script: Script | None, options: argparse.Namespace)
         spec = os.path.relpath(os.path.realpath(options.spec), os.path.realpath(path.parent))
         put(path, scenario(item, script, spec))
     except ForeignFileError:
-        return _say(
-            f"{path} is not a test for this specification and is left as it is; see `--out`", 2
+        return streams.refuse(
+            f"{path} is not a test for this specification and is left as it is; see `--out`"
         )
     except FormatError as error:
-        return _say(str(error), 2)
+        return streams.refuse(error)
     except OSError as error:
-        return _say(f"{path} cannot be written: {(error.strerror or 'unknown reason').lower()}", 2)
+        reason = (error.strerror or "unknown reason").lower()
+        return streams.refuse(f"{path} cannot be written: {reason}")
     return _say(f"wrote {path}: {where}", 1)
 
 

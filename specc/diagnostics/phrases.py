@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 
@@ -15,6 +15,17 @@ def listed(names: Iterable[str], word: str) -> str:
 def counted(count: int, noun: str) -> str:
     """`1 error`, `2 errors`."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def few(names: Sequence[str], most: int, between: str = ", ") -> str:
+    """All names; of more than so many the first ones: `a, b and 3 more`."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return between.join(names[:most]) + more
+
+
+def clipped(text: str, most: int) -> str:
+    """A text, or as much of a long one as is told."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def ms(seconds: Fraction) -> str:

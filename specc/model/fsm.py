@@ -121,6 +121,11 @@ class Transition:
     place: Place
     remainder: bool = False
 
+    @property
+    def words(self) -> str:
+        """The row as faults and recordings of runs name it."""
+        return f"{self.source} {self.cause} {self.condition.name} -> {self.target}"
+
 
 @frozen
 class Axiom:

@@ -13,7 +13,6 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-FORMATS = ("svg", "png", "pdf")
 _STYLE: Any = {
     "svg.hashsalt": "specc",
     "svg.fonttype": "none",

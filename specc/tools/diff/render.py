@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from itertools import groupby
 from typing import Any
 
-from specc.diagnostics.phrases import counted
+from specc.diagnostics.phrases import clipped, counted, few
 from specc.diagnostics.render.visible import visible
 from specc.tools.diff.record import Comparison, Difference
 
@@ -16,8 +16,6 @@ from specc.tools.diff.record import Comparison, Difference
 
 
 LONGEST = 400
-
-
 MOST_PLACES = 8
 
 
@@ -47,7 +45,7 @@ def _remarks(change: Difference) -> Iterator[str]:
 
 def _shortened(text: str) -> str:
     """A text that may be long, or of several lines, fit for a line."""
-    return visible(text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}...")
+    return visible(clipped(text, LONGEST))
 
 
 def _by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Difference]]]:
@@ -61,10 +59,7 @@ def _by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Differe
         same = (replace(one, where="", name="" if one.name == where else one.name) for one in own)
         together.setdefault(tuple(same), []).append((visible(where) or "system", own))
     for alike in together.values():
-        names = [where for where, _ in alike]
-        more = len(names) - MOST_PLACES
-        shown = ", ".join(names[:MOST_PLACES]) + (f" and {more} more" if more > 0 else "")
-        yield shown, alike[0][1]
+        yield few([where for where, _ in alike], MOST_PLACES), alike[0][1]
 
 
 # For a terminal.

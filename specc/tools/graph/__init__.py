@@ -2,6 +2,6 @@
 
 from specc.tools.graph.diagram import Diagram
 from specc.tools.graph.dot import as_dot
-from specc.tools.graph.picture import KINDS, Kind, NoPicture, picture
+from specc.tools.graph.picture import Kind, NoPicture, picture
 
-__all__ = ["KINDS", "Diagram", "Kind", "NoPicture", "as_dot", "picture"]
+__all__ = ["Diagram", "Kind", "NoPicture", "as_dot", "picture"]

@@ -18,7 +18,6 @@ from specc.tools.graph.states import states
 from specc.tools.graph.structure import structure
 
 Kind = Literal["structure", "inside", "states", "frames", "flow"]
-KINDS: tuple[Kind, ...] = ("structure", "inside", "states", "frames", "flow")
 
 
 class NoPicture(Exception):

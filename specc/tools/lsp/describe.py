@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from specc.diagnostics.code import all_codes
+from specc.diagnostics.phrases import clipped
 from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number
 from specc.model.trace import Trace
@@ -173,8 +174,7 @@ def _sentence(title: str, trace: str) -> str:
 
 
 def _short(text: str) -> str:
-    line = " ".join(text.split())
-    return line if len(line) <= _LONGEST else line[: _LONGEST - 3] + "..."
+    return clipped(" ".join(text.split()), _LONGEST)
 
 
 # What a hover says where no symbol stands: causes in rows, codes in comments.

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from specc.diagnostics import nearest
+from specc.diagnostics.phrases import few
 from specc.frozen import frozen
 from specc.lang.kinds import kind
 from specc.lang.values import position
@@ -152,8 +153,7 @@ def _unknown(system: System, name: str, known: Sequence[str]) -> str:
 
 
 def _listed(words: str, names: Sequence[str], most: int = 30) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return f"{words} {', '.join(names[:most])}{more}" if names else f"{words} none"
+    return f"{words} {few(names, most) or 'none'}"
 
 
 def _steps(at: str, rest: str) -> tuple[str | int, ...]:

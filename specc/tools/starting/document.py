@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from specc.diagnostics.phrases import few
 from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.tools.fmt import formatted
@@ -111,18 +112,16 @@ def left_out(refused: Mapping[str, str]) -> Iterator[str]:
     for name, why in refused.items():
         reasons.setdefault(why, []).append(name)
     for why, names in reasons.items():
-        few = ", ".join(names[:_MOST_SHOWN])
-        more = f" and {len(names) - _MOST_SHOWN} more" if len(names) > _MOST_SHOWN else ""
-        yield f"{few}{more}: {why}"
+        yield f"{few(names, _MOST_SHOWN)}: {why}"
 
 
 def not_held(facts: ModelFacts) -> str:
     """A line about the joints that left the start in the rehearsal; empty if none did."""
     most = {joint.name: NEAR[joint.unit][1] for joint in facts.joints}
     far = {name: value for name, value in facts.strayed.items() if value > most[name]}
-    shown = ", ".join(f"{n} {_rough(v)}" for n, v in _first(far))
-    more = f" and {len(far) - _MOST_SHOWN} more" if len(far) > _MOST_SHOWN else ""
-    said = f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}{more}."
+    farthest = sorted(far.items(), key=lambda pair: -pair[1])
+    shown = few([f"{name} {_rough(value)}" for name, value in farthest], _MOST_SHOWN)
+    said = f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}."
     return said if far else ""
 
 
@@ -336,10 +335,6 @@ def _rough(far: float) -> str:
 
 def _type(value: Data) -> Data:
     return value["type"] if isinstance(value, Mapping) else value
-
-
-def _first(far: Mapping[str, float]) -> list[tuple[str, float]]:
-    return sorted(far.items(), key=lambda pair: -pair[1])[:_MOST_SHOWN]
 
 
 def _clean(text: str) -> str:

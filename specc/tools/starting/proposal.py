@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from specc.analysis.ros2 import JOINT_STATE
+from specc.diagnostics.phrases import few
 from specc.tools.fmt import formatted
 from specc.tools.importers.writing import PEERS, Data, Noted, SpecNames, to_yaml
 from specc.tools.starting.channels import qualified
@@ -184,9 +185,8 @@ _MOST_SHOWN = 3
 def _ends(topic: Topic) -> str:
     """Who is at the ends of a topic."""
     ends = topic.readers if topic.commanded else topic.publishers
-    few = ", ".join(map(_shown, ends[:_MOST_SHOWN]))
-    more = f" and {len(ends) - _MOST_SHOWN} more" if len(ends) > _MOST_SHOWN else ""
-    return f"{'Read' if topic.commanded else 'Published'} by {few}{more}."
+    by = few(list(map(_shown, ends)), _MOST_SHOWN)
+    return f"{'Read' if topic.commanded else 'Published'} by {by}."
 
 
 def _shown(text: str) -> str:

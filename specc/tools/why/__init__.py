@@ -2,6 +2,6 @@
 
 from specc.lang.samples import Gone
 from specc.tools.why.moment import Moment, NotKnown, value_of
-from specc.tools.why.reasons import Reasons, clipped, shown
+from specc.tools.why.reasons import Reasons, shown
 
-__all__ = ["Gone", "Moment", "NotKnown", "Reasons", "clipped", "shown", "value_of"]
+__all__ = ["Gone", "Moment", "NotKnown", "Reasons", "shown", "value_of"]

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Any
 
+from specc.diagnostics.phrases import clipped
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.lang.samples import Fields, Gone
@@ -80,7 +81,7 @@ class Reasons:
             yield f"{expr.name}: {self._said(expr)}, as above"
             return
         self._named.add((expr.name, wanted))
-        yield f"{expr.name}, which is {clipped(show(self._let(expr)))}: {self._said(expr)}"
+        yield f"{expr.name}, which is {_text(self._let(expr))}: {self._said(expr)}"
         yield from _indented(self._why(self._let(expr), wanted, depth + 1))
 
     def _let(self, expr: m.LetRef) -> m.Expr:
@@ -103,7 +104,7 @@ class Reasons:
         for part in expr.operands:
             truth = self._moment.truth(part, **self._bound)
             if decided:
-                skipped.append(clipped(show(part)) + (", which would be true" if truth else ""))
+                skipped.append(_text(part) + (", which would be true" if truth else ""))
             elif not (is_all and truth is wanted and not is_met):
                 yield from self._why(part, wanted, depth)
             decided |= truth is (expr.op == "or")
@@ -116,7 +117,7 @@ class Reasons:
         try:
             return self._known(expr, self._value_of(expr) is wanted, wanted)
         except NotKnown as why:
-            return f"{clipped(show(expr))} is not known: {why}"
+            return f"{_text(expr)} is not known: {why}"
 
     def _known(self, expr: m.Expr, is_met: bool, wanted: bool) -> str:
         is_or_needs = "is" if is_met else "needs"
@@ -145,7 +146,7 @@ class Reasons:
     def _value(self, expr: m.Expr) -> str:
         """An expression with its value."""
         self._told.add(expr)
-        text = clipped(show(expr))
+        text = _text(expr)
         return text if _is_literal(expr) else f"{text} = {self._shown(expr)}"
 
     def _shown(self, expr: m.Expr) -> str:
@@ -160,7 +161,7 @@ class Reasons:
         limit = self._shown(right)
         if not _is_literal(right):
             self._told.add(right)
-            limit += f" ({clipped(show(right))})"
+            limit += f" ({_text(right)})"
         words = f"{self._value(left)}, {'is' if is_met else 'needs'} {op} {limit}"
         if is_met or op in ("==", "!=") or not isinstance(left.type, Real | Int):
             return words
@@ -187,16 +188,14 @@ class Reasons:
             if wanted and far > most:
                 words += f", {_length(far - most, of)} too much"
             said.append(words)
-        first, second = (
-            clipped(show(a)) if isinstance(a.type, Pose) else self._value(a) for a in args[:2]
-        )
+        first, second = (_text(a) if isinstance(a.type, Pose) else self._value(a) for a in args[:2])
         need = "" if wanted or is_met else ", needs to be beyond a limit"
         is_ = "is" if is_met is wanted else "is not"
         return f"{first} {is_} near {second}: {'; '.join(said)}{need}"
 
     def _of_items(self, expr: m.Quantifier, wanted: bool, depth: int) -> Iterator[str]:
         """Of how many items it is true; and why one that decides is not as it is wanted."""
-        text = f"{clipped(show(expr.body))} for {expr.variable} in {clipped(show(expr.over))}"
+        text = f"{_text(expr.body)} for {expr.variable} in {_text(expr.over)}"
         try:
             items = self._moment.value(expr.over, **self._bound)
             each = [{**self._bound, expr.variable: item} for item in items]
@@ -227,7 +226,7 @@ class Reasons:
             if isinstance(leaf, m.Fresh | m.Present):
                 yield f"read {show(leaf)} = {self._said(leaf)}"
             elif isinstance(leaf, m.LetRef):
-                is_ = clipped(show(self._let(leaf)))
+                is_ = _text(self._let(leaf))
                 yield f"read {leaf.name} = {self._shown(leaf)}, which is {is_}"
             else:
                 yield f"read {self._value(leaf)}"
@@ -248,9 +247,8 @@ def _is_literal(expr: m.Expr) -> bool:
     return isinstance(expr, m.Number | m.Truth | m.TextLiteral | m.Member | m.Nothing)
 
 
-def clipped(text: str, most: int = _LONGEST_TEXT) -> str:
-    """A text, or as much of it as is told."""
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+def _text(expr: m.Expr) -> str:
+    return clipped(show(expr), _LONGEST_TEXT)
 
 
 def _length(value: Any, type_: Type) -> str:

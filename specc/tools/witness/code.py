@@ -26,7 +26,6 @@ from specc.lang.samples import Fields, Value, alike
 from specc.lower.annotations import PythonTypes, named_types
 from specc.lower.module import Module
 from specc.model.expr import Lag
-from specc.model.fsm import Transition
 from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
@@ -82,11 +81,6 @@ class Script:
     answers: tuple[Answer, ...]
     rows: tuple[str, ...] = ()
     """Rows that apply in the last step, as faults of a run name them."""
-
-
-def row_words(row: Transition) -> str:
-    """A row as faults of a run name it."""
-    return f"{row.source} {row.cause} {row.condition.name} -> {row.target}"
 
 
 def input_text(name: InputName) -> str:

@@ -35,7 +35,6 @@ from specc.tools.witness.code import (
     lag_text,
     lasting,
     led,
-    row_words,
 )
 
 # Situations of a subsystem as steps of a script.
@@ -200,7 +199,7 @@ class Driver:
     def _over(self, driven: Driven, row: Transition, more: list[Goal]) -> Driven:
         here, seen = self.reach(driven, [*self.taking(row), *more])
         index = next(i for i, other in enumerate(self._subsystem.transitions) if other is row)
-        step = step_between(here.seen, seen, row.target, row_words(row))
+        step = step_between(here.seen, seen, row.target, row.words)
         return self._went((*here.steps, step), seen, index)
 
     def first(self, wanted: Situation | None = None) -> Driven:

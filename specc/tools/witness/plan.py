@@ -22,7 +22,6 @@ from specc.tools.witness.code import (
     SubsystemCode,
     fault,
     led,
-    row_words,
 )
 from specc.tools.witness.drive import Driven, Driver, step_between
 from specc.tools.witness.subject import Refutation
@@ -224,7 +223,7 @@ class Planner:
             if error.name != about.absent:
                 raise
             return script
-        wanted = {row_words(row) for row in about.rows}
+        wanted = {row.words for row in about.rows}
         if (
             (shown.state, shown.cause) != (about.state, about.cause)
             or not wanted <= set(shown.rows)

@@ -22,7 +22,6 @@ from specc.tools.witness.code import (
     SubsystemCode,
     Values,
     input_text,
-    row_words,
 )
 
 
@@ -114,6 +113,6 @@ def _places(system: System, sources: Sources) -> dict[str, str]:
     """File and line of every state and row, by the words that faults have for them."""
     (subsystem,) = system.subsystems
     found = {f"state {state.name}": state.place for state in subsystem.states}
-    found |= {row_words(row): row.place for row in subsystem.transitions}
+    found |= {row.words: row.place for row in subsystem.transitions}
     spans = {words: sources.span(place) for words, place in found.items()}
     return {words: f"{relpath(span.file)}:{span.line}" for words, span in spans.items()}

@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 from pathlib import Path
 from struct import unpack
+from typing import get_args
 from xml.etree import ElementTree
 from zlib import crc32
 
 import pytest
 
+from specc.cli.pictures import signed
 from specc.pipeline import read_spec
-from specc.tools.graph import KINDS, NoPicture, drawing, picture
-from specc.tools.signature import signed
+from specc.tools.graph import Kind, NoPicture, drawing, picture
 from tests.commands import ROOT, specc
 
 FLAGSHIP = ROOT / "specs/irp_picking.yaml"
@@ -54,7 +55,7 @@ def test_a_wrong_place_is_told_what_there_is(place: str, kind: str | None, words
 
 def test_the_parser_knows_all_kinds(capsys: pytest.CaptureFixture[str]) -> None:
     assert specc("graph", FLAGSHIP, "--of", "nothing").returncode == 2
-    assert f"{{{','.join(KINDS)}}}" in specc("graph", "--help").stdout
+    assert f"{{{','.join(get_args(Kind))}}}" in specc("graph", "--help").stdout
 
 
 def test_dot_goes_to_standard_output_and_needs_no_graphviz(

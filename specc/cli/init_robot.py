@@ -1,4 +1,7 @@
-"""`specc init --model`: a specification from the model of a robot, which the runtime reads."""
+"""`specc init --model` and `--ros2`: a specification of what the runtime finds out about a robot.
+
+It reads the model of the robot, or looks at the graph of ROS 2.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from argparse import Namespace
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -36,18 +40,43 @@ from specc.tools.starting import (
     not_held,
     receptors,
 )
+from specc.tools.starting.graph import LISTENED, RosGraph, graph_from
+from specc.tools.starting.proposal import Devices, proposal
 
 PLANTS = "plants"
 _MOST_SHOWN = 5
+_WAIT_S = 2.0
+_MOST_TOPICS = 200
 
 
 def write(options: Namespace) -> list[Path]:
-    """Write a specification for a model, and the model below `PLANTS` where it lies outside.
+    """Write a specification, and the model below `PLANTS` where it lies outside.
 
     Returns the files that were written, the specification first. Raises Refused, OSError.
     """
+    if options.ros2 is not None:
+        return _of_ros2(options)
     adds = options.agent is not None and os.path.isfile(options.directory)
     return _added(options) if adds else _new(options)
+
+
+def _legal(wish: str) -> str:
+    name = SpecNames(PEERS).new(wish)
+    if name != wish:
+        raise Refused(f"nothing can be called {wish!r}; {name} would do")
+    return name
+
+
+def _checked(spec: Path, text: str) -> Result:
+    """What the compiler finds in a specification with this text, its model being in place."""
+    return check_spec(str(spec), texts={real_path(str(spec)): text})
+
+
+def _is_error(finding: Diagnostic) -> bool:
+    return finding.severity == "error"
+
+
+# From a model.
 
 
 def _new(options: Namespace) -> list[Path]:
@@ -74,11 +103,6 @@ def _warn(robot: Robot) -> None:
         streams.say(f"specc: {line}")
 
 
-def _checked(spec: Path, text: str) -> Result:
-    """What the compiler finds in a specification with this text, its model being in place."""
-    return check_spec(str(spec), texts={real_path(str(spec)): text})
-
-
 def _refuse_errors(result: Result, before: Iterable[Diagnostic]) -> None:
     """Refuse a specification that has errors, other than those that were there `before`."""
     left = Counter((each.code, each.message) for each in result.diagnostics if _is_error(each))
@@ -93,19 +117,8 @@ def _refuse_errors(result: Result, before: Iterable[Diagnostic]) -> None:
         )
 
 
-def _is_error(finding: Diagnostic) -> bool:
-    return finding.severity == "error"
-
-
 def _command(path: str) -> str:
     return f"specc init --model {os.path.basename(path)}"
-
-
-def _legal(wish: str) -> str:
-    name = SpecNames(PEERS).new(wish)
-    if name != wish:
-        raise Refused(f"nothing can be called {wish!r}; {name} would do")
-    return name
 
 
 def _added(options: Namespace) -> list[Path]:
@@ -230,3 +243,54 @@ def _plant(path: str, model: Model, spec: Path) -> tuple[str, dict[Path, str | P
     places = {each: spec.parent / PLANTS / os.path.relpath(each, top) for each in real}
     own = places[os.path.realpath(path)]
     return own.relative_to(spec.parent).as_posix(), {p: Path(f) for f, p in places.items()}
+
+
+# From the graph of ROS 2.
+
+
+def _of_ros2(options: Namespace) -> list[Path]:
+    """Write a specification for what there is on the graph; see `write`."""
+    wish = Path(options.ros2)
+    is_file = wish.suffix in (".yaml", ".yml")
+    system = SpecNames(PEERS).new(wish.stem if is_file else options.ros2)
+    spec = Path(options.directory) / (wish if is_file else f"{system}.yaml")
+    agent = _legal(options.agent or system)
+    refuse_taken({spec: ""})
+    wait_s = options.wait or _WAIT_S
+    python = _from_anywhere(options.python or "")
+    devices = Devices(_graph(python, wait_s))
+    for line in left_out({name: why for why, names in devices.left_out.items() for name in names}):
+        streams.say(f"specc: left out: {line}")
+    if not devices.every:
+        raise Refused(_nothing(devices, wait_s))
+    text = proposal(devices, system, agent, f"specc init --ros2 {wish.name}", python=python)
+    if errors := list(filter(_is_error, _checked(spec, text).diagnostics)):
+        raise Refused(
+            "nothing was written: the specification would have errors, "
+            f"{errors[0].code}: {errors[0].message}"
+        )
+    with placing() as new:
+        new.put({spec: text})
+    return [spec]
+
+
+def _from_anywhere(python: str) -> str:
+    """A program that is named by its place, as runs find it that are started elsewhere."""
+    return os.path.abspath(python) if os.sep in python else python
+
+
+def _graph(python: str, wait_s: float) -> RosGraph:
+    looking = import_module("specc_runtime.ros2.looking")
+    try:
+        return graph_from(looking.graph_of(python or "python3", wait_s, LISTENED, _MOST_TOPICS))
+    except looking.ERRORS as error:
+        raise Refused(f"{error}; nothing was written") from None
+
+
+def _nothing(devices: Devices, wait_s: float) -> str:
+    domain = os.environ.get("ROS_DOMAIN_ID", "0")
+    return (
+        f"in {wait_s:g} s nothing was seen that goes with a device, of {len(devices.graph.topics)} "
+        f"topics on the graph of ROS_DOMAIN_ID={domain}: start the robot, or look longer with "
+        "--wait; nothing was written"
+    )
