@@ -12,6 +12,7 @@ from specc.model.binding import PLANT, Binding
 from specc.model.system import Element, Plant, System
 from specc.model.types import Type
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
+from specc.reachable import grouped
 from specc.read import Reach
 
 # What stands behind the elements of devices in the plant.
@@ -42,18 +43,21 @@ def plant_kind(plant: Plant | None) -> PlantKind:
     return found[0] if len(found) == 1 else ""
 
 
+def bindable(system: System) -> Iterator[tuple[str, Element, bool]]:
+    """What a plant may stand behind: device, element, and whether it is commanded."""
+    for device in system.devices:
+        yield from ((device.qualified_name, element, True) for element in device.x)
+        yield from ((device.qualified_name, element, False) for element in device.y)
+    for element in system.plant.observed if system.plant else ():
+        yield PLANT, element, False
+
+
 def bound_elements(system: System) -> Iterator[BoundElement]:
     """The bindings whose device and element exist."""
-    plant = system.plant
-    if plant is None:
-        return
-    parts = {device.qualified_name: (device.x, device.y) for device in system.devices}
-    parts[PLANT] = (), plant.observed
-    for binding in plant.bindings:
-        for elements, commanded in zip(parts.get(binding.device, ()), (True, False), strict=False):
-            for element in elements:
-                if element.name == binding.element:
-                    yield BoundElement(binding, element, commanded, plant_kind(plant))
+    known = grouped(((name, e.name), (e, commanded)) for name, e, commanded in bindable(system))
+    for binding in system.plant.bindings if system.plant else ():
+        for element, commanded in known.get((binding.device, binding.element), ()):
+            yield BoundElement(binding, element, commanded, plant_kind(system.plant))
 
 
 def plant_model(system: System) -> Model | ModelError | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, raw_numbers, units_of
+from specc.analysis.plant import BoundElement, bindable, raw_numbers, units_of
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.diagnostics.phrases import listed
 from specc.lang import or_else
@@ -159,28 +159,23 @@ def without_plant(system: System, place: Place) -> Iterator[Diagnostic]:
 
 def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
     """O0502; not for an element that an unknown one is nearest to, which `bindings_known` tells."""
-    system = facts.system
-    if system.plant is None:
+    plant = facts.system.plant
+    if plant is None:
         return
-    bound = {(b.device, b.element) for b in system.plant.bindings}
-    elements = {
-        (d.qualified_name, e.name): f"{d.qualified_name}.{e.name}"
-        for d in system.devices
-        for e in (*d.x, *d.y)
-    }
-    open_ = {name for key, name in elements.items() if key not in bound}
-    strange = [f"{d}.{element}" for d, element in bound - elements.keys() if d != PLANT]
-    meant = {name for other in strange for name in nearest(other, open_)[:1]}
-    for device in system.devices:
-        for element in (*device.x, *device.y):
-            if elements[device.qualified_name, element.name] in open_ - meant:
-                yield Diagnostic(
-                    "O0502",
-                    f"nothing in the plant stands behind `{device.qualified_name}.{element.name}`",
-                    element.place,
-                    related=(Related(system.plant.place, "the plant"),),
-                    help=f"add `{device.qualified_name}.{element.name}: {{...}}` under `bind:`",
-                )
+    every = bindable(facts.system)
+    elements = [(f"{device}.{e.name}", e) for device, e, _ in every if device != PLANT]
+    known = {name for name, _ in elements}
+    bound = {f"{b.device}.{b.element}" for b in plant.bindings if b.device != PLANT}
+    meant = {name for other in bound - known for name in nearest(other, known - bound)[:1]}
+    for name, element in elements:
+        if name not in bound | meant:
+            yield Diagnostic(
+                "O0502",
+                f"nothing in the plant stands behind `{name}`",
+                element.place,
+                related=(Related(plant.place, "the plant"),),
+                help=f"add `{name}: {{...}}` under `bind:`",
+            )
 
 
 # Without a function in between, an element has as many numbers as what stands behind it.

@@ -21,20 +21,18 @@ Edge = tuple[InputNode, bool]
 
 def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[str, ...]]:
     """Calls of `Behind`, `MaxAge` and `MaxCommandAge`; nothing for a system that asks for none."""
-    limits = list(_limits(system, ages))
-    commands = list(_commands(system, ages))
+    limits = list(_limits(system, ages, imports))
+    commands = list(_commands(system, ages, imports))
     asked = {*_asked(system), *(node for node, _ in limits), *(node for node, _ in commands)}
     found = {
-        "behind": tuple(_behind(system, ages, asked)),
+        "behind": tuple(_behind(system, ages, asked, imports)),
         "limits": tuple(text for _, text in limits),
         "commands": tuple(text for _, text in commands),
     }
-    for name, kind in (("behind", "Behind"), ("limits", "MaxAge"), ("commands", "MaxCommandAge")):
-        if found[name]:
-            imports.own(kind)
-    if any(found.values()):
-        imports.own("AgeRules")
-    return found if any(found.values()) else {}
+    if not any(found.values()):
+        return {}
+    imports.own("AgeRules")
+    return found
 
 
 def _asked(system: System) -> Iterator[InputNode]:
@@ -45,7 +43,7 @@ def _asked(system: System) -> Iterator[InputNode]:
                 yield InputNode(subsystem.qualified_name, part.input.peer, part.input.element)
 
 
-def _limits(system: System, ages: Ages) -> Iterator[tuple[InputNode, str]]:
+def _limits(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[InputNode, str]]:
     """The inputs whose age is limited, and of which something is measured."""
     for subsystem in system.subsystems:
         for (peer, name), element in subsystem.inputs.items():
@@ -53,7 +51,7 @@ def _limits(system: System, ages: Ages) -> Iterator[tuple[InputNode, str]]:
             if element.max_age_s is not None and ages.oldest(node) is not None:
                 told = tuple(_limit(subsystem, node, element, ages))
                 if told:
-                    yield node, call("MaxAge", told)
+                    yield node, call(imports.own("MaxAge"), told)
 
 
 def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) -> Iterator[str]:
@@ -74,7 +72,7 @@ def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) 
     yield from given({"asked": asked, "used": used, "fresh": fresh})
 
 
-def _commands(system: System, ages: Ages) -> Iterator[tuple[InputNode, str]]:
+def _commands(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[InputNode, str]]:
     """The commands whose age a device limits."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
     for device in system.devices:
@@ -85,10 +83,13 @@ def _commands(system: System, ages: Ages) -> Iterator[tuple[InputNode, str]]:
                 continue
             told = literal(sent[0]), literal(buffer_names(subsystems[sent[0]].outputs)[sent[1]])
             limit = literal(float(element.max_age_s))
-            yield node, call("MaxCommandAge", (*told, limit, literal(node.short)))
+            command_age = imports.own("MaxCommandAge")
+            yield node, call(command_age, (*told, limit, literal(node.short)))
 
 
-def _behind(system: System, ages: Ages, asked: Iterable[InputNode]) -> Iterator[str]:
+def _behind(
+    system: System, ages: Ages, asked: Iterable[InputNode], imports: Imports
+) -> Iterator[str]:
     """What outputs are computed from that values with an age come from, directly or not."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
     known = {node: ages.behind(node) for node in asked}
@@ -107,7 +108,7 @@ def _behind(system: System, ages: Ages, asked: Iterable[InputNode]) -> Iterator[
         for states, edges in _alike(known[node]):
             told = [literal(sender.qualified_name), literal(output), literal(states)]
             told += _inputs(sender, edges)
-            found.append((sender.qualified_name, output, call("Behind", told)))
+            found.append((sender.qualified_name, output, call(imports.own("Behind"), told)))
     yield from (text for _, _, text in sorted(found))
 
 

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any, Literal
 
+from specc.analysis.plant import bindable
 from specc.frozen import frozen
 from specc.lower.annotations import plain
-from specc.model.binding import PLANT, Binding
+from specc.model.binding import Binding
 from specc.model.system import Operator, Plant, System
 from specc.model.task import Task
 from specc.model.types import Opaque, Record, Type
@@ -59,8 +60,9 @@ def _named(part: object, system: System) -> Iterator[PythonObject]:
                 PythonObject(function, "codec", f"{name}.{verb}") for verb, function in each
             )
         case Binding(through=through) if through:
-            name = f"{part.device}.{part.element}"
-            yield PythonObject(through, "through", name, (("", _elements(system)[name]),))
+            known = {(device, e.name): e.type for device, e, _ in bindable(system)}
+            name, type_ = f"{part.device}.{part.element}", known[part.device, part.element]
+            yield PythonObject(through, "through", name, (("", type_),))
         case Plant(python=python) if python:
             yield PythonObject(python, "plant")
         case Task(scene=scene, judge=judge):
@@ -69,14 +71,6 @@ def _named(part: object, system: System) -> Iterator[PythonObject]:
 
 
 _CODEC = "encode", "decode"
-
-
-def _elements(system: System) -> dict[str, Type]:
-    """The types of what bindings are of."""
-    observed = system.plant.observed if system.plant else ()
-    return {f"{PLANT}.{e.name}": e.type for e in observed} | {
-        f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in (*d.x, *d.y)
-    }
 
 
 def _parts(whole: object) -> Iterator[object]:

@@ -60,7 +60,7 @@ class _Layout:
     ends: tuple[tuple[str, str], ...]
 
 
-def layouts_plan(system: System, types: PythonTypes, title: str, spec: str) -> FilePlan:
+def layouts_plan(system: System, types: PythonTypes) -> FilePlan:
     """The module of layouts; subsystems of one kind share theirs."""
     names = Namespace((*OWN_NAMES, *types.of.values()))
     forms = _Forms(types, names)
@@ -78,8 +78,6 @@ def layouts_plan(system: System, types: PythonTypes, title: str, spec: str) -> F
         known[layout] = names.new(PLANT.upper())
         owners.append((literal(PLANT), known[layout]))
     parts = {
-        "title": title,
-        "spec": spec,
         "imports": forms.imports.lines,
         "records": forms.plans,
         "layouts": tuple((name, layout) for layout, name in known.items()),

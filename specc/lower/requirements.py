@@ -19,7 +19,7 @@ from specc.lower.names import (
     literal,
 )
 from specc.lower.nodes import OR, Nodes
-from specc.lower.table import TermTable
+from specc.lower.table import TermTable, term_table
 from specc.model import expr as e
 from specc.model.binding import PLANT
 from specc.model.requirement import Formula, Reading, Requirement, Temporal, TickCondition, asked
@@ -28,11 +28,11 @@ from specc.model.trace import Trace
 from specc.model.types import Int, Real
 from specc.source import Place
 
-CLASS, TRIGGERS = "SystemRequirements", "SystemTriggers"
+REQUIREMENTS, TRIGGERS = "SystemRequirements", "SystemTriggers"
 
 
 _REQUIRED = {
-    "class_name": CLASS,
+    "class_name": REQUIREMENTS,
     "what": "what is required of every run",
     "about": "What every run is watched for",
     "readers": "the requirements",
@@ -60,13 +60,7 @@ class RequirementPlan:
 
 
 def requirements_plan(
-    system: System,
-    types: PythonTypes,
-    tick_s: Fraction,
-    title: str,
-    spec: str,
-    *,
-    triggers: bool = False,
+    system: System, types: PythonTypes, tick_s: Fraction, *, triggers: bool
 ) -> FilePlan:
     """What the module of the requirements, or of the triggers, of a system contains."""
     required = system.triggers if triggers else system.requirements
@@ -76,15 +70,13 @@ def requirements_plan(
     watch = Device("", "", "real_receptor", "", (), read, Trace(), Place(""))
     module = Module(system, watch, types)
     module.memory = _attributes(readings)
-    writer = _FormulaWriter(module, _table(system, module), tick_s)
+    writer = _FormulaWriter(module, term_table(system, watch, module.computed), tick_s)
     plans = tuple(writer.plan(item) for item in required)
     values = tuple(_value(module, reading) for reading in readings.values())
     module.imports.own("Reading")
     module.imports.own("Requirement")
     module.imports.own("Requirements")
     parts = {
-        "title": title,
-        "spec": spec,
         **(_TRIGGERING if triggers else _REQUIRED),
         "values": values,
         "slots": literal(tuple(item.name for item in values)),
@@ -100,12 +92,6 @@ def requirements_plan(
 def _attributes(readings: dict[str, Reading]) -> dict[str, str]:
     names = Namespace()
     return {name: names.new(name.replace("(", ".").rstrip(")")) for name in readings}
-
-
-def _table(system: System, module: Module) -> TermTable:
-    constants = {c.name: c.value for c in system.constants if c.name not in module.computed}
-    parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
-    return TermTable((), module.computed, (), constants, parameters)
 
 
 def _value(module: Module, reading: Reading) -> AttributePlan:
@@ -193,7 +179,7 @@ class _FormulaWriter:
         lines = ["memory = self.values"] if "memory" in nodes.touched else []
         lines.append(f"return {judged}({', '.join(texts)})")
         said = docstring(show(that))
-        self.methods.append(MethodPlan(f"atom_{number}", (), "Judgement", said, tuple(lines)))
+        self.methods.append(MethodPlan(f"_atom_{number}", (), "Judgement", said, tuple(lines)))
         read = (n.name for n in e.walk(that) if isinstance(n, e.MemoryRef))
         names = [literal(self.module.memory[name]) for name in dict.fromkeys(read)]
         self.made.append((f"atom_{number}", ", ".join([f"self._atom_{number}", *names])))

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from fractions import Fraction
-from pathlib import PurePath
 
 from specc.lang import show
 from specc.lower.annotations import PythonTypes
@@ -22,23 +20,12 @@ from specc.lower.names import (
     literal,
 )
 from specc.lower.nodes import Nodes
-from specc.lower.table import TermTable, TooLarge
+from specc.lower.table import TermTable, TooLarge, term_table
 from specc.model import expr as e
-from specc.model.expr import Number
 from specc.model.fsm import Behaviour, Condition, Transition
 from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.trace import Trace
-from specc.model.types import Real, Type
-from specc.model.units import SECOND
-
-
-def scheduled_call(subsystem: Subsystem, made: str, tick_s: Fraction) -> str:
-    """The call of `Scheduled` for the expression that makes a subsystem."""
-    arguments = [made, f"ticks={int(1 / subsystem.rate_hz / tick_s)}"]
-    if subsystem.budget_s is not None:
-        arguments.append(f"budget_s={literal(float(subsystem.budget_s))}")
-    return f"Scheduled({', '.join(arguments)})"
-
+from specc.model.types import Type
 
 # Equation numbers of what a step can execute, found once, for the report of a run.
 #
@@ -172,7 +159,7 @@ def _of_family(part: Part, family: Family, module: Module) -> dict[str, object]:
 def _parts(
     system: System, subsystem: Subsystem, proofs: Proofs, module: Module
 ) -> dict[str, object]:
-    table = _table(system, subsystem, module)
+    table = term_table(system, subsystem, module.computed)
     methods = Methods(subsystem, module, table, proofs)
     written = methods.plans()
     initial_inputs = tuple(_initial_inputs(subsystem, module, table))
@@ -182,7 +169,6 @@ def _parts(
     flags, lags = tuple(_flags(module)), tuple(_lags(module))
     return {
         "title": in_docstring(subsystem.title or subsystem.name),
-        "spec": in_docstring(spec_file(system)),
         "inputs": inputs,
         "inputs_slots": literal(tuple(item.name for item in (*inputs, *flags, *lags))),
         "flags": flags,
@@ -204,27 +190,6 @@ def _parts(
         "methods": written,
         **module.parts(),
     }
-
-
-def _table(system: System, part: Part, module: Module) -> TermTable:
-    declared = (*system.constants, *part.constants)
-    constants = {c.name: c.value for c in declared if c.name not in module.computed}
-    parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
-    if isinstance(part, Device):
-        return TermTable((), module.computed, (), constants, parameters)
-    constants["period"] = Number(float(1 / part.rate_hz), type=Real(SECOND))
-    return TermTable(part.lets, module.computed, _settled(part), constants, parameters)
-
-
-def _settled(subsystem: Subsystem) -> Iterator[str]:
-    """Memory that keeps its initial value for ever."""
-    changed = {a.name for b in subsystem.behaviours for a in b.assignments if not a.peer}
-    return (item.name for item in subsystem.memory if item.name not in changed)
-
-
-def spec_file(system: System) -> str:
-    """Name of the specification's file, without the directories of some machine."""
-    return PurePath(system.file).name
 
 
 _MOST_NAMED = 3
@@ -310,7 +275,7 @@ def device_plan(
 ) -> FilePlan:
     """What the module of a family of devices with safe outputs contains."""
     module = Module(system, device, types, stand_ins=stand_ins, given=family.given)
-    table = _table(system, device, module)
+    table = term_table(system, device, module.computed)
     methods = []
     for element, safe in device.safe:
         said = docstring(f"What `{element.name}` gets when a run ends")
@@ -325,7 +290,6 @@ def device_plan(
     )
     parts = {
         "title": in_docstring(device.title or device.name),
-        "spec": in_docstring(spec_file(system)),
         "class_name": class_name,
         "samples": samples,
         "samples_slots": _slots(samples),

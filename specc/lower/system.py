@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
+from pathlib import PurePath
 
 from specc.analysis.ages import Ages
+from specc.analysis.plant import bindable
 from specc.analysis.rates import base_tick
 from specc.frozen import frozen
 from specc.lower.ages import ages_plan
@@ -29,20 +32,19 @@ from specc.lower.names import (
     in_docstring,
     literal,
 )
-from specc.lower.requirements import CLASS as REQUIREMENTS
-from specc.lower.requirements import TRIGGERS, requirements_plan
+from specc.lower.requirements import requirements_plan
 from specc.lower.ros2 import ros2_arguments
-from specc.lower.subsystem import device_plan, scheduled_call, spec_file, subsystem_plan
-from specc.lower.task import disturbances, task_arguments
+from specc.lower.subsystem import device_plan, subsystem_plan
+from specc.lower.task import run_parts
 from specc.model.binding import PLANT, Binding
-from specc.model.system import Device, Plant, System
+from specc.model.system import Device, Plant, Subsystem, System
 from specc.model.types import Enum, Record, Type, Vector
 from specc.model.wires import Wires
 
 # Connections between subsystems: which output element becomes which input element.
 
 
-def connections(system: System) -> Iterator[str]:
+def _connections(system: System, imports: Imports) -> Iterator[str]:
     """Calls of `Connection`, by reader, in order of its buffers."""
     wires = Wires(system.agents)
     for reader in system.subsystems:
@@ -60,13 +62,13 @@ def connections(system: System) -> Iterator[str]:
                         reader.qualified_name,
                         inputs[port.peer, element.name],
                     )
-                    yield f"Connection({', '.join(map(literal, ends))})"
+                    yield call(imports.own("Connection"), map(literal, ends))
 
 
 # The plant of a system: bindings of its model, and which buffers they stand behind.
 
 
-def plant_plan(
+def _plant(
     system: System,
     imports: Imports,
     names: Namespace,
@@ -84,17 +86,13 @@ def plant_plan(
         return None
     imports.own("PlantSpec")
     contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
-    inputs, outputs = tuple(_ends(system, "x")), tuple(_ends(system, "y"))
-    for kind, found in (("PlantInput", inputs), ("PlantOutput", outputs)):
-        if found:
-            imports.own(kind)
     return {
         **_bound(system, imports, Functions(imports, names), contracts),
         "contracts": contracts.plans,
         "made": _made(system.plant),
         "ros2": tuple(ros2_arguments(system, imports)),
-        "inputs": inputs,
-        "outputs": outputs,
+        "inputs": tuple(_ends(system, "x", imports)),
+        "outputs": tuple(_ends(system, "y", imports)),
         "safe": safe,
     }
 
@@ -103,12 +101,11 @@ def _bound(
     system: System, imports: Imports, functions: Functions, contracts: Contracts
 ) -> dict[str, list[str]]:
     """Calls that make the bindings: of sensors, of what is observed and of actuators."""
-    types = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
-    observed = system.plant.observed if system.plant else ()
-    types |= {f"{PLANT}.{e.name}": e.type for e in observed}
+    every = bindable(system)
+    types = {(device, e.name): e.type for device, e, commanded in every if not commanded}
     found: dict[str, list[str]] = {"sensors": [], "observed": [], "actuators": []}
     for binding in _bindings(system):
-        if type_ := types.get(_name(binding)):
+        if type_ := types.get((binding.device, binding.element)):
             told = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
             kind = "observed" if binding.device == PLANT else "sensors"
             found[kind].append(call(imports.own("SensorBinding"), told))
@@ -129,11 +126,10 @@ def _bindings(system: System) -> Iterator[Binding]:
     """Those of the plant, then of all other elements of devices."""
     bindings = system.plant.bindings if system.plant else ()
     yield from bindings
-    bound = {_name(binding) for binding in bindings}
-    for device in system.devices:
-        for element in (*device.x, *device.y):
-            if f"{device.qualified_name}.{element.name}" not in bound:
-                yield Binding(device.qualified_name, element.name, element.place)
+    bound = {(binding.device, binding.element) for binding in bindings}
+    for device, element, _ in bindable(system):
+        if device != PLANT and (device, element.name) not in bound:
+            yield Binding(device, element.name, element.place)
 
 
 def _name(binding: Binding) -> str:
@@ -171,7 +167,7 @@ def _actuator(binding: Binding, functions: Functions) -> Iterator[str]:
         yield f"through={functions.use(binding.through)}"
 
 
-def _ends(system: System, direction: str) -> Iterator[str]:
+def _ends(system: System, direction: str, imports: Imports) -> Iterator[str]:
     """`PlantInput` or `PlantOutput` for every element of a device in some buffer."""
     wires = Wires(system.agents)
     for subsystem in system.subsystems:
@@ -182,11 +178,11 @@ def _ends(system: System, direction: str) -> Iterator[str]:
                 continue
             for element in port.elements:
                 end = f"{wire.name}.{element.name}"
-                own = literal(subsystem.qualified_name), literal(names[port.peer, element.name])
+                own = subsystem.qualified_name, names[port.peer, element.name]
                 if direction == "x":
-                    yield f"PlantInput({literal(end)}, {own[0]}, {own[1]})"
+                    yield call(imports.own("PlantInput"), map(literal, (end, *own)))
                 else:
-                    yield f"PlantOutput({own[0]}, {own[1]}, {literal(end)})"
+                    yield call(imports.own("PlantOutput"), map(literal, (*own, end)))
 
 
 # The whole system to its plans: packages, types, subsystems, and what connects them.
@@ -207,93 +203,79 @@ def lower(
     anything.
     """
     types = PythonTypes(named_types(system))
-    title = in_docstring(system.title or system.name)
-    tests_all_rows, proofs = proofs is None, proofs or NOTHING_PROVED
-    found = [
-        *families(system, system.subsystems, proofs, types),
-        *families(system, [d for d in system.devices if d.safe], proofs, types),
-    ]
-    if stand_ins:
-        found = [Family((part,)) for family in found for part in family.members]
-    known = {part.qualified_name: family for family in found for part in family.members}
-    classes = _classes(found, types)
-    modules = _modules(found)
-    spec = in_docstring(spec_file(system))
-    files = {"__init__.py": FilePlan("package.py.j2", {"title": title, "spec": spec})}
+    families_ = _families(system, proofs or NOTHING_PROVED, types, stand_ins=stand_ins)
+    made = tuple(_named(families_, types))
+    files = {"__init__.py": FilePlan("package.py.j2", {})}
     if types.declared:
-        files["types.py"] = _types(system, types, title)
-    for family in found:
-        part, name = family.first, family.first.qualified_name
-        if isinstance(part, Device):
-            plan = device_plan(system, part, family, types, classes[name], stand_ins=stand_ins)
-        else:
-            plan = subsystem_plan(
-                system, part, family, proofs, types, classes[name], stand_ins=stand_ins
-            )
-        files[f"{modules[name]}.py"] = plan
+        files["types.py"] = _types(system, types)
+    for each in made:
+        files[f"{each.module}.py"] = _part_plan(system, each, proofs, types, stand_ins=stand_ins)
+    tick_s = base_tick(1 / s.rate_hz for s in system.subsystems)
     if not stand_ins:
-        files["layouts.py"] = layouts_plan(system, types, title, spec)
-    if system.requirements and not stand_ins:
-        tick = base_tick(1 / s.rate_hz for s in system.subsystems)
-        files["requirements.py"] = requirements_plan(system, types, tick, title, spec)
-    if system.triggers and not stand_ins:
-        tick = base_tick(1 / s.rate_hz for s in system.subsystems)
-        files["triggers.py"] = requirements_plan(system, types, tick, title, spec, triggers=True)
-    made = Made(known, classes, modules)
+        files["layouts.py"] = layouts_plan(system, types)
+        if system.requirements:
+            files["requirements.py"] = requirements_plan(system, types, tick_s, triggers=False)
+        if system.triggers:
+            files["triggers.py"] = requirements_plan(system, types, tick_s, triggers=True)
     files["system.py"] = _whole(
-        system, title, types, made, ages, stand_ins=stand_ins, tests_all_rows=tests_all_rows
+        system, tick_s, types, made, ages, stand_ins=stand_ins, tests_all_rows=proofs is None
     )
-    return files
+    spec = PurePath(system.file).name  # without the directories of some machine
+    said = {"title": in_docstring(system.title or system.name), "spec": in_docstring(spec)}
+    return {path: FilePlan(f.template, {**said, **f.parts}) for path, f in files.items()}
+
+
+def _families(
+    system: System, proofs: Proofs, types: PythonTypes, *, stand_ins: bool
+) -> Iterator[Family]:
+    """The parts that become modules; each stand-in has one of its own."""
+    parts: list[Part] = [*system.subsystems, *(d for d in system.devices if d.safe)]
+    if stand_ins:
+        yield from (Family((part,)) for part in parts)
+    else:
+        yield from families(system, parts, proofs, types)
 
 
 @frozen
 class Made:
-    """Of each part, by its qualified name: its family, class and module."""
+    """A family with the class and the module that it becomes."""
 
-    families: Mapping[str, Family]
-    classes: Mapping[str, str]
-    modules: Mapping[str, str]
+    family: Family
+    class_name: str
+    module: str
 
     def call(self, part: Part, imports: Imports) -> str:
         """The call that makes a part."""
-        name = part.qualified_name
-        for module, needed in self.families[name].imports:
+        for module, needed in self.family.imports:
             imports.add(module, needed)
-        imports.add(f".{self.modules[name]}", self.classes[name])
-        return self.families[name].made(part, self.classes[name])
+        imports.add(f".{self.module}", self.class_name)
+        return self.family.made(part, self.class_name)
 
 
-def _classes(found: list[Family], types: PythonTypes) -> dict[str, str]:
-    """Class of every part, after its agent and itself; titles may be reworded."""
-    names = Namespace((*OWN_NAMES, *types.of.values()))
-    return _each(found, lambda family: names.new(class_name(" ".join(_words(family)))))
+def _named(found: Iterable[Family], types: PythonTypes) -> Iterator[Made]:
+    """Families with names after agents and parts; titles may be reworded."""
+    classes = Namespace((*OWN_NAMES, *types.of.values()))
+    modules = Namespace(("system", "types", "layouts", "requirements", "triggers", "__init__"))
+    for family in found:
+        agent, name = family.stem
+        words, module = f"{agent} {name}", f"{agent}_{name}"
+        if isinstance(family.first, Device):
+            letter = family.first.qualified_name.split(".")[1]
+            words, module = f"{agent} {letter} {name}", f"{agent}_{letter}_{name}".lower()
+        yield Made(family, classes.new(class_name(words)), modules.new(module))
 
 
-def _modules(found: list[Family]) -> dict[str, str]:
-    names = Namespace(("system", "types", "layouts", "requirements", "triggers", "__init__"))
-
-    def module(family: Family) -> str:
-        name = "_".join(_words(family))
-        return names.new(name.lower() if isinstance(family.first, Device) else name)
-
-    return _each(found, module)
-
-
-def _words(family: Family) -> tuple[str, ...]:
-    agent, name = family.stem
-    if isinstance(family.first, Device):
-        letter = family.first.qualified_name.split(".")[1]
-        return agent, letter, name
-    return agent, name
+def _part_plan(
+    system: System, made: Made, proofs: Proofs | None, types: PythonTypes, *, stand_ins: bool
+) -> FilePlan:
+    part, name = made.family.first, made.class_name
+    if isinstance(part, Device):
+        return device_plan(system, part, made.family, types, name, stand_ins=stand_ins)
+    known = proofs or NOTHING_PROVED
+    return subsystem_plan(system, part, made.family, known, types, name, stand_ins=stand_ins)
 
 
-def _each(found: list[Family], of: Callable[[Family], str]) -> dict[str, str]:
-    """Something of the family of each part, made once for the family."""
-    made = [(family, of(family)) for family in found]
-    return {part.qualified_name: one for family, one in made for part in family.members}
-
-
-def _types(system: System, types: PythonTypes, title: str) -> FilePlan:
+def _types(system: System, types: PythonTypes) -> FilePlan:
     """The module of enums and records."""
     imports = Imports()
     annotations = Annotations(imports, types, own_module="")
@@ -308,8 +290,6 @@ def _types(system: System, types: PythonTypes, title: str) -> FilePlan:
             said = docstring(f"Record {type_.name}", str(traces.get(type_.name) or ""))
             records.append((name, said, _fields(type_, annotations)))
     parts = {
-        "title": title,
-        "spec": in_docstring(spec_file(system)),
         "imports": imports.lines,
         "literals": literals,
         "records": records,
@@ -326,68 +306,45 @@ def _fields(record: Record, annotations: Annotations) -> tuple[AttributePlan, ..
 
 def _whole(
     system: System,
-    title: str,
+    tick_s: Fraction,
     types: PythonTypes,
-    made: Made,
+    made: Sequence[Made],
     ages: Ages | None,
     *,
     stand_ins: bool,
     tests_all_rows: bool,
 ) -> FilePlan:
     imports = Imports()
-    imports.own("Scheduled")
     imports.own("System")
-    tick = base_tick(1 / s.rate_hz for s in system.subsystems)
-    connected = tuple(connections(system))
-    if connected:
-        imports.own("Connection")
-    safe = [device for device in system.devices if device.safe]
-    names = Namespace((*OWN_NAMES, *types.of.values(), *made.classes.values()))
-    owners = tuple(made.call(device, imports) for device in safe)
-    plant = plant_plan(system, imports, names, types, owners, stand_ins=stand_ins)
+    of = {part.qualified_name: each for each in made for part in each.family.members}
+    names = Namespace((*OWN_NAMES, *types.of.values(), *(each.class_name for each in made)))
+    safe = tuple(of[d.qualified_name].call(d, imports) for d in system.devices if d.safe)
+    plant = _plant(system, imports, names, types, safe, stand_ins=stand_ins)
     if system.files:
         imports.own("join")
-    aged = ages_plan(system, ages, imports) if ages else {}
-    judged = _judged(system, imports, stand_ins=stand_ins)
-    scheduled = tuple(scheduled_call(s, made.call(s, imports), tick) for s in system.subsystems)
+    scheduled = (
+        _scheduled(s, of[s.qualified_name].call(s, imports), tick_s, imports)
+        for s in system.subsystems
+    )
     parts = {
-        "title": title,
-        "spec": in_docstring(spec_file(system)),
-        "spec_literal": literal(spec_file(system)),
-        "imports": imports.lines,
+        "spec_literal": literal(PurePath(system.file).name),
         "name": literal(system.name),
-        "tick_s": literal(float(tick)),
+        "tick_s": literal(float(tick_s)),
         "files": tuple((literal(name), literal(path)) for name, path in system.files),
-        "subsystems": scheduled,
-        "connections": connected,
+        "subsystems": tuple(scheduled),
+        "connections": tuple(_connections(system, imports)),
         "plant": plant,
         "tests_all_rows": tests_all_rows,
-        "ages": aged,
-        **judged,
+        "ages": ages_plan(system, ages, imports) if ages else {},
+        **run_parts(system, imports, stand_ins=stand_ins),
+        "imports": imports.lines,  # when all of the others have asked for theirs
     }
     return FilePlan("system.py.j2", parts)
 
 
-def _judged(system: System, imports: Imports, *, stand_ins: bool) -> dict[str, object]:
-    """What a run counts, what happens meanwhile and what it is watched for.
-
-    Stand-ins only begin and count.
-    """
-    parts: dict[str, object] = {"task": (), "disturbances": (), "requirements": "", "triggers": ""}
-    task = system.task
-    if task:
-        imports.own("Task")
-        parts["task"] = tuple(task_arguments(system, task))
-    disturbed = task.disturbances if task and not stand_ins else ()
-    if task and (task.starts or any(each.numbers for each in disturbed)):
-        imports.own("Draw")
-    if task and disturbed:
-        imports.own("Disturbance")
-        parts["disturbances"] = tuple(disturbances(task))
-    if system.requirements and not stand_ins:
-        parts["requirements"] = imports.own(REQUIREMENTS)
-    if system.triggers and not stand_ins:
-        parts["triggers"] = imports.own(TRIGGERS)
-        if system.stop_when:
-            parts["stop_when"] = len(system.triggers) - 1
-    return parts
+def _scheduled(subsystem: Subsystem, made: str, tick_s: Fraction, imports: Imports) -> str:
+    """The call of `Scheduled` for the expression that makes a subsystem."""
+    arguments = [made, f"ticks={int(1 / subsystem.rate_hz / tick_s)}"]
+    if subsystem.budget_s is not None:
+        arguments.append(f"budget_s={literal(float(subsystem.budget_s))}")
+    return call(imports.own("Scheduled"), arguments)

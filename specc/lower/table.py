@@ -6,14 +6,15 @@ computed once costs a look into a set, however deep the expressions are.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import fields, replace
 
 from specc.lang.ranges import Range
 from specc.lower.terms import Term, fixed, place_type, range_of, shows, term
 from specc.model import expr as e
-from specc.model.system import Let
+from specc.model.system import Device, Let, Subsystem, System
 from specc.model.types import Bool, Int, Real, Type
+from specc.model.units import SECOND
 
 LARGEST = 100_000
 """Most terms that one method may spell; conditional lets can multiply beyond any use."""
@@ -44,9 +45,9 @@ class TermTable:
         parameters: Mapping[str, tuple[Type, ...]] | None = None,
     ) -> None:
         """`computed`: constants whose value an operator or a file gives; `settled`: memory that
-        keeps its initial value; `constants`: the values of the others
-        and of `period`; `parameters`: the types
-        of the parameters of every operator."""
+        keeps its initial value for ever; `constants`: the values of the others and of `period`;
+        `parameters`: the types of the parameters of every operator.
+        """
         self._terms: dict[object, Term] = {}
         self._lets: dict[str, Term] = {}
         self._computed = frozenset(computed)
@@ -160,6 +161,19 @@ class TermTable:
         if isinstance(node, (e.ConstantRef, e.Clock)) and node.name in self._constants:
             return self._raw(self._constants[node.name]).range
         return range_of(node, args)
+
+
+def term_table(system: System, part: Subsystem | Device, computed: Collection[str]) -> TermTable:
+    """The terms of one part of a system; operators and files give the constants `computed`."""
+    declared = (*system.constants, *part.constants)
+    constants = {c.name: c.value for c in declared if c.name not in computed}
+    parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
+    if isinstance(part, Device):
+        return TermTable((), computed, (), constants, parameters)
+    constants["period"] = e.Number(float(1 / part.rate_hz), type=Real(SECOND))
+    changed = {a.name for b in part.behaviours for a in b.assignments if not a.peer}
+    settled = (item.name for item in part.memory if item.name not in changed)
+    return TermTable(part.lets, computed, settled, constants, parameters)
 
 
 def _payload(node: e.Expr) -> object:

@@ -1,55 +1,79 @@
-"""The task of a system: what a run counts, begins with and goes through."""
+"""The task of a system: what a run counts, begins with, goes through and is watched for."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
 from specc.lower.module import memory_names
-from specc.lower.names import call, given, literal
+from specc.lower.names import Imports, call, given, literal
+from specc.lower.requirements import REQUIREMENTS, TRIGGERS
 from specc.model.system import System
 from specc.model.task import VERBS, Deed, Draw, Task, Verb
 
 
-def task_arguments(system: System, task: Task) -> Iterator[str]:
+def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str, object]:
+    """What a run counts, what happens meanwhile and what it is watched for.
+
+    Stand-ins only begin and count.
+    """
+    parts: dict[str, object] = {"task": (), "disturbances": (), "requirements": "", "triggers": ""}
+    if system.task:
+        imports.own("Task")
+        parts["task"] = tuple(_arguments(system, system.task, imports))
+    if stand_ins:
+        return parts
+    if system.task:
+        parts["disturbances"] = tuple(_disturbances(system.task, imports))
+    if system.requirements:
+        parts["requirements"] = imports.own(REQUIREMENTS)
+    if system.triggers:
+        parts["triggers"] = imports.own(TRIGGERS)
+        if system.stop_when:
+            parts["stop_when"] = len(system.triggers) - 1
+    return parts
+
+
+def _arguments(system: System, task: Task, imports: Imports) -> Iterator[str]:
     """Arguments of `Task`, but for the disturbances."""
     names = ("subsystem", "source", "target", "scene", "judge")
     yield from given(
         {name: getattr(task, name) for name in names} | {"watch": _watched(system, task)}
     )
     if task.starts:
-        yield f"starts=({_draws(task.starts)})"
+        yield f"starts=({_draws(task.starts, imports)})"
 
 
-def disturbances(task: Task) -> Iterator[str]:
+def _disturbances(task: Task, imports: Imports) -> Iterator[str]:
     """Calls of `Disturbance`."""
     triggers = 0
     for each in task.disturbances:
         told = [literal(each.because)]
-        told += [f"{draw.name}={_draw(draw)}" for draw in each.times]
+        told += [f"{draw.name}={_draw(draw, imports)}" for draw in each.times]
         if each.when is not None:
             told.append(f"when={triggers}")
             triggers += 1
         for verb in sorted(VERBS.values(), key=lambda verb: verb.numbers == "none"):
-            items = " ".join(_done(verb, deed) for deed in each.deeds if deed.verb == verb.name)
+            deeds = (deed for deed in each.deeds if deed.verb == verb.name)
+            items = " ".join(_done(verb, deed, imports) for deed in deeds)
             told += [f"{verb.name}=({items})"] if items else []
-        yield call("Disturbance", told)
+        yield call(imports.own("Disturbance"), told)
 
 
-def _done(verb: Verb, deed: Deed) -> str:
+def _done(verb: Verb, deed: Deed, imports: Imports) -> str:
     """An item of a tuple: a name, a number, which has one, or a name with its numbers."""
     if verb.numbers in ("none", "one"):
-        return _draws(deed.numbers) or f"{literal(deed.name)},"
-    return f"({literal(deed.name)}, ({_draws(deed.numbers)})),"
+        return _draws(deed.numbers, imports) or f"{literal(deed.name)},"
+    return f"({literal(deed.name)}, ({_draws(deed.numbers, imports)})),"
 
 
-def _draws(draws: Iterable[Draw]) -> str:
+def _draws(draws: Iterable[Draw], imports: Imports) -> str:
     """Items of a tuple."""
-    return " ".join(f"{_draw(draw)}," for draw in draws)
+    return " ".join(f"{_draw(draw, imports)}," for draw in draws)
 
 
-def _draw(draw: Draw) -> str:
+def _draw(draw: Draw, imports: Imports) -> str:
     told = literal(draw.name), literal(tuple(value for value, _ in draw.values))
-    return call("Draw", (*told, *given({"between": draw.between})))
+    return call(imports.own("Draw"), (*told, *given({"between": draw.between})))
 
 
 def _watched(system: System, task: Task) -> tuple[str, ...]:
