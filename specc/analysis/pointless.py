@@ -135,7 +135,7 @@ class PointlessParts:
         if function.limits is not None:
             yield from self._crossed(text, call, function.limits)
         if function.neutral is not None:
-            place, value = function.neutral
+            place, value, _ = function.neutral
             if self._value(call.args[place]) == value:
                 yield PointlessPart("unchanged", call, text, call.args[:1], (text, call))
 

@@ -121,10 +121,9 @@ def _words(misfit: PointlessPart) -> tuple[str, str]:
                 help_text = "the lower bound comes before the upper one"
             return f"the bounds are in the wrong order: the result is always `{first}`", help_text
         case "unchanged" if isinstance(misfit.expr, Builtin):
-            return (
-                f"`{show(misfit.expr)}` is all of `{first}`",
-                "the items from the second on are `[1:]`",
-            )
+            neutral = FUNCTIONS[misfit.expr.name].neutral
+            help_text = neutral[-1] if neutral else ""
+            return f"`{show(misfit.expr)}` is all of `{first}`", help_text
         case "unchanged":
             help_text = "write its new value; memory keeps what no function assigns"
             return f"`{first}` is given the value that it has", help_text

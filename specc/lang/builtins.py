@@ -1,27 +1,26 @@
 """The functions of the language: all that is known of each stands in one table.
 
-A new one needs a row here, a line in `docs/language.md` and, unless Python has it, an
-implementation in `specc_runtime.builtins`.
+A new one needs a row here, or in `specc.lang.number_functions`, a line in `docs/language.md` and,
+unless Python has it, an implementation in `specc_runtime.builtins`.
 """
 
 from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Iterator, Sequence
 
-from specc.lang import encodings, inverses, ranges, results, values
 from specc.lang import functions as rules
+from specc.lang import ranges, results, values
 from specc.lang.errors import CLOCK_NAMES
-from specc.lang.row import BuiltinFunction, Encoding, Form
+from specc.lang.kind import Value
+from specc.lang.kinds import first_value
+from specc.lang.number_functions import NUMBER_FUNCTIONS
+from specc.lang.row import BuiltinFunction, Form, Wanted, exact
 from specc.model import expr as m
 from specc.model.expr import Fresh, Present
-from specc.model.types import Int, Pose, Real, Type, Vector
-from specc.model.units import METRE, RADIAN, SECOND
-
-# The table.
-
+from specc.model.types import Int, ListOf, Pose, Real, Type, Vector
+from specc.model.units import METRE, SECOND
 
 _SUM = Form("{:sum} + {:product}", "sum")
 _REST = Form("{:primary}[{}:]", "primary")
@@ -34,66 +33,95 @@ def _near_form(type: Type) -> Form | str:
     return "" if type.is_array else _CLOSE
 
 
-_exact = partial(BuiltinFunction, rounds=False, may_fail=False, overflows=False)
+# Which argument has to have which value so that the result is the one that is wanted.
 
 
-def _of_angle(name: str, value: Callable[[float], float]) -> BuiltinFunction:
-    return BuiltinFunction(
-        f"angle -> real: the {'sine' if name == 'sin' else 'cosine'} of an angle",
-        rules.of_one(
-            f"{name}(angle)", "takes an angle, `real[rad]`", results.ratio, results.no_angle
-        ),
-        gives_way=True,
-        value=value,
-        python="math",
-        may_fail=False,
-        overflows=False,
-        shows=True,
-        within=(-1.0, 1.0),
-    )
+def _from_inverse(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`inverse(X)`."""
+    yield 0, values.inverse(value)
 
 
-def _to_int(name: str, says: str, value: Callable[[float], int], term: Encoding) -> BuiltinFunction:
-    return _exact(
-        f"a -> int: {says}",
-        rules.of_one(f"{name}(a)", "takes a number without unit", results.whole, results.with_unit),
-        gives_way=True,
-        value=value,
-        python=value.__module__.removeprefix("builtins"),
-        folds=True,
-        range=ranges.rising(value),
-        term=term,
-        stays_float=True,
-        inverse=inverses.of_whole,
-    )
+def _from_position(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`position(X)`."""
+    rows = ((*row[:3], p) for row, p in zip(now[0], value, strict=False))
+    yield 0, (*rows, (0.0, 0.0, 0.0, 1.0))
+
+
+def _from_translation(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`translation(x, y, z)`."""
+    for index, (old, new) in enumerate(zip(now, values.position(value), strict=True)):
+        if old != new:
+            yield index, new
+
+
+def _from_len(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """A list made longer or shorter; vectors have the length of their type."""
+    of, items = types[0], now[0]
+    if isinstance(of, ListOf) and value >= 0:
+        more = (first_value(of.element),) * max(0, int(value) - len(items))
+        yield 0, (*items, *more)[: int(value)]
+
+
+def _from_norm(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """All of it along one axis."""
+    for index in range(len(now[0]) if value >= 0 else 0):
+        yield 0, tuple(float(value) * (i == index) for i in range(len(now[0])))
+
+
+def _from_near(types: Sequence[Type], now: Sequence[Value], wanted: Value) -> Wanted:
+    """`near`, of numbers, vectors and poses."""
+    a, b, tolerance, *_ = now
+    for side, other in ((0, b), (1, a)):
+        for value in _distant(other, types[side], tolerance, wanted):
+            yield side, value
+    if not isinstance(types[0], Pose):
+        gap = abs(a - b) if not isinstance(a, tuple) else math.dist(a, b)
+        yield 2, gap + 1.0 if wanted else gap / 2
+
+
+def _distant(other: Value, side: Type, tolerance: float, wanted: bool) -> Iterator[Value]:
+    """Values that are near another one, or not."""
+    if wanted:
+        yield other
+    steps = (0.5, -0.5) if wanted else (2.0, -2.0, 1000.0)
+    for step in (tolerance * n + (0 if wanted else n) for n in steps):
+        if isinstance(side, Pose):
+            yield values.compose(other, values.translation(step, 0.0, 0.0))
+        elif isinstance(other, tuple):
+            yield (other[0] + step, *other[1:])
+        else:
+            yield other + step
+
+
+# The table.
 
 
 FUNCTIONS: dict[str, BuiltinFunction] = {
-    "fresh": _exact(
+    "fresh": exact(
         "x.peer.element -> bool: a value became visible since the previous period",
         rules.of_input("fresh(x.peer.element)", Fresh),
         python="",
     ),
-    "present": _exact(
+    "present": exact(
         "x.peer.element -> bool: the element has received a value at least once",
         rules.of_input("present(x.peer.element)", Present),
         python="",
     ),
-    "age": _exact(
+    "age": exact(
         "x.peer.element -> real[s]: the time since the oldest measurement behind the value",
         rules.lag("age", Real(SECOND)),
         python="",
         within=ranges.NOT_NEGATIVE,
         gives_way=True,
     ),
-    "late": _exact(
+    "late": exact(
         "x.peer.element -> int: periods that its sender has skipped in a row until now",
         rules.lag("late", Int()),
         python="",
         within=ranges.NOT_NEGATIVE,
         gives_way=True,
     ),
-    m.NEAR: _exact(
+    m.NEAR: exact(
         "a, b, tolerance, angle -> bool: numbers or vectors within a tolerance; two poses within a "
         "distance and an angle",
         rules.near,
@@ -101,24 +129,24 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         form=_near_form,
         compares=True,
         range=ranges.near,
-        inverse=inverses.of_near,
+        inverse=_from_near,
         alike="`{}` is compared with itself",
     ),
-    "all": _exact(
+    "all": exact(
         "test for v in list -> bool: for every item of a list or component of a vector",
         rules.quantifier("all"),
         python="",
     ),
-    "any": _exact(
+    "any": exact(
         "test for v in list -> bool: for some item of a list or component of a vector",
         rules.quantifier("any"),
         python="",
     ),
-    "argmax": _exact(
+    "argmax": exact(
         "number for v in list -> item: the item for which the number is largest",
         rules.extreme("argmax"),
     ),
-    "argmin": _exact(
+    "argmin": exact(
         "number for v in list -> item: the item for which the number is smallest",
         rules.extreme("argmin"),
     ),
@@ -128,28 +156,28 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         value=values.inverse,
         may_fail=False,
         shows=True,
-        inverse=inverses.of_inverse,
+        inverse=_from_inverse,
     ),
-    "position": _exact(
+    "position": exact(
         "X -> point[A]: the origin of B in A, of a pose[A, B]",
         rules.position,
         value=values.position,
         shows=True,
         range=ranges.unchanged,
-        inverse=inverses.of_position,
+        inverse=_from_position,
     ),
-    m.IDENTITY: _exact(
+    m.IDENTITY: exact(
         "-> pose: between the frames that the place requires",
         rules.making_pose("identity()"),
         value=lambda: values.translation(0.0, 0.0, 0.0),
     ),
-    m.TRANSLATION: _exact(
+    m.TRANSLATION: exact(
         "x, y, z -> pose: between the frames that the place requires",
         rules.making_pose("translation(x, y, z)", *[Real(METRE)] * 3),
         value=values.translation,
         shows=True,
         range=ranges.union,
-        inverse=inverses.of_translation,
+        inverse=_from_translation,
     ),
     m.POSE: BuiltinFunction(
         "p, q -> pose: q is a quaternion (x, y, z, w)",
@@ -161,13 +189,13 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         overflows=False,
         direction=1,
     ),
-    m.LENGTH: _exact(
+    m.LENGTH: exact(
         "list -> int: number of items",
         rules.of_one("len(list)", "counts the items of a list", results.length, results.always),
         value=len,
         python="",
         within=ranges.NOT_NEGATIVE,
-        inverse=inverses.of_len,
+        inverse=_from_len,
     ),
     "norm": BuiltinFunction(
         "v -> real: length of a vector, in its unit",
@@ -176,165 +204,24 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         may_fail=False,
         shows=True,
         within=ranges.NOT_NEGATIVE,
-        inverse=inverses.of_norm,
+        inverse=_from_norm,
         is_costly=True,
     ),
-    "abs": _exact(
-        "a -> number",
-        rules.of_one(
-            "abs(a)",
-            "takes a number",
-            results.number,
-            lambda type: "the length of a vector is `norm(v)`",
-        ),
-        value=abs,
-        python="",
-        within=ranges.NOT_NEGATIVE,
-        range=ranges.absolute,
-        is_size=True,
-        term=lambda of, a: of.choice(a > -a, a, -a),
-        inverse=inverses.of_abs,
-    ),
-    "min": _exact(
-        "a, b, ... -> number: numbers of one unit",
-        rules.of_numbers("a, b", 2, None),
-        value=min,
-        python="",
-        range=ranges.least,
-        chooses=True,
-        picks=-1,
-        term=encodings.least,
-        inverse=inverses.any_argument,
-        alike="`{}` stands twice in `min`",
-    ),
-    "max": _exact(
-        "a, b, ... -> number: numbers of one unit",
-        rules.of_numbers("a, b", 2, None),
-        value=max,
-        python="",
-        range=ranges.greatest,
-        chooses=True,
-        picks=1,
-        term=encodings.greatest,
-        inverse=inverses.any_argument,
-        alike="`{}` stands twice in `max`",
-    ),
-    "clamp": _exact(
-        "a, low, high -> number: what is nearest to a from low to high; numbers of one unit",
-        rules.of_numbers("a, low, high", 3, 3),
-        gives_way=True,
-        value=lambda a, low, high: min(max(a, low), high),
-        python="",
-        form=lambda type: Form("min(max({}, {}), {})", "primary"),
-        range=lambda a, low, high: ranges.least(ranges.greatest(a, low), high),
-        chooses=True,
-        limits=(1, 2),
-        term=encodings.clamped,
-        inverse=inverses.any_argument,
-        folds=True,
-        alike="`{}` stands twice in `clamp`",
-    ),
-    "hypot": BuiltinFunction(
-        "a, b -> real: length of the diagonal of a rectangle, in the unit of its sides",
-        rules.of_numbers("a, b", 2, 2, is_real=True),
-        gives_way=True,
-        value=math.hypot,
-        python="math",
-        may_fail=False,
-        shows=True,
-        within=ranges.NOT_NEGATIVE,
-        range=ranges.diagonal,
-        laws=encodings.diagonal,
-        inverse=inverses.of_hypot,
-    ),
-    "sign": _exact(
-        "a -> int: -1, 0 or 1",
-        rules.of_one("sign(a)", "takes a number", results.of_sign),
-        gives_way=True,
-        value=values.sign,
-        within=(-1, 1),
-        range=ranges.signs,
-        term=encodings.sign,
-        stays_float=True,
-        inverse=inverses.of_sign,
-        folds=True,
-    ),
-    "floor": _to_int(
-        "floor", "the greatest whole number that is not greater", math.floor, encodings.floor
-    ),
-    "round": _to_int(
-        "round", "the nearest whole number; the even one of two", round, encodings.rounded
-    ),
-    "wrap_angle": _exact(
-        "angle -> real[rad]: the same direction from -pi to just below pi",
-        rules.of_one(
-            "wrap_angle(angle)", "takes an angle, `real[rad]`", results.angle, results.no_angle
-        ),
-        gives_way=True,
-        value=values.wrap_angle,
-        within=ranges.DIRECTIONS,
-        range=ranges.wrapped,
-        term=encodings.wrapped,
-        inverse=inverses.of_wrap_angle,
-        folds=True,
-    ),
-    "sqrt": BuiltinFunction(
-        "a -> real: half the powers of the unit",
-        rules.of_one("sqrt(a)", "takes a number", results.root, wanted=lambda hint: Real()),
-        value=math.sqrt,
-        python="math",
-        overflows=False,
-        shows=True,
-        folds=True,
-        within=ranges.NOT_NEGATIVE,
-        range=ranges.root,
-        inverse=inverses.of_sqrt,
-    ),
-    "sin": _of_angle("sin", math.sin),
-    "cos": _of_angle("cos", math.cos),
-    "atan2": BuiltinFunction(
-        "y, x -> real[rad]: the angle from the first axis to the point (x, y), from -pi to pi",
-        rules.of_numbers("y, x", 2, 2, result=Real(RADIAN)),
-        value=math.atan2,
-        python="math",
-        within=ranges.HALF_TURNS,
-        alike="both coordinates of this angle are `{}`",
-        may_fail=False,
-        overflows=False,
-        gives_way=True,
-    ),
-    m.JOINED: _exact(
+    **NUMBER_FUNCTIONS,
+    m.JOINED: exact(
         "list, list -> list: the items of both",
         None,
         value=operator.add,
         python="",
         form=lambda type: _SUM,
     ),
-    m.REST: _exact(
+    m.REST: exact(
         "list, n -> list: all items but the first n",
         None,
         value=lambda items, first: items[first:],
         python="",
         form=lambda type: _REST,
-        neutral=(1, 0),
-    ),
-    m.FLOAT: BuiltinFunction(
-        "n -> real: what an integer in the place of a real becomes",
-        None,
-        value=float,
-        python="",
-        rounds=False,
-        overflows=False,
-        range=ranges.rising(float),
-        term=lambda of, a: a,
-        inverse=inverses.of_float,
-    ),
-    m.FINITE: BuiltinFunction(
-        "a -> real: the result of arithmetic, which has been looked at",
-        None,
-        rounds=False,
-        overflows=False,
-        range=ranges.unchanged,
+        neutral=(1, 0, "the items from the second on are `[1:]`"),
     ),
 }
 

@@ -11,8 +11,6 @@ import sys
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 
-from specc.lang.values import sign, wrap_angle
-
 Range = tuple[float, float]
 Operation = Callable[..., Range]
 
@@ -107,11 +105,6 @@ def absolute(a: Range) -> Range:
     return _spanned(abs(low), abs(high)) if low > 0 or high < 0 else (0, max(-low, high))
 
 
-def root(a: Range) -> Range:
-    """`sqrt(a)`."""
-    return (math.sqrt(a[0]), math.sqrt(a[1])) if a[0] >= 0 else ANY
-
-
 def power(a: Range, b: Range) -> Range:
     """`a ** b`; libraries round powers to one of the two floats that are next to them."""
     exponent = b[0]
@@ -171,36 +164,6 @@ def difference(a: Range, b: Range) -> Range:
 def near(a: Range, b: Range, limit: Range) -> Range:
     """`near(a, b, limit)`, of numbers."""
     return _at_most(absolute(difference(a, b)), limit)
-
-
-def diagonal(a: Range, b: Range) -> Range:
-    """`hypot(a, b)`, which libraries round to one of the two floats that are next to it."""
-    (low_a, high_a), (low_b, high_b) = absolute(a), absolute(b)
-    least = max(low_a, low_b, math.nextafter(math.hypot(low_a, low_b), 0.0))
-    return least, math.nextafter(math.hypot(high_a, high_b), math.inf)
-
-
-def signs(a: Range) -> Range:
-    """`sign(a)`."""
-    return sign(a[0]), sign(a[1])
-
-
-def wrapped(a: Range) -> Range:
-    """`wrap_angle(a)`, which rises but where it starts again."""
-    if any(map(math.isinf, a)):
-        return DIRECTIONS
-    turns = [(Fraction(end) + Fraction(math.pi)) // Fraction(math.tau) for end in a]
-    return (wrap_angle(a[0]), wrap_angle(a[1])) if turns[0] == turns[1] else DIRECTIONS
-
-
-def rising(value: Callable[[float], float]) -> Operation:
-    """A function of one number that is never less for a greater one; not asked of infinity."""
-
-    def ends(a: Range) -> Range:
-        low, high = (end if math.isinf(end) else value(end) for end in a)
-        return low, high
-
-    return ends
 
 
 CONDITIONS: dict[str, Operation] = {

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 from specc.frozen import frozen
 from specc.lang.functions import Rule
-from specc.lang.inverses import Inverse
+from specc.lang.kind import Value
 from specc.lang.ranges import ANY, Operation, Range
 from specc.model.types import Type
 
@@ -34,6 +35,10 @@ class SolverTerms(Protocol):
         """A number of which it is known that a float has it."""
 
 
+Wanted = Iterator[tuple[int, Value]]
+"""Indices of arguments, each with a value that it could have."""
+Inverse = Callable[[Sequence[Type], Sequence[Value], Value], Wanted]
+"""From types and present values of the arguments of a function, and the result that is wanted."""
 Encoding = Callable[..., Any]
 """From a `SolverTerms` and terms of arguments, also of the result where that is unknown."""
 
@@ -103,7 +108,8 @@ class BuiltinFunction:
     """Whether it says how its first two arguments, which may change places, compare within what
     the others allow, as `near` does."""
     term: Encoding | None = None
-    """What the solver has for a number: a term, made by `SolverTerms` of those of arguments."""
+    """What the solver has for a number: a term, made by `SolverTerms` of those of arguments, which
+    is the result itself. What rounds has `laws`."""
     stays_float: bool = False
     """Whether the result, a whole number, is one that a float has if the argument is a float."""
     laws: Callable[..., Iterable[Any]] | None = None
@@ -118,10 +124,14 @@ class BuiltinFunction:
     """What is wrong with two arguments that have one value, with braces for it; "" if nothing."""
     direction: int | None = None
     """The argument that says a direction: a vector of length 1."""
-    neutral: tuple[int, float] | None = None
-    """An argument, and its value for which the call gives the first argument as it is."""
+    neutral: tuple[int, float, str] | None = None
+    """An argument, its value with which the call gives the first one as it is, and a way out."""
 
     @property
     def is_followed(self) -> bool:
         """Whether proofs have its result by the values of its arguments."""
         return self.term is not None or self.compares
+
+
+exact = partial(BuiltinFunction, rounds=False, may_fail=False, overflows=False)
+"""A row of a function that neither rounds nor fails, and is finite for what is finite."""

@@ -90,20 +90,6 @@ def _rows(*rows: Any) -> PoseRows:
     return a, b, c, (0.0, 0.0, 0.0, 1.0)
 
 
-def sign(a: float) -> int:
-    """-1, 0 or 1."""
-    return (a > 0) - (a < 0)
-
-
-def wrap_angle(angle_rad: float) -> float:
-    """The angle of the same direction in [-pi, pi), radians, where a full turn is the float 2 pi.
-
-    The remainder is exact, and pi itself, which it may give, is -pi here. Zero has no sign.
-    """
-    rest = math.remainder(angle_rad, math.tau)
-    return rest + 0.0 if rest < math.pi else -math.pi
-
-
 def elementwise(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
     """An operation on two numbers, two vectors, or a vector and a number."""
     match left, right:

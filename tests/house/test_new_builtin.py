@@ -9,15 +9,15 @@ import pytest
 from tests.house.scratch import copied, in_copy
 
 ROW = """\
-    "trunc": _exact(
+    "trunc": exact(
         "a -> int: the whole number next to it on the way to zero",
         rules.of_one("trunc(a)", "takes a number without unit", results.whole, results.with_unit),
         value=math.trunc,
         python="math",
         folds=True,
-        range=ranges.rising(math.trunc),
+        range=_rising(math.trunc),
         term=lambda of, a: of.choice(a < 0, -of.floor(-a), of.floor(a)),
-        inverse=inverses.of_whole,
+        inverse=_from_whole,
     ),
 """
 LINE = "| `trunc(a)` | `int`: the whole number next to it on the way to zero |\n"
@@ -87,7 +87,7 @@ def test_proofs_and_generated_code():
     machine.step()
     assert machine.memory.n == -2
 """
-FILES = ("specc/lang/builtins.py", "docs/language.md")
+FILES = ("specc/lang/number_functions.py", "docs/language.md")
 """All that is touched; Python has the function."""
 
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from specc_runtime import builtins
 
 from specc.lang import Environment, evaluate, expression, parse_type
-from specc.lang.values import angle, compose, inverse, pose, translation, wrap_angle
+from specc.lang.number_functions import wrap_angle
+from specc.lang.values import angle, compose, inverse, pose, translation
 from specc.model import expr as m
 from specc.model.types import Bool, Pose
 from tests.seeds import drawn

@@ -1,0 +1,371 @@
+"""The functions of numbers: what each computes, and all that proofs know of it.
+
+What a row names stands above it: ranges, terms of the solver, arguments for a wanted result.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from typing import Any
+
+from specc.lang import functions as rules
+from specc.lang import ranges, results
+from specc.lang.kind import Value
+from specc.lang.ranges import ANY, Operation, Range
+from specc.lang.row import BuiltinFunction, Encoding, Form, SolverTerms, Wanted, exact
+from specc.model import expr as m
+from specc.model.types import Int, Real, Type
+from specc.model.units import RADIAN
+
+# What Python has no function for.
+
+
+def sign(a: float) -> int:
+    """-1, 0 or 1."""
+    return (a > 0) - (a < 0)
+
+
+def wrap_angle(angle_rad: float) -> float:
+    """The angle of the same direction in [-pi, pi), radians, where a full turn is the float 2 pi.
+
+    The remainder is exact, and pi itself, which it may give, is -pi here. Zero has no sign.
+    """
+    rest = math.remainder(angle_rad, math.tau)
+    return rest + 0.0 if rest < math.pi else -math.pi
+
+
+# Ranges of results, by those of arguments.
+
+
+def _root(a: Range) -> Range:
+    """`sqrt(a)`."""
+    return (math.sqrt(a[0]), math.sqrt(a[1])) if a[0] >= 0 else ANY
+
+
+def _diagonal(a: Range, b: Range) -> Range:
+    """`hypot(a, b)`, which libraries round to one of the two floats that are next to it."""
+    (low_a, high_a), (low_b, high_b) = ranges.absolute(a), ranges.absolute(b)
+    least = max(low_a, low_b, math.nextafter(math.hypot(low_a, low_b), 0.0))
+    return least, math.nextafter(math.hypot(high_a, high_b), math.inf)
+
+
+def _signs(a: Range) -> Range:
+    """`sign(a)`."""
+    return sign(a[0]), sign(a[1])
+
+
+def _wrapped(a: Range) -> Range:
+    """`wrap_angle(a)`, which rises but where it starts again."""
+    if any(map(math.isinf, a)):
+        return ranges.DIRECTIONS
+    turns = [(Fraction(end) + Fraction(math.pi)) // Fraction(math.tau) for end in a]
+    return (wrap_angle(a[0]), wrap_angle(a[1])) if turns[0] == turns[1] else ranges.DIRECTIONS
+
+
+def _rising(value: Callable[[float], float]) -> Operation:
+    """A function of one number that is never less for a greater one; not asked of infinity."""
+
+    def ends(a: Range) -> Range:
+        low, high = (end if math.isinf(end) else value(end) for end in a)
+        return low, high
+
+    return ends
+
+
+# What the solver has: terms, or laws of a result that is unknown.
+
+
+def _least_term(of: SolverTerms, *args: Any) -> Any:
+    """`min(a, b, ...)`."""
+    first, *rest = args
+    for other in rest:
+        first = of.choice(first < other, first, other)
+    return first
+
+
+def _greatest_term(of: SolverTerms, *args: Any) -> Any:
+    """`max(a, b, ...)`."""
+    first, *rest = args
+    for other in rest:
+        first = of.choice(first > other, first, other)
+    return first
+
+
+def _clamped_term(of: SolverTerms, a: Any, low: Any, high: Any) -> Any:
+    """`clamp(a, low, high)`."""
+    return _least_term(of, _greatest_term(of, a, low), high)
+
+
+def _sign_term(of: SolverTerms, a: Any) -> Any:
+    """`sign(a)`."""
+    return of.choice(a > 0, of.whole(1), of.choice(a < 0, of.whole(-1), of.whole(0)))
+
+
+def _floor_term(of: SolverTerms, a: Any) -> Any:
+    """`floor(a)`."""
+    return of.floor(a)
+
+
+def _round_term(of: SolverTerms, a: Any) -> Any:
+    """`round(a)`."""
+    above = a + of.constant(0.5)
+    whole = of.floor(above)
+    return of.choice(whole == above, whole - whole % 2, whole)  # a tie goes to what is even
+
+
+def _wrapped_term(of: SolverTerms, a: Any) -> Any:
+    """`wrap_angle(a)`, of which both the argument and the result are floats."""
+    turn = of.constant(math.tau)
+    return of.representable(a - turn * of.floor((a + of.constant(math.pi)) / turn))
+
+
+def _diagonal_laws(of: SolverTerms, result: Any, *args: Any) -> Iterator[Any]:
+    """`hypot(a, b)`: not less than either, nor more than both; libraries err by less than an ulp.
+
+    What is too large is a number that is larger than all others.
+    """
+    a, b = (of.choice(arg > -arg, arg, -arg) for arg in args)
+    yield result >= a
+    yield result >= b
+    most = (a + b) * of.constant(1 + Fraction(1, 2**52)) + of.constant(Fraction(1, 2**1074))
+    yield of.choice(most < of.constant(sys.float_info.max), result <= most, result >= a)
+
+
+# Which argument has to have which value so that the result is the one that is wanted.
+
+
+def _from_abs(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`abs(a)`."""
+    if value >= 0:
+        yield 0, value
+        yield 0, -value
+
+
+def _from_sqrt(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`sqrt(a)`."""
+    if value >= 0:
+        yield 0, value * value
+
+
+def _from_float(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """An integer in the place of a real."""
+    yield 0, int(value)
+
+
+def _from_any(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """Each argument in turn, of a function that chooses one of them."""
+    for index in range(len(now)):
+        yield index, value
+
+
+def _from_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`hypot(a, b)`, by what it lies above the other one; else all of it along the first axis."""
+    for index, other in ((0, now[1]), (1, now[0])):
+        if value >= abs(other):
+            yield index, math.sqrt(value - other) * math.sqrt(value + other)
+    if value >= 0:
+        yield 0, value
+
+
+def _from_sign(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`sign(a)`."""
+    yield 0, _typed(types[0], value * max(1, abs(now[0])))
+
+
+def _from_whole(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`floor(a)` and `round(a)`."""
+    yield 0, _typed(types[0], value)
+
+
+def _from_wrapped(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+    """`wrap_angle(a)`."""
+    if -math.pi <= value < math.pi:
+        yield 0, value
+
+
+def _typed(type_: Type, number: float) -> float:
+    return int(number) if isinstance(type_, Int) else float(number)
+
+
+# The rows.
+
+
+def _of_angle(name: str, value: Callable[[float], float]) -> BuiltinFunction:
+    return BuiltinFunction(
+        f"angle -> real: the {'sine' if name == 'sin' else 'cosine'} of an angle",
+        rules.of_one(
+            f"{name}(angle)", "takes an angle, `real[rad]`", results.ratio, results.no_angle
+        ),
+        gives_way=True,
+        value=value,
+        python="math",
+        may_fail=False,
+        overflows=False,
+        shows=True,
+        within=(-1.0, 1.0),
+    )
+
+
+def _to_int(name: str, says: str, value: Callable[[float], int], term: Encoding) -> BuiltinFunction:
+    return exact(
+        f"a -> int: {says}",
+        rules.of_one(f"{name}(a)", "takes a number without unit", results.whole, results.with_unit),
+        gives_way=True,
+        value=value,
+        python=value.__module__.removeprefix("builtins"),
+        folds=True,
+        range=_rising(value),
+        term=term,
+        stays_float=True,
+        inverse=_from_whole,
+    )
+
+
+NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
+    "abs": exact(
+        "a -> number",
+        rules.of_one(
+            "abs(a)",
+            "takes a number",
+            results.number,
+            lambda type: "the length of a vector is `norm(v)`",
+        ),
+        value=abs,
+        python="",
+        within=ranges.NOT_NEGATIVE,
+        range=ranges.absolute,
+        is_size=True,
+        folds=True,
+        term=lambda of, a: of.choice(a > -a, a, -a),
+        inverse=_from_abs,
+    ),
+    "min": exact(
+        "a, b, ... -> number: numbers of one unit",
+        rules.of_numbers("a, b", 2, None),
+        value=min,
+        python="",
+        range=ranges.least,
+        chooses=True,
+        picks=-1,
+        folds=True,
+        term=_least_term,
+        inverse=_from_any,
+        alike="`{}` stands twice in `min`",
+    ),
+    "max": exact(
+        "a, b, ... -> number: numbers of one unit",
+        rules.of_numbers("a, b", 2, None),
+        value=max,
+        python="",
+        range=ranges.greatest,
+        chooses=True,
+        picks=1,
+        folds=True,
+        term=_greatest_term,
+        inverse=_from_any,
+        alike="`{}` stands twice in `max`",
+    ),
+    "clamp": exact(
+        "a, low, high -> number: what is nearest to a from low to high; numbers of one unit",
+        rules.of_numbers("a, low, high", 3, 3),
+        gives_way=True,
+        value=lambda a, low, high: min(max(a, low), high),
+        python="",
+        form=lambda type: Form("min(max({}, {}), {})", "primary"),
+        range=lambda a, low, high: ranges.least(ranges.greatest(a, low), high),
+        chooses=True,
+        limits=(1, 2),
+        term=_clamped_term,
+        inverse=_from_any,
+        folds=True,
+        alike="`{}` stands twice in `clamp`",
+    ),
+    "hypot": BuiltinFunction(
+        "a, b -> real: length of the diagonal of a rectangle, in the unit of its sides",
+        rules.of_numbers("a, b", 2, 2, is_real=True),
+        gives_way=True,
+        value=math.hypot,
+        python="math",
+        may_fail=False,
+        shows=True,
+        within=ranges.NOT_NEGATIVE,
+        range=_diagonal,
+        laws=_diagonal_laws,
+        inverse=_from_hypot,
+    ),
+    "sign": exact(
+        "a -> int: -1, 0 or 1",
+        rules.of_one("sign(a)", "takes a number", results.of_sign),
+        gives_way=True,
+        value=sign,
+        within=(-1, 1),
+        range=_signs,
+        term=_sign_term,
+        stays_float=True,
+        inverse=_from_sign,
+        folds=True,
+    ),
+    "floor": _to_int(
+        "floor", "the greatest whole number that is not greater", math.floor, _floor_term
+    ),
+    "round": _to_int("round", "the nearest whole number; the even one of two", round, _round_term),
+    "wrap_angle": exact(
+        "angle -> real[rad]: the same direction from -pi to just below pi",
+        rules.of_one(
+            "wrap_angle(angle)", "takes an angle, `real[rad]`", results.angle, results.no_angle
+        ),
+        gives_way=True,
+        value=wrap_angle,
+        within=ranges.DIRECTIONS,
+        range=_wrapped,
+        term=_wrapped_term,
+        inverse=_from_wrapped,
+        folds=True,
+    ),
+    "sqrt": BuiltinFunction(
+        "a -> real: half the powers of the unit",
+        rules.of_one("sqrt(a)", "takes a number", results.root, wanted=lambda hint: Real()),
+        value=math.sqrt,
+        python="math",
+        overflows=False,
+        shows=True,
+        folds=True,
+        within=ranges.NOT_NEGATIVE,
+        range=_root,
+        inverse=_from_sqrt,
+    ),
+    "sin": _of_angle("sin", math.sin),
+    "cos": _of_angle("cos", math.cos),
+    "atan2": BuiltinFunction(
+        "y, x -> real[rad]: the angle from the first axis to the point (x, y), from -pi to pi",
+        rules.of_numbers("y, x", 2, 2, result=Real(RADIAN)),
+        value=math.atan2,
+        python="math",
+        within=ranges.HALF_TURNS,
+        alike="both coordinates of this angle are `{}`",
+        may_fail=False,
+        overflows=False,
+        gives_way=True,
+    ),
+    m.FLOAT: BuiltinFunction(
+        "n -> real: what an integer in the place of a real becomes",
+        None,
+        value=float,
+        python="",
+        rounds=False,
+        overflows=False,
+        range=_rising(float),
+        term=lambda of, a: a,
+        inverse=_from_float,
+    ),
+    m.FINITE: BuiltinFunction(
+        "a -> real: the result of arithmetic, which has been looked at",
+        None,
+        rounds=False,
+        overflows=False,
+        range=ranges.unchanged,
+    ),
+}
