@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 from math import lcm
 from typing import NamedTuple
 
-from specc.analysis.dataflow import DataFlow, InputNode, Measured, Sent
+from specc.analysis.dataflow import DataFlow, Edge, InputNode, Measured, Sent
 from specc.analysis.graph import components
 from specc.analysis.rates import LONGEST, base_tick
 from specc.reachable import reachable
@@ -16,7 +16,7 @@ from specc.reachable import reachable
 # Values on their way through one repetition of the timeline.
 
 
-Edges = dict[InputNode, tuple[tuple[InputNode, bool], ...]]
+Edges = dict[InputNode, tuple[Edge, ...]]
 Need = tuple[int, bool]
 """A time stamp of a reader, and whether only a value that is fresh then counts."""
 
@@ -176,7 +176,7 @@ class Ages:
             self._oldest[node] = self._follow(node)
         return self._oldest[node]
 
-    def behind(self, node: InputNode) -> dict[str, list[tuple[InputNode, bool]]]:
+    def behind(self, node: InputNode) -> dict[str, list[Edge]]:
         """State of the sender -> the values that a value is computed from which it sends there.
 
         They have been measured, and it has not passed them before: of those its age is made.
@@ -230,7 +230,7 @@ class Ages:
             ):
                 self._measured.add(n)
 
-    def _reads(self, node: InputNode) -> tuple[tuple[InputNode, bool], ...]:
+    def _reads(self, node: InputNode) -> tuple[Edge, ...]:
         source = self.sources.of(node)
         return source.reads if isinstance(source, Sent) else ()
 
@@ -239,13 +239,9 @@ class Ages:
         try:
             return list(TopologicalSorter(_targets(edges)).static_order())
         except CycleError:
-            names = {str(n): n for n in edges}
-            pairs = [(str(n), str(m)) for n, reads in edges.items() for m, _ in reads]
-            part = {
-                names[name]: number
-                for number, found in enumerate(components(list(names), pairs))
-                for name in found.states
-            }
+            pairs = ((n, m) for n, reads in edges.items() for m, _ in reads)
+            found = components(list(edges), pairs)
+            part = {n: number for number, each in enumerate(found) for n in each.states}
             for n, reads in edges.items():
                 edges[n] = tuple(e for e in reads if part[e[0]] != part[n])
             return list(TopologicalSorter(_targets(edges)).static_order())

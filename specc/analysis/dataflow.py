@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
@@ -70,14 +70,6 @@ class Reads:
         """Those that the machine enters."""
         return [s for s in self._machine.subsystem.states if s.name in self._machine.reached]
 
-    @cached_property
-    def running(self) -> dict[str, State]:
-        """The behaviours that run, each with the first state that it runs in."""
-        first: dict[str, State] = {}
-        for state in self.states:
-            first.setdefault(state.behaviour.name, state)
-        return first
-
 
 def _asked(expr: Expr, holds: bool) -> InputNames:
     """The input that must be fresh where a condition holds."""
@@ -107,6 +99,10 @@ class InputNode(NamedTuple):
         return f"x.{self.peer}.{self.element}"
 
 
+Edge = tuple[InputNode, bool]
+"""An input that a value is computed from, and whether only where it is fresh."""
+
+
 class Sent(NamedTuple):
     """An element that a subsystem computes, from `reads` of its own.
 
@@ -114,7 +110,7 @@ class Sent(NamedTuple):
     """
 
     sender: Subsystem
-    reads: tuple[tuple[InputNode, bool], ...]
+    reads: tuple[Edge, ...]
     silent: State | None
 
 
@@ -155,6 +151,7 @@ class DataFlow:
         self._bindings = bindings
         self._reads = {name: Reads(machine) for name, machine in machines.items()}
         self._found: dict[InputNode, Sent | Measured | None] = {}
+        self._sent_in: dict[InputNode, dict[str, frozenset[Edge]]] = {}
 
     def of(self, node: InputNode) -> Sent | Measured | None:
         """Where a value comes from; None if that is not known."""
@@ -172,38 +169,37 @@ class DataFlow:
         """What a subsystem reads; None if it has errors."""
         return self._reads.get(subsystem)
 
-    def sent_in(self, node: InputNode) -> dict[str, frozenset[tuple[InputNode, bool]]]:
+    def sent_in(self, node: InputNode) -> dict[str, frozenset[Edge]]:
         """State of the sender in which it sends a value -> what the value is computed from."""
-        sender, output = self.sender(node) or _NOBODY
-        reads = self._reads.get(sender)
-        if reads is None or self._machines[sender].faulty:
-            return {}
-        written = self._machines[sender].subsystem.written.get(output, {})
-        return {
-            state.name: frozenset(
-                (InputNode(sender, *read.input), read.on_arrival)
-                for value in written[state.behaviour.name]
-                for read in reads.of(value)
-            )
-            for state in reads.states
-            if state.behaviour.name in written
-        }
+        if node not in self._sent_in:
+            self._sent_in[node] = dict(self._sending(node))
+        return self._sent_in[node]
 
-    def _sent(self, node: InputNode) -> Sent | None:
+    def _sending(self, node: InputNode) -> Iterator[tuple[str, frozenset[Edge]]]:
         sender, output = self.sender(node) or _NOBODY
         machine = self._machines.get(sender)
         if machine is None or machine.faulty:
-            return None
-        reads = self._reads[sender]
+            return
         written = machine.subsystem.written.get(output, {})
-        silent = (state for name, state in reads.running.items() if name not in written)
-        values = (value for name in written.keys() & reads.running for value in written[name])
-        found = {
-            (InputNode(sender, *read.input), read.on_arrival)
-            for value in values
-            for read in reads.of(value)
-        }
-        return Sent(machine.subsystem, tuple(sorted(found)), next(silent, None))
+        edges = {name: self._edges(sender, values) for name, values in written.items()}
+        for state in self._reads[sender].states:
+            if state.behaviour.name in edges:
+                yield state.name, edges[state.behaviour.name]
+
+    def _edges(self, sender: str, values: Iterable[Expr]) -> frozenset[Edge]:
+        """What values of a subsystem are computed from."""
+        found = (read for value in values for read in self._reads[sender].of(value))
+        return frozenset((InputNode(sender, *read.input), read.on_arrival) for read in found)
+
+    def _sent(self, node: InputNode) -> Sent | None:
+        sender, _ = self.sender(node) or _NOBODY
+        machine = self._machines.get(sender)
+        if machine is None or machine.faulty:
+            return None
+        sent = self.sent_in(node)
+        silent = (state for state in self._reads[sender].states if state.name not in sent)
+        edges = frozenset[Edge]().union(*sent.values())
+        return Sent(machine.subsystem, tuple(sorted(edges)), next(silent, None))
 
     def sender(self, node: InputNode) -> Output | None:
         """The output that is sent to a node; None if none is."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TypeVar
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from typing import Generic, NamedTuple, TypeVar
 
 from specc.frozen import frozen
 from specc.model.fsm import Cause, Transition
@@ -14,21 +14,21 @@ from specc.reachable import fixpoint, grouped, reachable
 # What a transition graph falls into. The only door to networkx, which is imported when asked.
 
 
-@frozen
-class StrongComponent:
-    """States that lead to one another, in the order of the file.
+N = TypeVar("N", bound=Hashable)
+
+
+class StrongComponent(NamedTuple, Generic[N]):
+    """States, or other nodes, that lead to one another, in the order in which they were given.
 
     `entered` and `left` say whether edges come from, and go to, other components.
     """
 
-    states: tuple[str, ...]
+    states: tuple[N, ...]
     entered: bool
     left: bool
 
 
-def components(
-    states: Sequence[str], edges: Iterable[tuple[str, str]]
-) -> tuple[StrongComponent, ...]:
+def components(states: Sequence[N], edges: Iterable[tuple[N, N]]) -> tuple[StrongComponent[N], ...]:
     """The strongly connected components of a graph, each before those that it leads to.
 
     Edges from or to other states are left out.

@@ -69,7 +69,7 @@ class MemoryBounds:
         )
         self._lets = [(let, value) for let, value in lets.items() if let in read]
         every = [*chain(*self._written.values()), *(value for _, value in self._lets)]
-        self._named = sorted({n for n in map(self._value, _parts(every)) if n is not None})
+        self._named = sorted({n for n in map(numbering.known, _parts(every)) if n is not None})
         found = self._fixpoint() if self._written else {}
         self._left = _MOST_STEPS
         self._lets = [*lets.items()]
@@ -114,7 +114,7 @@ class MemoryBounds:
         self._left -= 1
         if self._left < 0:
             return ANY
-        if (value := self._value(expr)) is not None:
+        if (value := self._numbering.known(expr)) is not None:
             return ranges.of_value(value)
         match expr:
             case MemoryRef() | LetRef():
@@ -124,10 +124,6 @@ class MemoryBounds:
                 failed = self._of(otherwise, self._narrowed(now, negation(test)))
                 return bounds(expr, (self._of(test, now), held, failed))
         return bounds(expr, [self._of(part, now) for part in children(expr)])
-
-    def _value(self, expr: Expr) -> float | None:
-        value = self._numbering.value(self._numbering.number(expr))
-        return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
     def _narrowed(self, now: _Now, condition: Expr) -> _Now:
         """The bounds where a condition holds; unchanged where it never does."""

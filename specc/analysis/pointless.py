@@ -292,10 +292,9 @@ class PointlessParts:
         return not has_unknown(expr) and (written or not on.lasts)
 
     def _value(self, expr: Expr) -> float | None:
-        value = self._numbering.value(self._numbering.number(expr))
         if isinstance(expr, MemoryRef) and (named := self._named.get((MemoryRef, expr.name))):
             return self._value(text_of(named).expr)
-        return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+        return self._numbering.known(expr)
 
     def _origin(self, text: ExpressionText, expr: Expr) -> tuple[ExpressionText, Expr]:
         """Where what an expression names was written down."""

@@ -184,7 +184,7 @@ class _Constant:
             if formula.op == "and":
                 needless = ticks.follows(asked[index], *others)
             else:
-                needless = ticks.follows(ticks.any_of(others), asked[index])
+                needless = ticks.follows(ticks.make.disjunction(others), asked[index])
             if needless:
                 yield Diagnostic(
                     "W0617",

@@ -152,7 +152,7 @@ def states_left(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _is_trap(
-    part: StrongComponent, cycles: list[StrongComponent], edges: set[tuple[str, str]]
+    part: StrongComponent[str], cycles: list[StrongComponent[str]], edges: set[tuple[str, str]]
 ) -> bool:
     """Several states are a trap if other states form a cycle, which is then left for good.
 
@@ -165,7 +165,7 @@ def _is_trap(
     return (first, first) in edges
 
 
-def _not_left(subsystem: Subsystem, part: StrongComponent) -> Diagnostic:
+def _not_left(subsystem: Subsystem, part: StrongComponent[str]) -> Diagnostic:
     states = {state.name: state for state in subsystem.states}
     rows = [row for row in subsystem.transitions if row.source in part.states]
     one = len(part.states) == 1

@@ -8,15 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from specc.analysis.ages import Ages
-from specc.analysis.dataflow import InputNode
+from specc.analysis.dataflow import Edge, InputNode
 from specc.analysis.reads import nodes
 from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal
 from specc.model.expr import Lag
 from specc.model.system import Element, Subsystem, System
 from specc.reachable import reachable
-
-Edge = tuple[InputNode, bool]
 
 
 def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[str, ...]]:

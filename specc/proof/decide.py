@@ -209,14 +209,18 @@ def can_hold(formulas: Sequence[Formula], solver: Solver | None) -> bool | None:
 def _decision(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Decision:
     """Raises UnsureError where the decision procedure of the cases does."""
     rows = [table.bits(condition) for condition in conditions]
-    enabled = several = 0
+    enabled = both = 0
     for row in rows:
-        several |= enabled & row
+        both |= enabled & row
         enabled |= row
-    none, several = cases.some(table.full & ~enabled), cases.some(several)
+    without = table.full & ~enabled
+    none, several = cases.some(without), cases.some(both)
     decision = Decision()
-    if not none and not several:
-        decision = _with_rounding(table, cases, conditions)
+    if not none and not several and (wrong := cases.some_rounded(both | without)):
+        # It is proved of exact numbers alone.
+        asked = frozenset(atoms_of(conditions))
+        facts, *_ = describe(table, wrong, cases.allowed | wrong, asked)
+        decision = rounding(facts)
     holding = [cases.some(row) | cases.some_rounded(row) for row in rows]
     decision = replace(
         decision,
@@ -228,20 +232,6 @@ def _decision(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Deci
     gap = no_row(table, cases, none, conditions) if none else None
     overlap = two_rows(table, cases, several, conditions) if several else None
     return replace(decision, gap=gap, overlap=overlap)
-
-
-def _with_rounding(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Decision:
-    """What is proved of exact numbers, and whether it holds of rounded ones."""
-    enabled = several = 0
-    for condition in conditions:
-        several |= enabled & table.bits(condition)
-        enabled |= table.bits(condition)
-    wrong = cases.some_rounded(several | table.full & ~enabled)
-    if not wrong:
-        return Decision()
-    asked = frozenset(atoms_of(conditions))
-    facts, *_ = describe(table, wrong, cases.allowed | wrong, asked)
-    return rounding(facts)
 
 
 def _ensured(table: Table, holding: Sequence[int]) -> tuple[frozenset[InputName], ...]:

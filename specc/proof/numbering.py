@@ -84,6 +84,11 @@ class Numbering:
         """The value of a number that stands for a known one: a number, truth, member or text."""
         return self._values.get(number)
 
+    def known(self, expr: Expr, bound: Depths | None = None) -> float | None:
+        """What number an expression is; None if that is not known, or it is no number."""
+        value = self._values.get(self.number(expr, bound))
+        return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
     def looked_through(self, expr: Expr) -> Expr:
         """What a let or a constant stands for; any other expression itself."""
         while isinstance(expr, (LetRef, ConstantRef)):
@@ -145,7 +150,9 @@ class Numbering:
 
     def range_of(self, expr: Expr, bound: Depths | None = None) -> Range:
         """The least and greatest value of a number, as far as it follows from what it is."""
-        number = self.number(expr, bound)
+        return self._range_of(self.number(expr, bound))
+
+    def _range_of(self, number: int) -> Range:
         value = self._values.get(number)
         if isinstance(value, (int, float)):
             return ranges.of_value(value)
@@ -168,7 +175,7 @@ class Numbering:
         whole = isinstance(expr, Binary) and isinstance(expr.type, Int)  # 2 * n, unlike 2.0 * n
         number = self._of((type(expr).__name__, whole, *labels(expr), *parts))
         if number not in self._ranges and isinstance(expr, _NUMBERS):
-            self._ranges[number] = self._range(expr, given, known)
+            self._ranges[number] = self._range(expr, given)
         return number
 
     def _typed(self, expr: Expr, number: int) -> Scalar | None:
@@ -176,15 +183,11 @@ class Numbering:
         value = self._values.get(number)
         return int(value) if isinstance(value, float) and isinstance(expr.type, Int) else value
 
-    def _range(self, expr: Expr, parts: list[int], known: list[Scalar | None]) -> Range:
+    def _range(self, expr: Expr, parts: list[int]) -> Range:
         match expr:
             case Builtin(name=name, args=(several,)) if name == LENGTH:
                 return int(isinstance(several.type, ListOf) and several.type.nonempty), math.inf
-        of_parts = [
-            ranges.of_value(v) if isinstance(v, (int, float)) else self._ranges.get(part, ANY)
-            for part, v in zip(parts, known, strict=True)
-        ]
-        found = bounds(expr, of_parts)
+        found = bounds(expr, [self._range_of(part) for part in parts])
         is_square = isinstance(expr, Binary) and expr.op == "*" and parts[0] == parts[1]
         return ranges.both(found, NOT_NEGATIVE) if is_square else found
 

@@ -43,7 +43,7 @@ class Ticks:
     def __init__(self, constants: Mapping[str, Expr], known: Iterable[Expr] = ()) -> None:
         """`constants` in order of dependence; what is `known` holds at every tick."""
         self._translator = Translator({}, constants)
-        self._make = self._translator.make
+        self.make = self._translator.make
         self._solver = Solver(self._translator.numbering)
         self._known = tuple(map(self._translator.formula, known))
         self._over: dict[object, _Over] = {}
@@ -70,28 +70,16 @@ class Ticks:
             case Junction(op=op, operands=operands):
                 parts = [self.asked(operand) for operand in operands]
                 if op == "not":
-                    return self._make.negation(parts[0])
-                return self.all_of(parts) if op == "and" else self._make.disjunction(parts)
+                    return self.make.negation(parts[0])
+                return self.make.conjunction(parts) if op == "and" else self.make.disjunction(parts)
             case Temporal(op=op, operands=operands, span_s=span_s):
                 parts = [self.asked(operand) for operand in operands]
                 if op in ("throughout", "historically"):
                     opposite = "within" if op == "throughout" else "once"
-                    inner = self._made(opposite, span_s, (self.none_of(parts[0]),))
-                    return self.none_of(inner)
+                    inner = self._made(opposite, span_s, (self.make.negation(parts[0]),))
+                    return self.make.negation(inner)
                 return self._made(op, span_s, tuple(parts))
         return self._translator.formula(formula)
-
-    def all_of(self, parts: Iterable[Asked]) -> Asked:
-        """All of them."""
-        return self._make.conjunction(list(parts))
-
-    def any_of(self, parts: Iterable[Asked]) -> Asked:
-        """One of them at least."""
-        return self._make.disjunction(list(parts))
-
-    def none_of(self, part: Asked) -> Asked:
-        """The opposite."""
-        return self._make.negation(part)
 
     def is_possible(self, *asked: Asked) -> bool:
         """Whether all can hold at one tick, as far as it is known."""
@@ -105,7 +93,7 @@ class Ticks:
 
     def follows(self, asked: Asked, *context: Asked) -> bool:
         """Whether it surely holds at every tick at which the context does."""
-        return not self.is_possible(*context, self.none_of(asked))
+        return not self.is_possible(*context, self.make.negation(asked))
 
     def _made(self, op: str, span_s: Fraction, operands: tuple[Asked, ...]) -> Asked:
         key = op, span_s, operands
@@ -145,17 +133,17 @@ class Ticks:
 
     def _of_one(self, each: _Over) -> Iterator[Asked]:
         begun = each.operands[-1]
-        yield self._make.disjunction([self.none_of(begun), each.flag])
+        yield self.make.disjunction([self.make.negation(begun), each.flag])
         if each.op == "since":
-            yield self._make.disjunction([self.none_of(each.flag), *each.operands])
+            yield self.make.disjunction([self.make.negation(each.flag), *each.operands])
         if not self.is_possible(begun):
-            yield self.none_of(each.flag)
+            yield self.make.negation(each.flag)
 
     def _implied(self, one: _Over, other: _Over) -> Asked:
         """That `other` holds wherever `one` does, if it follows."""
         if not self.follows(other.operands[0], one.operands[0]):
-            return self._make.true
-        return self._make.disjunction([self.none_of(one.flag), other.flag])
+            return self.make.true
+        return self.make.disjunction([self.make.negation(one.flag), other.flag])
 
 
 def _nears(one: _Over, other: _Over) -> bool:

@@ -52,7 +52,7 @@ from specc.proof.formula import (
     Threshold,
     Variable,
 )
-from specc.proof.numbering import Depths, Numbering, Scalar
+from specc.proof.numbering import Depths, Numbering
 from specc.proof.verdict import InputName
 
 _OUTSIDE: Depths = {}
@@ -232,7 +232,7 @@ class Translator:
     def _question(self, op: str, left: Expr, right: Expr, bound: Depths) -> Question | bool:
         """Quantity, question and the answer with which `left op right`; or its known truth."""
         a, b = self._numbering.number(left, bound), self._numbering.number(right, bound)
-        x, y = _as_number(self._numbering.value(a)), _as_number(self._numbering.value(b))
+        x, y = self._numbering.known(left, bound), self._numbering.known(right, bound)
         if x is not None and y is not None:
             return bool(COMPARED[op](x, y))
         if a == b:
@@ -277,9 +277,8 @@ class Translator:
 
         None for a tolerance that is not constant. Poses have two tolerances.
         """
-        a, b, *limits = (self._numbering.number(arg, bound) for arg in expr.args)
-        tolerances = [_as_number(self._numbering.value(limit)) for limit in limits]
-        match tolerances:
+        a, b = (self._numbering.number(arg, bound) for arg in expr.args[:2])
+        match [self._numbering.known(limit, bound) for limit in expr.args[2:]]:
             case [float() | int() as tolerance]:
                 return Quantity("distance", (min(a, b), max(a, b)), False, 0.0), ("<=", tolerance)
             case [float() | int() as distance, float() | int() as angle]:
@@ -378,10 +377,6 @@ def _none(value: Expr) -> Expr:
 
 def _either(same: Formula, other: Formula, holds: bool) -> tuple[Formula, Formula]:
     return (same, other) if holds else (other, same)
-
-
-def _as_number(value: Scalar | None) -> float | None:
-    return None if value is None or isinstance(value, (bool, str)) else value
 
 
 def _negative(expr: Expr) -> Expr:

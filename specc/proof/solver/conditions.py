@@ -133,11 +133,11 @@ class Conditions(Terms):
     def _sides(self, left: Expr, right: Expr) -> tuple[Any, Any]:
         """Two numbers as a comparison takes them: numpy rounds an integer beside a float."""
         a, b = self.number(left), self.number(right)
-        keys = [self._numbering.number(side) for side in (left, right)]
         if isinstance(left.type, Int) == isinstance(right.type, Int):
             return a, b
-        if any(self._numbering.value(key) is not None for key in keys):
+        if any(self._numbering.known(side) is not None for side in (left, right)):
             return a, b
+        keys = [self._numbering.number(side) for side in (left, right)]
         # Which of the two it is depends on where the float comes from.
         is_exact = z3.Bool(f"compared exactly {keys}")
         if isinstance(left.type, Int):

@@ -146,10 +146,10 @@ class Terms:
         return self._numbers[memo]
 
     def _number(self, expr: Expr, key: int) -> Any:
-        known = self._numbering.value(key)
-        if isinstance(known, (int, float)) and isinstance(expr.type, Int):
+        known = self._numbering.known(expr)
+        if known is not None and isinstance(expr.type, Int):
             return z3.IntVal(int(known))  # 2 and 2.0 have one number, whichever came first
-        if isinstance(known, (int, float)) and math.isfinite(known):
+        if known is not None and math.isfinite(known):
             term = constant(known)
             return self.rounding.float(term) if abs(known) <= _LARGEST_EXACT else term
         match expr:
@@ -203,9 +203,9 @@ class Terms:
     def _operation(self, expr: Binary, key: int) -> Any:
         whole = isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
         read = self.number if whole else self.as_float
-        factor = self._known(expr.right)
+        factor = self._numbering.known(expr.right) or None
         if factor is None and expr.op == "*":
-            factor = self._known(expr.left)
+            factor = self._numbering.known(expr.left) or None
         if expr.op in "*/" and factor is None:
             return self._leaf(expr)
         a, b = read(expr.left), read(expr.right)
@@ -219,9 +219,8 @@ class Terms:
         """A number as an operation on floats takes it."""
         if not isinstance(expr.type, Int):
             return self.number(expr)
-        key = self._numbering.number(expr)
-        known = self._numbering.value(key)
-        if isinstance(known, (int, float)) and abs(known) < _LARGEST_FLOAT:
+        key, known = self._numbering.number(expr), self._numbering.known(expr)
+        if known is not None and abs(known) < _LARGEST_FLOAT:
             return self.rounding.float(constant(float(known)))
         term = z3.ToReal(self.number(expr))
         if _is_float(self._numbering.looked_through(expr)):
@@ -270,10 +269,6 @@ class Terms:
         term = z3.Int("periods")
         self.laws.append(term >= 1)
         return term
-
-    def _known(self, expr: Expr) -> float | None:
-        known = self._numbering.value(self._numbering.number(expr))
-        return known if isinstance(known, (int, float)) and known != 0 else None
 
 
 def _is_float(whole: Expr) -> bool:
