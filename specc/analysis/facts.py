@@ -21,8 +21,10 @@ from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, TooMuchError, take
 from specc.mjcf import Model, ModelError
-from specc.model.expr import Call, ConstantRef, FileRef, has_unknown, walk
+from specc.model.binding import PLANT
+from specc.model.expr import Call, FileRef, constants_in, has_unknown, walk
 from specc.model.fsm import Cause
+from specc.model.requirement import Requirement
 from specc.model.system import Constant, Element, Subsystem, System
 from specc.model.wires import Wires
 from specc.proof import Ticks
@@ -165,9 +167,28 @@ class Facts:
                     yield InputNode(device.qualified_name, "", element.name), element
 
     @cached_property
+    def judging(self) -> tuple[Requirement, ...]:
+        """The formulas that runs are watched for; a name for a part of one is in its text."""
+        return *self.system.requirements, *self.system.triggers
+
+    def watched(self, subsystem: Subsystem) -> frozenset[str]:
+        """The memory that the task or a formula looks at."""
+        task, name = self.system.task, subsystem.qualified_name
+        found = task.watch if task and task.subsystem == name else ()
+        readings = (reading for item in self.judging for reading in item.readings)
+        named = (r.element[0] for r in readings if (r.subsystem, r.kind) == (name, "memory"))
+        return frozenset((*found, *named))
+
+    @cached_property
     def bindings(self) -> tuple[BoundElement, ...]:
         """The bindings of the plant whose device and element exist."""
         return tuple(bound_elements(self.system))
+
+    @cached_property
+    def reported(self) -> dict[str, BoundElement]:
+        """The bindings of what devices report, as `agent.E.device.element`."""
+        found = (b for b in self.bindings if not b.commanded and b.binding.device != PLANT)
+        return {f"{b.binding.device}.{b.binding.element}": b for b in found}
 
     @cached_property
     def model(self) -> Model | ModelError | None:
@@ -208,10 +229,9 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
 
 
 def _is_known(constant: Constant, values: dict[str, Any]) -> bool:
-    nodes = tuple(walk(constant.value))
-    names = {node.name for node in nodes if isinstance(node, ConstantRef)}
-    given = any(isinstance(node, (Call, FileRef)) for node in nodes)
-    return not given and names <= values.keys() and not has_unknown(constant.value)
+    value = constant.value
+    given = any(isinstance(node, (Call, FileRef)) for node in walk(value))
+    return not given and values.keys() >= set(constants_in(value)) and not has_unknown(value)
 
 
 def _why(error: Exception) -> str:

@@ -81,13 +81,18 @@ class Rates:
         return () if self.clash else tuple(s for s in self._asked if s.rated)
 
     @cached_property
+    def tick_s(self) -> Fraction:
+        """The base tick of the timed ones; 1 s if there are none."""
+        return base_tick(1 / s.rate_hz for s in self.timed)
+
+    @cached_property
     def misfits(self) -> tuple[RateMisfit, ...]:
         """Sensors whose rates fit neither those of their readers nor the tick, if that is known."""
         found = (self._misfit(bound) for bound in self._bindings)
         return tuple(misfit for misfit in found if misfit is not None)
 
     def _misfit(self, bound: BoundElement) -> RateMisfit | None:
-        rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_s
+        rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_of_all_s
         if rate is None or bound.commanded:
             return None
         reading = {wire.subsystem.qualified_name for wire in self._wires.at(device, "x")}
@@ -97,7 +102,7 @@ class Rates:
         return None if fits and not strangers else RateMisfit(bound, rate, strangers, tick_s)
 
     @cached_property
-    def _tick_s(self) -> Fraction | None:
+    def _tick_of_all_s(self) -> Fraction | None:
         """The base tick, if all rates are known."""
         all_known = self._whole and all(s.rated for s in self._every)
         if self.clash or not self._every or not all_known:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, Raw, differs, raw_numbers, units_of
 from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import counted, listed
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT, Binding
 from specc.model.types import Image
@@ -120,7 +120,7 @@ def _from_camera(bound: BoundElement, numbers: str) -> tuple[str, str] | None:
         return f"a camera gives an image, not {type_}", "add `through:` a function that makes one"
     if type_.channels != channels:
         fitting = f"image[{type_.height}, {type_.width}, {channels}]"
-        given = "1 channel" if channels == 1 else f"{channels} channels"
+        given = counted(channels, "channel")
         message = f"an image of kind {binding.image} has {given}, not {type_.channels}"
         return message, f'choose the other kind of image, or make the type "{fitting}"'
     return None
@@ -330,8 +330,7 @@ def _deviations(binding: Binding) -> tuple[str, str] | None:
     given, sensors = len(binding.noise), len(binding.sensors)
     if not given or given == sensors:
         return None
-    deviations = "1 standard deviation" if given == 1 else f"{given} standard deviations"
-    message = f"{deviations} for {sensors} {'sensor' if sensors == 1 else 'sensors'}"
+    message = f"{counted(given, 'standard deviation')} for {counted(sensors, 'sensor')}"
     return message, "give one for each of `sensors:`; joints and actuators have no noise"
 
 

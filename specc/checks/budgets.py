@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis import Facts
-from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import ms
 from specc.model.system import Subsystem
@@ -62,8 +61,7 @@ def _finding(subsystem: Subsystem, name: str, opaque: Opaque, place: Place) -> D
 
 def _is_apart(subsystem: Subsystem, facts: Facts) -> bool:
     """Whether its budget is longer than the base tick, in which all others have to be done."""
-    tick_s = base_tick(1 / s.rate_hz for s in facts.rates.timed)
-    return subsystem.budget_s is not None and subsystem.budget_s > tick_s
+    return subsystem.budget_s is not None and subsystem.budget_s > facts.rates.tick_s
 
 
 def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, Place]]:
@@ -72,20 +70,10 @@ def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, P
         for element in port.elements:
             name = f"{port.direction}.{port.peer}.{element.name}"
             yield name, element.type, port.place_of(element)
-    watched = _watched(subsystem, facts)
+    watched = facts.watched(subsystem)
     for memory in subsystem.memory:
         if memory.name in watched:
             yield memory.name, memory.type, memory.place
-
-
-def _watched(subsystem: Subsystem, facts: Facts) -> set[str]:
-    """Memory that the task or requirements look at."""
-    system, name = facts.system, subsystem.qualified_name
-    found = set(system.task.watch) if system.task and system.task.subsystem == name else set()
-    for requirement in (*system.requirements, *system.triggers):
-        readings = [r for r in requirement.readings if (r.kind, r.subsystem) == ("memory", name)]
-        found |= {part for reading in readings for part in reading.element}
-    return found
 
 
 def _uncodable(type_: Type) -> Iterator[Opaque]:

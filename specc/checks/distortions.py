@@ -10,7 +10,6 @@ from specc.analysis.plant import BoundElement, raw_numbers, units_of
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
 from specc.mjcf import Model
-from specc.model.binding import PLANT
 from specc.model.task import Deed, Verb
 from specc.model.units import Unit
 from specc.resolve.context import suggestion
@@ -22,22 +21,15 @@ Units = tuple[Unit | None, ...]
 def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0503, E0517; scales are known to be without a unit."""
     task = facts.system.task
-    bound = {
-        f"{b.binding.device}.{b.binding.element}": b
-        for b in facts.bindings
-        if not b.commanded and b.binding.device != PLANT
-    }
     for each in task.disturbances if task and facts.system.plant else ():
         for verb, deed in each.of("measurement"):
-            yield from _error(verb, deed, bound, facts)
+            yield from _error(verb, deed, facts)
 
 
-def _error(
-    verb: Verb, deed: Deed, bound: dict[str, BoundElement], facts: Facts
-) -> Iterator[Diagnostic]:
+def _error(verb: Verb, deed: Deed, facts: Facts) -> Iterator[Diagnostic]:
     element = deed.name
-    if (known := bound.get(element)) is None:
-        help = suggestion(element, sorted(bound))
+    if (known := facts.reported.get(element)) is None:
+        help = suggestion(element, sorted(facts.reported))
         yield Diagnostic("E0503", f"no device reports `{element}`", deed.place, help=help)
     elif (fault := _no_numbers(known)) is not None:
         related = (Related(known.binding.place, "bound here"),)

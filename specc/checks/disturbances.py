@@ -9,7 +9,6 @@ from itertools import combinations, product
 from math import inf
 
 from specc.analysis import Facts
-from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import ms
 from specc.model.task import VERBS, Deed, Disturbance, Draw, Verb
@@ -111,12 +110,9 @@ def _repeated(each: Disturbance) -> Iterator[Diagnostic]:
 
 def repetitions_are_apart(facts: Facts) -> Iterator[Diagnostic]:
     """W0519."""
-    task, timed = facts.system.task, facts.rates.timed
+    task, tick_s = facts.system.task, facts.rates.tick_s
     repeated = [each.every for each in task.disturbances if each.every] if task else []
-    if not repeated or not timed:
-        return
-    tick_s = base_tick(1 / s.rate_hz for s in timed)
-    for every in repeated:
+    for every in repeated if facts.rates.timed else ():
         if 0 < min(value for value, _ in every.values) < tick_s * _ROUNDING:
             message = f"a disturbance begins again after {ms(tick_s)} at the earliest"
             place = replace(every.place, part="value")

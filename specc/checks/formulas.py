@@ -9,7 +9,6 @@ from itertools import combinations, islice
 
 from specc.analysis import Facts
 from specc.analysis.formula_values import begins_in
-from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk
@@ -259,29 +258,25 @@ def names_say_more(facts: Facts) -> Iterator[Diagnostic]:
 
 def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
     """W0336."""
-    if facts.rates.clash or facts.broken:
+    periods = {s.qualified_name: 1 / s.rate_hz for s in facts.rates.timed}
+    if not periods or facts.broken:
         return
-    periods = {s.qualified_name: 1 / s.rate_hz for s in facts.subsystems if s.rated}
     for item in _formulas(facts):
         owners = {r.name: r.subsystem for r in item.readings}
-        for part in _temporal(item.formula):
-            if not item.is_named(part):
-                yield from _window(item, part, periods, owners)
-
-
-def _temporal(formula: Formula) -> Iterator[Temporal]:
-    if isinstance(formula, Temporal):
-        yield formula
-    for operand in getattr(formula, "operands", ()):
-        yield from _temporal(operand)
+        for part in _parts(item.formula):
+            if isinstance(part, Temporal) and not item.is_named(part):
+                yield from _window(item, part, facts.rates.tick_s, periods, owners)
 
 
 def _window(
-    item: Requirement, part: Temporal, periods: dict[str, Fraction], owners: dict[str, str]
+    item: Requirement,
+    part: Temporal,
+    tick: Fraction,
+    periods: dict[str, Fraction],
+    owners: dict[str, str],
 ) -> Iterator[Diagnostic]:
-    if part.op == "since" or part.span is None or not periods:
+    if part.op == "since" or part.span is None:
         return
-    tick = base_tick(periods.values())
     (operand,) = part.operands
     if part.span_s < tick:
         message = f"`{part.op}` reaches over {_time(part.span_s)}, less than one tick of {ms(tick)}"

@@ -7,12 +7,13 @@ from collections.abc import Iterator, Sequence
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, bindable, raw_numbers, units_of
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import counted
 from specc.lang import or_else
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT, Binding
 from specc.model.system import System
 from specc.model.types import Image, Record, Type, within
+from specc.resolve.context import suggestion
 from specc.source import Place
 
 # The model of the plant is there and is MJCF.
@@ -65,25 +66,13 @@ def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _unknown_element(binding: Binding, message: str, name: str, known: list[str]) -> Diagnostic:
-    hint = _suggestion(name, known)
+    hint = suggestion(name, known) if known else "an element is named `agent.E.device.element`"
     # A real effector called a real receptor, or vice versa, is still the same device.
     if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
     help = or_else("add it to the agent", hint)
     return Diagnostic("O0205", absent, binding.place, message, help=help)
-
-
-def _suggestion(name: str, known: list[str]) -> str:
-    if close := nearest(name, known):
-        return f"did you mean {listed(_quoted(close), 'or')}?"
-    if known:
-        return f"known: {', '.join(_quoted(known[:_LISTED]))}"
-    return "an element is named `agent.E.device.element`"
-
-
-def _quoted(names: list[str]) -> list[str]:
-    return [f"`{name}`" for name in names]
 
 
 # Records that Python code makes have a class that it can import.
@@ -211,7 +200,7 @@ def _number_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
     known = len(sizes) == len(parts) and model.actuators.keys() >= set(bound.binding.actuators)
     if wanted is None or not parts or not known:
         return None
-    return _numbers(len(wanted)), _numbers(sum(sizes))
+    return counted(len(wanted), "number"), counted(sum(sizes), "number")
 
 
 def _image_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
@@ -220,10 +209,6 @@ def _image_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
         return None
     width, height = model.cameras[camera] or _DEFAULT_CAMERA
     return f"{type_.width} x {type_.height} pixels", f"{width} x {height} pixels"
-
-
-def _numbers(count: int) -> str:
-    return "1 number" if count == 1 else f"{count} numbers"
 
 
 # An actuator of the plant obeys one element.

@@ -13,11 +13,10 @@ from operator import attrgetter, itemgetter
 
 from specc.analysis import Facts
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
-from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
 from specc.diagnostics.phrases import ms
 from specc.mjcf import Model
-from specc.model.binding import PLANT, Binding
+from specc.model.binding import Binding
 from specc.model.task import Disturbance, Draw
 from specc.resolve.context import suggestion
 from specc.source import Place
@@ -122,21 +121,16 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
 def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0503, E0517."""
     task = facts.system.task
-    bindings = {
-        f"{b.binding.device}.{b.binding.element}": b.binding
-        for b in facts.bindings
-        if not b.commanded and b.binding.device != PLANT
-    }
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():
         for _, deed in each.of("samples"):
             silences[deed.name].append((each, deed.place))
     for name, found in silences.items():
-        if name in bindings:
-            yield from _silent(name, found, bindings[name], facts)
+        if name in facts.reported:
+            yield from _silent(name, found, facts.reported[name].binding, facts)
             continue
         for _, place in found:
-            help = suggestion(name, sorted(bindings))
+            help = suggestion(name, sorted(facts.reported))
             yield Diagnostic("E0503", f"no device reports `{name}`", place, help=help)
 
 
@@ -184,8 +178,7 @@ class _Sampling:
     """When a device is sampled: whenever one of its readers is stepped."""
 
     def __init__(self, binding: Binding, facts: Facts) -> None:
-        every = [1 / s.rate_hz for s in facts.rates.timed]
-        self.tick = base_tick(every)
+        self.tick = facts.rates.tick_s
         wires = facts.wires.users(binding.device, "x", binding.element)
         readers = {wire.subsystem.qualified_name for wire in wires}
         periods = [1 / s.rate_hz for s in facts.rates.timed if s.qualified_name in readers]

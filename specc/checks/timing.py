@@ -9,7 +9,7 @@ from math import ceil
 from specc.analysis import Facts
 from specc.analysis.ages import Held, Trail
 from specc.analysis.dataflow import InputNode, Measured, Sent
-from specc.analysis.rates import LONGEST, base_tick
+from specc.analysis.rates import LONGEST
 from specc.analysis.reads import arrivals_asked
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import ms
@@ -63,7 +63,7 @@ def ticks_stepped(facts: Facts) -> Iterator[Diagnostic]:
     if plant is None or not isinstance(model, Model) or not model.timestep_s or not timed:
         return
     step_s = Fraction(model.timestep_s).limit_denominator(10**9)
-    tick_s = base_tick(1 / s.rate_hz for s in timed)
+    tick_s = facts.rates.tick_s
     if not step_s or _is_stepped(tick_s, step_s):
         return
     odd, *others = [s for s in timed if not _is_stepped(1 / s.rate_hz, step_s)] or timed

@@ -9,6 +9,7 @@ from specc.analysis.plant import BoundElement
 from specc.analysis.published import watched
 from specc.analysis.ros2 import JOINT_STATE, MessageMisfit, frames_of, part_of, short
 from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import counted
 from specc.model.binding import PLANT
 from specc.model.types import Vector
 from specc.source import Place
@@ -122,7 +123,7 @@ def joints_counted(facts: Facts) -> Iterator[Diagnostic]:
         if given != wanted:
             yield Diagnostic(
                 "E0507",
-                f"`{bound.element.name}` has {_numbers(wanted)}, and {given or 'no'} "
+                f"`{bound.element.name}` has {counted(wanted, 'number')}, and {given or 'no'} "
                 f"{'joint is' if given == 1 else 'joints are'} named",
                 binding.place.below("joints") if given else binding.place,
                 related=(_type(bound),),
@@ -180,10 +181,6 @@ def _said(bound: BoundElement) -> str:
     if bound.binding.tf:
         return "tf2 has its own names of frames"
     return f"messages of type {short(bound.binding.message)} say which frame they are in"
-
-
-def _numbers(count: int) -> str:
-    return "1 number" if count == 1 else f"{count} numbers"
 
 
 def _type(bound: BoundElement) -> Related:

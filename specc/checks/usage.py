@@ -12,7 +12,7 @@ from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
 from specc.model.requirement import expressions
-from specc.model.system import Let, Memory, Subsystem, System
+from specc.model.system import Let, Memory
 from specc.reachable import reachable
 from specc.source import Place
 
@@ -89,23 +89,12 @@ def parts_used(facts: Facts) -> Iterator[Diagnostic]:
         start = {f"behaviour {state.behaviour.name}" for state in subsystem.states}
         start |= {_label(row.condition) for row in subsystem.transitions}
         start = start.union(*(_named(walk(axiom.that)) for axiom in subsystem.axioms))
-        start |= {f"memory element {name}" for name in _watched(subsystem, facts)}
+        start |= {f"memory element {name}" for name in facts.watched(subsystem)}
         # Nothing can name these in an expression, which is an error of its own.
         readable = (part for part in parts if isinstance(part, Let | Memory))
         start |= {_label(part) for part in readable if part.name in RESERVED}
         places = {_label(part): part.place for part in parts}
         yield from _unused("W0611", places, {_label(p): _names(p) for p in parts}, start)
-
-
-def _watched(subsystem: Subsystem, facts: Facts) -> tuple[str, ...]:
-    """The memory that the task or a requirement watches."""
-    task, name = facts.system.task, subsystem.qualified_name
-    watched = task.watch if task and task.subsystem == name else ()
-    readings = (
-        r for item in (*facts.system.requirements, *facts.system.triggers) for r in item.readings
-    )
-    memory = (r.element[0] for r in readings if (r.subsystem, r.kind) == (name, "memory"))
-    return (*watched, *memory)
 
 
 def _label(part: Part) -> str:
@@ -140,16 +129,14 @@ def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
     for constant in system.constants:
         label = f"constant {constant.name}"
         edges[label] = edges.get(label, _NONE) | _named(walk(constant.value))
-    yield from _unused("W0240", places, edges, _needed_by_agents(system))
+    yield from _unused("W0240", places, edges, _needed_by_agents(facts))
 
 
 def observed_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0240, once something is required; of what one `for` observes, some is enough."""
-    system = facts.system
-    formulas = (*system.requirements, *system.triggers)
-    readings = [reading for item in formulas for reading in item.readings]
+    plant, readings = facts.system.plant, [r for item in facts.judging for r in item.readings]
     named = {reading.element[0] for reading in readings if reading.kind == "observed"}
-    seen = system.plant.observed if system.plant and formulas else ()
+    seen = plant.observed if plant and facts.judging else ()
     used = {item.place for item in seen if item.name in named}
     for place, name in {item.place: item.name for item in reversed(seen)}.items():
         if place not in used:
@@ -160,15 +147,14 @@ def observed_used(facts: Facts) -> Iterator[Diagnostic]:
 
 def formula_lets_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0240; those of formulas, which no expression of an agent names."""
-    system = facts.system
-    lets = {f"let {item.name}": item for item in system.formula_lets}
+    lets = {f"let {item.name}": item for item in facts.system.formula_lets}
     edges = {label: {f"let {name}" for name in item.names} for label, item in lets.items()}
-    formulas = (*system.requirements, *system.triggers)
-    start = {f"let {name}" for item in formulas for name in item.names}
+    start = {f"let {name}" for item in facts.judging for name in item.names}
     yield from _unused("W0240", {label: i.place for label, i in lets.items()}, edges, start)
 
 
-def _needed_by_agents(system: System) -> set[str]:
+def _needed_by_agents(facts: Facts) -> set[str]:
+    system = facts.system
     found = set(system.named_in_agents)
     for subsystem in system.subsystems:
         found |= _named(nodes(subsystem))
@@ -176,7 +162,7 @@ def _needed_by_agents(system: System) -> set[str]:
         for _, safe in device.safe:
             found |= _named(walk(safe.value))
             found |= _named(walk(safe.otherwise)) if safe.otherwise else set()
-    for requirement in (*system.requirements, *system.triggers):
+    for requirement in facts.judging:
         for part in expressions(requirement.formula):
             found |= _named(walk(part))
     task = system.task
@@ -253,7 +239,7 @@ def memory_read(facts: Facts) -> Iterator[Diagnostic]:
     """W0615; memory that is not even written is `parts_used`'s matter."""
     for subsystem in facts.subsystems:
         read = {node.name for node in nodes(subsystem) if isinstance(node, MemoryRef)}
-        read.update(_watched(subsystem, facts))
+        read |= facts.watched(subsystem)
         writers = {a.name: a for f in subsystem.functions for a in f.assignments if not a.peer}
         for element in subsystem.memory:
             if element.name in writers and element.name not in read:
