@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Literal, NamedTuple
 
 from specc.frozen import frozen
@@ -58,6 +58,15 @@ def bound_elements(system: System) -> Iterator[BoundElement]:
     for binding in system.plant.bindings if system.plant else ():
         for element, commanded in known.get((binding.device, binding.element), ()):
             yield BoundElement(binding, element, commanded, plant_kind(system.plant))
+
+
+_SPELT = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap", "message": "type"}
+
+
+def first_key(binding: Binding, attributes: Iterable[str]) -> str:
+    """The first of some attributes that a binding has, as files spell its key; empty if none."""
+    name = next((name for name in attributes if getattr(binding, name)), "")
+    return _SPELT.get(name, name)
 
 
 def plant_model(system: System) -> Model | ModelError | None:

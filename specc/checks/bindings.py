@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, Raw, differs, raw_numbers, units_of
+from specc.analysis.plant import BoundElement, Raw, differs, first_key, raw_numbers, units_of
 from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
 from specc.diagnostics.phrases import counted, listed
 from specc.mjcf import Model, ModelError
@@ -42,7 +42,7 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
         return None
     if not bound.commanded and (complaint := _sampled(bound.binding)):
         return complaint
-    if topic := _key(bound.binding, _OF_TOPICS):
+    if topic := first_key(bound.binding, _OF_TOPICS):
         return f"`{topic}` is for plants behind ROS 2", f"delete `{topic}`"
     if bound.plant == "python":
         return _in_python(bound)
@@ -64,7 +64,7 @@ def _sampled(binding: Binding) -> tuple[str, str] | None:
 def _in_python(bound: BoundElement) -> tuple[str, str] | None:
     """A plant in Python gives and takes the elements themselves."""
     name = bound.element.name
-    modelled = _key(bound.binding, _OF_A_MODEL)
+    modelled = first_key(bound.binding, _OF_A_MODEL)
     if modelled:
         return (
             f"`{modelled}` is for MuJoCo models; the plant in Python "
@@ -83,7 +83,7 @@ def _moving(bound: BoundElement) -> tuple[str, str] | None:
 
 
 def _command_measured(bound: BoundElement, kinds: tuple[str, ...]) -> tuple[str, str] | None:
-    measured = _key(bound.binding, kinds) if bound.commanded else ""
+    measured = first_key(bound.binding, kinds) if bound.commanded else ""
     if not measured:
         return None
     return (
@@ -94,7 +94,7 @@ def _command_measured(bound: BoundElement, kinds: tuple[str, ...]) -> tuple[str,
 
 def _reporting(bound: BoundElement) -> tuple[str, str] | None:
     binding, name = bound.binding, bound.element.name
-    numbers = _key(binding, ("joints", "sensors", "actuators"))
+    numbers = first_key(binding, ("joints", "sensors", "actuators"))
     if binding.camera:
         return _from_camera(bound, numbers)
     if not numbers:
@@ -131,18 +131,6 @@ def _type_without_through(bound: BoundElement) -> tuple[str, str] | None:
         return None
     message = f"the plant works with real numbers, not with {bound.element.type}"
     return message, "name a function under `through:` that converts"
-
-
-def _key(binding: Binding, names: tuple[str, ...]) -> str:
-    """The first of these keys that the binding has, as the file spells it."""
-    found = (name for name in names if getattr(binding, name))
-    spelt = {
-        "rate_hz": "rate",
-        "depth_noise": "noise",
-        "max_gap_s": "max_gap",
-        "message": "type",
-    }
-    return spelt.get(name := next(found, ""), name)
 
 
 # The joints, sensors, actuators and cameras that bindings name are in the model.

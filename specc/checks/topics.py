@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement
+from specc.analysis.plant import BoundElement, first_key
 from specc.analysis.published import watched
 from specc.analysis.ros2 import JOINT_STATE, MessageMisfit, frames_of, part_of, short
 from specc.diagnostics import Diagnostic, Related
@@ -25,15 +25,8 @@ def topics_fit(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-_OF_A_MODEL = {
-    "sensors": "sensors",
-    "actuators": "actuators",
-    "camera": "camera",
-    "image": "image",
-    "noise": "noise",
-    "depth_noise": "noise",
-}
-"""Of bindings to parts of a model, and the keys that say it."""
+_OF_A_MODEL = ("sensors", "actuators", "camera", "image", "noise", "depth_noise")
+"""Of bindings to parts of a model."""
 _MOST_KEPT = 1000
 """Messages of a topic, of which the latest one counts."""
 
@@ -45,9 +38,8 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
         return "nothing is known of a plant behind ROS 2 but what its devices report", "delete it"
     if binding.rate_hz is not None:
         return "messages have no rate: the latest one counts", "delete `rate`"
-    for attribute, key in _OF_A_MODEL.items():
-        if getattr(binding, attribute):
-            return f"`{key}` is for MuJoCo models", f"delete `{key}`"
+    if key := first_key(binding, _OF_A_MODEL):
+        return f"`{key}` is for MuJoCo models", f"delete `{key}`"
     if bound.commanded and binding.max_gap_s is not None:
         why = f"`{name}` is commanded: `max_gap` is for what a device reports"
         return why, "delete `max_gap`"
@@ -61,10 +53,9 @@ def _wrong_tf(bound: BoundElement) -> tuple[str, str] | None:
     name, binding = bound.element.name, bound.binding
     if bound.commanded:
         return f"`{name}` is commanded, and transforms are only read", "publish a pose on a topic"
-    for attribute in ("topic", "action", "message", "part", "qos", "joints", "through"):
-        if getattr(binding, attribute):
-            key = "type" if attribute == "message" else attribute
-            return f"`{key}` says nothing of a transform of tf2", f"delete `{key}`"
+    others = ("topic", "action", "message", "part", "qos", "joints", "through")
+    if key := first_key(binding, others):
+        return f"`{key}` says nothing of a transform of tf2", f"delete `{key}`"
     return None
 
 
@@ -88,9 +79,8 @@ def _wrong_topic(bound: BoundElement) -> tuple[str, str] | None:
 def _wrong_action(bound: BoundElement) -> tuple[str, str] | None:
     """What is wrong with a binding to an action."""
     name, binding = bound.element.name, bound.binding
-    for key in ("topic", "qos", "joints"):
-        if getattr(binding, key):
-            return f"`{key}` is for topics, and `{name}` is a part of an action", f"delete `{key}`"
+    if key := first_key(binding, ("topic", "qos", "joints")):
+        return f"`{key}` is for topics, and `{name}` is a part of an action", f"delete `{key}`"
     if not binding.part:
         return "an action has several parts", "add `part:` goal, status, feedback or result"
     if not binding.message:
