@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Literal
 
 from specc.lang.context import Context, infer_alike, needs_context, unlike
+from specc.lang.errors import each
 from specc.lang.mismatch import scalar_unit
 from specc.lang.parse import span
 from specc.model import expr as m
@@ -103,7 +104,7 @@ def _summed(a: Type, b: Type, op: Literal["+", "-"]) -> Type | None:
 
 
 def _product(ctx: Context, node: ast.BinOp, op: Literal["*", "/"]) -> Expr:
-    left, right = ctx.each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
+    left, right = each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
     type = _scaled(left.type, right.type, op)
     if type is None and op == "*":
         type = _scaled(right.type, left.type, op)
@@ -149,7 +150,7 @@ def _within_reason(ctx: Context, node: ast.BinOp, type: Type) -> Type:
 
 
 def _power(ctx: Context, node: ast.BinOp) -> Expr:
-    base, exponent = ctx.each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
+    base, exponent = each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
     power = int(exponent.value) if isinstance(exponent, m.Number) else _LARGEST_POWER + 1
     if not isinstance(exponent.type, Int) or abs(power) > _LARGEST_POWER:
         message = (
@@ -211,7 +212,7 @@ def _poses(ctx: Context, node: ast.BinOp, hint: Type | None) -> tuple[Expr, Expr
         right = ctx.infer(node.right)
         inner = Pose(hint.parent, right.type.parent) if isinstance(right.type, Pose) else None
         return ctx.infer(node.left, inner), right
-    left, right = ctx.each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
+    left, right = each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
     return left, right
 
 

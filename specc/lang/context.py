@@ -128,10 +128,6 @@ class Context:
         start, end = span(node)
         return Unknown(self.text[start:end], type=type, span=(start, end))
 
-    def each(self, *jobs: Callable[[], T]) -> list[T]:
-        """Results of independent jobs; if some fail, the errors of all of them at once."""
-        return each(jobs)
-
     def inside(self, scope: Scope) -> Context:
         """The same expression in the scope of a quantifier."""
         return replace(self, scope=scope)
@@ -170,8 +166,8 @@ def infer_alike(
     infer = ctx.infer_any if optional else ctx.infer
     typed = [i for i, node in enumerate(nodes) if not needs_context(node, ctx.scope)]
     if not typed:
-        return ctx.each(*(partial(infer, node, hint) for node in nodes))
-    own = ctx.each(*(partial(infer, nodes[i], hint) for i in typed))
+        return each(*(partial(infer, node, hint) for node in nodes))
+    own = each(*(partial(infer, nodes[i], hint) for i in typed))
     found = dict(zip(typed, own, strict=True))
     _choose_members(ctx, nodes, found)
 
@@ -184,7 +180,7 @@ def infer_alike(
 
     rest = [i for i in range(len(nodes)) if i not in found]
     jobs = [partial(ctx.infer, nodes[i], nearest_type(i)) for i in rest]
-    found |= zip(rest, ctx.each(*jobs), strict=True)
+    found |= zip(rest, each(*jobs), strict=True)
     return [found[i] for i in range(len(nodes))]
 
 

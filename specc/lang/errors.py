@@ -7,7 +7,7 @@ from dataclasses import field, replace
 from functools import cached_property
 from typing import TypeVar
 
-from specc.diagnostics.nearest import is_slip, surely_meant
+from specc.diagnostics.nearest import is_slip, nearest, surely_meant
 from specc.frozen import frozen, remembering
 from specc.model.expr import (
     Binary,
@@ -259,6 +259,31 @@ class ExprError(ExprErrors):
         return moved.because(self.origins, self.expected)
 
 
+def unknown(
+    kind: str,
+    name: str,
+    known: Iterable[str],
+    way: str,
+    at: tuple[int, int],
+    code: str,
+    other: Iterable[str] = (),
+) -> ExprError:
+    """The name of something that is not known; an open point with a `way` to add it if no slip.
+
+    Where no name is close, the `other` ones may be meant.
+    """
+    close = nearest(name, known)
+    help = did_you_mean(close or other) or way
+    error = ExprError(f"unknown {kind} `{name}`", *at, help, code)
+    return error.meant(name, close).not_there(f"{kind} `{name}` is not there yet", way, name, close)
+
+
+def did_you_mean(close: Iterable[object]) -> str:
+    """A way out by names that are close to a wrong one; "" if there are none."""
+    names = one_of(close)
+    return f"did you mean {names}?" if names else ""
+
+
 def or_else(way: str, suggestion: str) -> str:
     """How a part is added, and what may be meant in its place."""
     joint = ", or " if suggestion.startswith("did you mean") else "; "
@@ -276,7 +301,7 @@ def listed(names: Iterable[object]) -> str:
     return ", ".join(f"`{name}`" for name in names)
 
 
-def each(jobs: Iterable[Callable[[], T]]) -> list[T]:
+def each(*jobs: Callable[[], T]) -> list[T]:
     """Results of independent jobs; if some fail, the errors of all of them at once."""
     results: list[T] = []
     errors: list[ExprError] = []

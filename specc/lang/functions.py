@@ -9,7 +9,7 @@ from functools import partial
 from typing import Literal, NoReturn
 
 from specc.lang.context import Context, infer_alike, not_empty, unlike
-from specc.lang.errors import ExprError
+from specc.lang.errors import ExprError, each
 from specc.lang.mismatch import scalar_unit
 from specc.lang.names import input_element
 from specc.lang.parse import span
@@ -102,7 +102,7 @@ def making_pose(usage: str, *parts: Type) -> Rule:
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _take(ctx, node, usage, len(parts))
         pairs = zip(node.args, parts, strict=True)
-        given = ctx.each(*(partial(ctx.expect, arg, type) for arg, type in pairs))
+        given = each(*(partial(ctx.expect, arg, type) for arg, type in pairs))
         made = _frames(ctx, node, hint)
         for arg, value in zip(node.args, given, strict=True):
             if isinstance(value.type, Vector) and value.type.frame not in ("", made.parent):
@@ -182,7 +182,7 @@ def _near_poses(ctx: Context, node: ast.Call, a: Expr, b: Expr) -> Expr:
     if a.type != b.type:
         raise unlike(ctx, (node.args[0], a), (node.args[1], b), "cannot be near")
     _take(ctx, node, "near(X, Y, position_tolerance, rotation_tolerance)", 4)
-    position, rotation = ctx.each(
+    position, rotation = each(
         lambda: ctx.expect(node.args[2], Real(METRE)),
         lambda: ctx.expect(node.args[3], Real(RADIAN)),
     )

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from specc.diagnostics.nearest import nearest
-from specc.lang.errors import ExprError, one_of
+from specc.lang.errors import ExprError, unknown
 from specc.lang.parse import parse_syntax, span
 from specc.lang.types import TypeNames, TypeReader
 from specc.model import types as t
@@ -43,7 +42,10 @@ def parse_interface(
         case _:
             raise ExprError(_NO_INTERFACE, 0, len(text), _INTERFACE, "E0237")
     if name not in interfaces:
-        raise _unknown_interface(tree, name, interfaces)
+        start = span(tree)[0]
+        at = start, start + len(name)
+        way = "declare it under `interfaces:`"
+        raise unknown("interface", name, interfaces, way, at, "E0236")
     frames, types = interfaces[name]
     if len(args) != len(frames) + len(types):
         usage = ", ".join((*frames, *types))
@@ -58,13 +60,3 @@ def parse_interface(
 
 _NO_INTERFACE = "this is not the name of an interface"
 _INTERFACE = "for example `Report` or `Report[W]`; or write the elements: `{status: bool}`"
-
-
-def _unknown_interface(tree: ast.expr, name: str, known: Collection[str]) -> ExprError:
-    close = nearest(name, known)
-    help = f"did you mean {one_of(close)}?" if close else "declare it under `interfaces:`"
-    start = span(tree)[0]
-    error = ExprError(f"unknown interface `{name}`", start, start + len(name), help, "E0236")
-    return error.meant(name, close).not_there(
-        f"interface `{name}` is not there yet", "declare it under `interfaces:`", name, close
-    )

@@ -8,7 +8,7 @@ from functools import partial
 
 from specc.diagnostics.nearest import nearest, surely_meant
 from specc.lang.context import Context, needs_context
-from specc.lang.errors import ExprError, one_of
+from specc.lang.errors import ExprError, did_you_mean, each
 from specc.lang.parse import span
 from specc.limits import MAX_DEPTH
 from specc.model.expr import Expr, Items, Nothing, Number, TextLiteral, Truth, Unused
@@ -50,7 +50,7 @@ def unit_error(error: UnitError, end: int, example: str) -> ExprError:
     word = error.name.casefold()
     meant = _WRITTEN_OUT.get(word) or _WRITTEN_OUT.get(word.removesuffix("s"))
     close = [meant] if meant else nearest(error.name, UNITS) if error.name else []
-    help = f"did you mean {one_of(close)}?" if close else f"for example {example}"
+    help = did_you_mean(close) or f"for example {example}"
     end = end if error.end is None else error.end
     found = ExprError(error.message, error.start, end, help, "E0304")
     found.wrong, found.repair = error.name, _surely_meant(error.name)
@@ -124,7 +124,7 @@ def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
         message = f"{len(node.elts)} items; `{kind}` has {wanted}"
         raise ctx.error(node, message, "write exactly as many", "E0316")
     pairs = zip(node.elts, types, strict=True)
-    found = ctx.each(*(partial(_item, ctx, item, wanted, hint) for item, wanted in pairs))
+    found = each(*(partial(_item, ctx, item, wanted, hint) for item, wanted in pairs))
     if isinstance(hint, PartialOf) and any(isinstance(item, Unused) for item in found):
         kind = hint
     return Items(tuple(found), type=kind, span=span(node))
@@ -156,7 +156,7 @@ def _inferred(ctx: Context, node: ast.List) -> Items:
     decisive = next((e for e in used if not needs_context(e, ctx.scope)), used[0])
     first = ctx.infer(decisive, Real())
     element = first.type
-    found = ctx.each(
+    found = each(
         *(
             partial(_item, ctx, item, element, None) if item is not decisive else lambda: first
             for item in node.elts

@@ -9,7 +9,7 @@ from typing import Literal
 
 from specc.diagnostics.nearest import nearest
 from specc.lang.context import Context, Side, infer_alike, is_none, needs_context, unlike
-from specc.lang.errors import ExprError, ExprErrors, listed, one_of
+from specc.lang.errors import ExprError, ExprErrors, did_you_mean, each, listed
 from specc.lang.mismatch import fits, scalar_unit
 from specc.lang.parse import span
 from specc.model import expr as m
@@ -77,7 +77,7 @@ def comparison(ctx: Context, node: ast.Compare, hint: Type | None) -> Expr:
         sides = list(zip(nodes, infer_alike(ctx, nodes), strict=True))
     except ExprErrors as found:
         raise ExprErrors([*found.errors, *_exact_besides(ctx, node.ops, nodes)]) from None
-    links = ctx.each(
+    links = each(
         *(partial(_link, ctx, sides[i], op, sides[i + 1]) for i, op in enumerate(node.ops))
     )
     return (
@@ -168,12 +168,11 @@ def _among(ctx: Context, node: ast.Compare) -> Expr:
 def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
     if isinstance(node, ast.Name) and node.id in enum.members:
         return node.id
-    close = nearest(ctx.quote(node), enum.members)
-    help = f"did you mean {one_of(close)}?" if close else f"members are {listed(enum.members)}"
     name = ctx.quote(node)
-    error = ctx.error(node, f"`{name}` is not a member of `{enum}`", help, "E0320").meant(
-        name, close
-    )
+    close = nearest(name, enum.members)
+    help = did_you_mean(close) or f"members are {listed(enum.members)}"
+    error = ctx.error(node, f"`{name}` is not a member of `{enum}`", help, "E0320")
+    error.meant(name, close)
     if isinstance(node, ast.Name):
         message = f"member `{name}` of `{enum}` is not there yet"
         raise error.not_there(message, "add it to the type", name, close)
@@ -183,7 +182,7 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
 def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
     """`then if test else otherwise`; the branches are of one type."""
     branches = [node.body, node.orelse]
-    (test,), (then, otherwise) = ctx.each(
+    (test,), (then, otherwise) = each(
         lambda: [ctx.truth(node.test)], lambda: _branches(ctx, branches, hint)
     )
     if fits(otherwise.type, then.type):

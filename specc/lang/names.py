@@ -8,7 +8,7 @@ from typing import Literal, cast
 
 from specc.diagnostics.nearest import nearest
 from specc.lang.context import Context, not_empty
-from specc.lang.errors import CLOCK_NAMES, ExprError, Scope, listed, one_of
+from specc.lang.errors import CLOCK_NAMES, ExprError, Scope, did_you_mean, listed, one_of
 from specc.lang.literals import quantity
 from specc.lang.parse import span
 from specc.model.expr import (
@@ -158,7 +158,7 @@ def _unknown_help(ctx: Context, name: str) -> str:
         return f"an input is spelt `x.{name}.element`"
     close = nearest(name, scope.names())
     if close:
-        return f"did you mean {one_of(close)}?"
+        return did_you_mean(close)
     if name in _FOREIGN:
         return f"write `{_FOREIGN[name]}`" if _FOREIGN[name] else ""
     return f"a unit is written in brackets after its number: `1[{name}]`" if name in UNITS else ""
@@ -261,9 +261,8 @@ def _unknown_part(node: ast.expr, what: str, name: str, known: list[str], code: 
 
 
 def _suggestion(name: str, known: list[str]) -> str:
-    close = nearest(name, known)
-    if close:
-        return f"did you mean {one_of(close)}?"
+    if meant := did_you_mean(nearest(name, known)):
+        return meant
     return f"there {'is' if len(known) == 1 else 'are'} {listed(known)}" if known else ""
 
 

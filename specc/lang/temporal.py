@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from specc.diagnostics import nearest
 from specc.lang.builtins import BUILTIN_NAMES
-from specc.lang.errors import ExprError, one_of
+from specc.lang.errors import ExprError, did_you_mean
 from specc.lang.parse import nodes_of, parse, span
 
 TIMED = ("within", "throughout", "once", "historically")
@@ -44,7 +44,7 @@ def refuse_misspelt(node: ast.expr, operators: Iterable[str]) -> None:
         name, known = node.func.id, {*operators, *BUILTIN_NAMES, "state"}
         close = () if name in known else nearest(name, [*known, *USAGE])
         if not USAGE.keys().isdisjoint(close):
-            help = f"did you mean {one_of(close)}?"
+            help = did_you_mean(close)
             error = ExprError(f"unknown operator `{name}`", *span(node.func), help, "E0202")
             raise error.meant(name, close)
 

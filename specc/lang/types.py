@@ -12,7 +12,7 @@ from typing import NamedTuple
 from specc.diagnostics.nearest import nearest
 from specc.frozen import frozen, remembering
 from specc.lang.builtins import RESERVED
-from specc.lang.errors import ExprError, one_of
+from specc.lang.errors import ExprError, did_you_mean, unknown
 from specc.lang.literals import unit_error
 from specc.lang.parse import LONGEST, parse_syntax, span
 from specc.model import types as t
@@ -199,12 +199,7 @@ class TypeReader:
             return known[node.id]
         if self.names.variables_allowed:
             return f"?{node.id}"
-        close = nearest(node.id, known)
-        help = f"did you mean {one_of(close)}?" if close else "declare it under `frames:`"
-        error = ExprError(f"unknown frame `{node.id}`", *span(node), help, "E0209")
-        raise error.meant(node.id, close).not_there(
-            f"frame `{node.id}` is not there yet", "declare it under `frames:`", node.id, close
-        )
+        raise unknown("frame", node.id, known, "declare it under `frames:`", span(node), "E0209")
 
     def _size(self, node: ast.expr) -> int:
         match node:
@@ -222,7 +217,7 @@ class TypeReader:
 
     def _unknown_size(self, node: ast.expr, name: str) -> ExprError:
         close = nearest(name, self.names.sizes)
-        help = f"did you mean {one_of(close)}?" if close else _SIZE_PARAMETER.format(name)
+        help = did_you_mean(close) or _SIZE_PARAMETER.format(name)
         message = f"`{name}` is not a size: that is {A_SIZE}, or a parameter"
         return ExprError(message, *span(node), help, "E0306").meant(name, close)
 
@@ -244,14 +239,11 @@ class TypeReader:
             return self._error(
                 node, f"`{name}` is not complete", f"it is spelt like `{_USAGE[name]}`"
             )
-        close = nearest(name, [*self.names.types, *_PLAIN, *_USAGE])
-        meant = close or [ours for word, ours in _FOREIGN.items() if word == name.lower()]
-        help = f"did you mean {one_of(meant)}?" if meant else "declare it under `types:`"
+        known = [*self.names.types, *_PLAIN, *_USAGE]
         start = span(node)[0]
-        error = ExprError(f"unknown type `{name}`", start, start + len(name), help, "E0233")
-        return error.meant(name, close).not_there(
-            f"type `{name}` is not there yet", "declare it under `types:`", name, close
-        )
+        at = start, start + len(name)
+        ours = [ours for word, ours in _FOREIGN.items() if word == name.lower()]
+        return unknown("type", name, known, "declare it under `types:`", at, "E0233", ours)
 
     def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
         return ExprError(message, *span(node), help, "E0306")

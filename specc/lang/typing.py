@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 from typing import Any
 
-from specc.diagnostics.nearest import nearest
 from specc.lang import arithmetic, functions, literals, logic, names
 from specc.lang.builtins import BUILTIN_NAMES, FUNCTIONS, RESERVED
 from specc.lang.context import Context, needs_context, served
@@ -15,7 +14,7 @@ from specc.lang.errors import (
     ExprErrors,
     Origin,
     Scope,
-    one_of,
+    unknown,
 )
 from specc.lang.mismatch import (
     Bindings,
@@ -54,11 +53,8 @@ def _unknown(ctx: Context, func: ast.Name) -> ExprError:
     if ctx.scope.value(func.id):
         message = f"`{func.id}` is not an operator"
         return ctx.error(func, message, "a value is not called; leave the brackets out", "E0202")
-    close = nearest(func.id, [*ctx.scope.operators, *BUILTIN_NAMES])
-    help = f"did you mean {one_of(close)}?" if close else "declare it under `operators:`"
-    error = ctx.error(func, f"unknown operator `{func.id}`", help, "E0202").meant(func.id, close)
-    message = f"operator `{func.id}` is not there yet"
-    return error.not_there(message, "declare it under `operators:`", func.id, close)
+    known, way = [*ctx.scope.operators, *BUILTIN_NAMES], "declare it under `operators:`"
+    return unknown("operator", func.id, known, way, span(func), "E0202")
 
 
 class _Application:

@@ -237,7 +237,7 @@ class _RequirementReader:
 
     def _all(self, nodes: Sequence[ast.expr]) -> tuple[Formula, ...]:
         """The formulas of some operands; raises the errors of all of them together."""
-        return tuple(each(partial(self._formula, node) for node in nodes))
+        return tuple(each(*(partial(self._formula, node) for node in nodes)))
 
     def _condition(self, node: ast.expr, expected: Bool | None) -> Expr:
         for inner in nodes_of(node)[1:]:
