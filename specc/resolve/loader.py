@@ -11,7 +11,7 @@ from specc.model.binding import Published
 from specc.read import ANYWHERE, Document, Reach, read_file, specification
 from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
-from specc.schema import ROW_KEYS, SpecFile, shape, written_out
+from specc.schema import ROW_KEYS, SpecFile, shape, unfolded
 from specc.source import (
     PUBLISH,
     SET,
@@ -90,8 +90,8 @@ class Loader:
         self.findings.diagnostics += [_at(finding, named_at) for finding in document.diagnostics]
         if not document.ok:
             return None
-        data, faults = written_out(document.data, path)
-        spec, wrong = (None, []) if faults else shape(data, path)
+        data, faults = unfolded(document.data, SpecFile, path)
+        spec, wrong = (None, []) if faults else shape(SpecFile, data, path)
         self.findings.diagnostics += (*faults, *wrong)
         if spec is None:
             return None

@@ -1,7 +1,8 @@
 """The shape of the YAML. References are still text; meaning comes in `specc.resolve`."""
 
 from specc.schema.files import SpecFile
-from specc.schema.shape import shape, written_out
+from specc.schema.shape import shape
 from specc.schema.subsystem import ROW_KEYS, SubsystemDef
+from specc.schema.unfold import unfolded
 
-__all__ = ["ROW_KEYS", "SpecFile", "SubsystemDef", "shape", "written_out"]
+__all__ = ["ROW_KEYS", "SpecFile", "SubsystemDef", "shape", "unfolded"]

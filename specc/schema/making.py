@@ -1,18 +1,18 @@
 """Parts made of data that have the shape of a file; where they do not, `shape` says what is wrong.
 
 What makes values of a kind is put together once for each kind. It knows no places, since it tells
-nothing: it gives up at the first value that is not plainly right.
+nothing: it gives up at the first value that is not right.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import cache, partial
 from typing import Any, TypeVar
 
 from specc.schema.keys import (
     OTHERS,
-    Key,
     Named,
     OneOf,
     Optional,
@@ -28,23 +28,43 @@ Make = Callable[[Any], Any]
 P = TypeVar("P", bound=Part)
 _SCALARS = (str, int, float)
 
+# Whole numbers and truth values may stand in quotes.
+_DIGITS = re.compile(r"\s*([+-]?\d+(?:_\d+)*)(?:\.0+)?\s*", re.ASCII)
+_MOST_DIGITS = 400
+_TRUTHS: dict[object, bool] = {
+    **dict.fromkeys((1, "1", "true", "t", "yes", "y", "on"), True),
+    **dict.fromkeys((0, "0", "false", "f", "no", "n", "off"), False),
+}
+
 
 class Unlike(Exception):
-    """Data are not plainly of the shape that they should have."""
+    """Data are not of the shape that they should have."""
 
 
 def made(part: type[P], data: object) -> P:
     """A mapping made of data. Raises `Unlike`."""
-    return _maker(part)(data)  # type: ignore[no-any-return]  # of that class
+    return maker(part)(data)  # type: ignore[no-any-return]  # of that class
 
 
-def _maker(kind: Any) -> Make:
-    """What makes a value of a kind."""
+def maker(kind: Any) -> Make:
+    """What makes a value of a kind, and raises `Unlike` for data that are none."""
     return _MAKERS[type(kind)](kind)
 
 
-def others_apart(part: type[Part], data: dict[str, Any], known: dict[str, Key]) -> dict[str, Any]:
+def in_full(part: type[Part], value: Any) -> Any:
+    """The mapping that a short form stands for; any other value as it is."""
+    if part.short and isinstance(value, _SCALARS):
+        return {part.short: value}
+    if part.row and isinstance(value, list) and len(value) == len(part.row):
+        return dict(zip(part.row, value, strict=True))
+    return value
+
+
+def others_apart(part: type[Part], data: dict[str, Any]) -> dict[str, Any]:
     """The parts with names that people choose. With a mapping, `is` is such a name, not a key."""
+    known = part.keys.keys() - {OTHERS}
+    if known.isdisjoint(data):
+        return {OTHERS: data}
     own = {
         name
         for name, value in data.items()
@@ -83,10 +103,20 @@ def _checked_text(kind: Text, value: Any) -> Any:
     return text
 
 
-def _of_class(kind: type, value: Any) -> Any:
-    if type(value) is not kind:
-        raise Unlike
-    return value
+def _whole(value: Any) -> int:
+    if isinstance(value, str) and len(value) <= _MOST_DIGITS:
+        digits = _DIGITS.fullmatch(value)
+        value = int(digits[1]) if digits else value
+    if isinstance(value, int) or (isinstance(value, float) and value.is_integer()):
+        return int(value)
+    raise Unlike
+
+
+def _truth(value: Any) -> bool:
+    meant = value.lower() if isinstance(value, str) else value
+    if isinstance(value, _SCALARS) and meant in _TRUTHS:
+        return _TRUTHS[meant]
+    raise Unlike
 
 
 def _optional(make: Make, value: Any) -> Any:
@@ -123,32 +153,19 @@ class _Mapping:
     def __init__(self, part: type[Part]) -> None:
         self._part = part
         self._makers: dict[str, tuple[str, Make]] = {}
-        self._of_short, self._of_row = frozenset((part.short,)), frozenset(part.row)
 
     def made(self, value: Any) -> Part:
         """A part. Raises `Unlike`."""
         part = self._part
-        if isinstance(value, dict):
-            data = value
-        elif part.short and isinstance(value, _SCALARS):
-            data = {part.short: value}
-        elif part.row and isinstance(value, list) and len(value) == len(part.row):
-            data = dict(zip(part.row, value, strict=True))
-        else:
+        data = value if isinstance(value, dict) else in_full(part, value)
+        if not isinstance(data, dict):
             raise Unlike
         if OTHERS in part.keys:
-            data = self._apart(data)
+            data = others_apart(part, data)
         given = frozenset(data)
         if not part.needed <= given and OTHERS not in given:
             raise Unlike
         return self._filled(data, given)
-
-    def _apart(self, value: dict[str, Any]) -> dict[str, Any]:
-        if OTHERS in value:
-            raise Unlike
-        if self._part.keys.keys().isdisjoint(value):
-            return {OTHERS: value}
-        return others_apart(self._part, value, self._part.keys)
 
     def _filled(self, data: dict[str, Any], given: frozenset[str]) -> Part:
         makers = self._makers
@@ -167,7 +184,7 @@ class _Mapping:
         key = self._part.keys.get(name)
         if key is None:
             raise Unlike
-        self._makers[name] = key.attribute, _maker(key.kind)
+        self._makers[name] = key.attribute, maker(key.kind)
         return self._makers[name]
 
 
@@ -175,11 +192,11 @@ _mapping: Callable[[Any], _Mapping] = cache(_Mapping)
 """Of a class of parts; kinds that are equal may still have other values, 1 and True."""
 _MAKERS: dict[type, Callable[[Any], Make]] = {
     Text: _of_text,
-    Truth: lambda kind: partial(_of_class, bool),
-    Whole: lambda kind: partial(_of_class, int),
+    Truth: lambda kind: _truth,
+    Whole: lambda kind: _whole,
     OneOf: lambda kind: partial(_one_of, {value: value for value in kind.values}),
-    Optional: lambda kind: partial(_optional, _maker(kind.value)),
-    Named: lambda kind: partial(_named, kind.name.fault, _maker(kind.value)),
-    Several: lambda kind: partial(_several, kind, _maker(kind.item)),
+    Optional: lambda kind: partial(_optional, maker(kind.value)),
+    Named: lambda kind: partial(_named, kind.name.fault, maker(kind.value)),
+    Several: lambda kind: partial(_several, kind, maker(kind.item)),
     type: lambda kind: _mapping(kind).made,
 }

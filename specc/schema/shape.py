@@ -1,4 +1,4 @@
-"""The shape of a file checked: its parts, or what is wrong with it, in words, at its place."""
+"""The shape of a file: its parts, or what is wrong with it, in words, at its place."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from specc.diagnostics import (
     renaming,
     surely_meant,
 )
-from specc.schema.files import SpecFile
 from specc.schema.keys import (
     OTHERS,
     Kind,
@@ -29,8 +28,8 @@ from specc.schema.keys import (
     Truth,
     Whole,
 )
-from specc.schema.making import Unlike, made, others_apart
-from specc.schema.unfold import Unfolded, route_below, unfolded
+from specc.schema.making import Unlike, in_full, made, maker, others_apart
+from specc.schema.unfold import route_below
 from specc.source import Place, Route
 
 _FOUND: tuple[tuple[type, str], ...] = (
@@ -55,146 +54,115 @@ _SHOWN = 60
 _LISTED_KEYS = 24
 _VERSION: Route = ("specc",)
 
-# Whole numbers and truth values may stand in quotes.
-_DIGITS = re.compile(r"\s*([+-]?\d+(?:_\d+)*)(?:\.0+)?\s*", re.ASCII)
-_MOST_DIGITS = 400
-_TRUTHS: dict[object, bool] = {
-    **dict.fromkeys((1, "1", "true", "t", "yes", "y", "on"), True),
-    **dict.fromkeys((0, "0", "false", "f", "no", "n", "off"), False),
-}
 
-
-def shape(data: object, file: str) -> tuple[SpecFile | None, list[Diagnostic]]:
-    """The shaped file, or None and what is wrong with its shape."""
-    return checked(SpecFile, data, file)
-
-
-def written_out(data: object, file: str) -> tuple[object, list[Diagnostic]]:
-    """The data of a file with one part for each of those that `for` stands for."""
-    return unfolded(data, SpecFile, file)
-
-
-def checked(part: type[P], data: object, file: str) -> tuple[P | None, list[Diagnostic]]:
+def shape(part: type[P], data: object, file: str) -> tuple[P | None, list[Diagnostic]]:
     """A mapping made of data, or None and what is wrong with their shape."""
     with suppress(Unlike):
         return made(part, data), []
-    check, found = _Check(file), None
+    check = _Check(file)
     with suppress(TooManyFaultsError):
-        found = check.value(part, data, ())
+        check.value(part, data, ())
     unsupported = [finding for finding in check.findings if finding.code == "E0105"]
-    findings = unsupported or check.findings
-    return (None if findings else found), list(dict.fromkeys(findings))
+    return None, list(dict.fromkeys(unsupported or check.findings))
 
 
 class _Check:
-    """Makes parts of data; for what does not fit there is a finding, and what is made is void."""
+    """Tells why nothing is made of data, by as many findings as there are faults in them."""
 
     def __init__(self, file: str) -> None:
         self.findings = Faults()
         self._file = file
 
-    def value(self, kind: Kind, value: Any, route: Route) -> Any:
-        """What is made of the value at a route, which should be of a kind."""
-        make: Callable[..., Any] = _MAKERS.get(type(kind), _Check._part)
-        return make(self, kind, value, route)
+    def value(self, kind: Kind, value: Any, route: Route) -> None:
+        """Report what keeps the value at a route from being of a kind."""
+        try:
+            maker(kind)(value)
+        except Unlike:
+            told: Callable[..., None] = _TOLD.get(type(kind), _Check._part)
+            told(self, kind, value, route)
 
-    def _optional(self, kind: Optional, value: Any, route: Route) -> Any:
-        return None if value is None else self.value(kind.value, value, route)
+    def _optional(self, kind: Optional, value: Any, route: Route) -> None:
+        self.value(kind.value, value, route)
 
-    def _text(self, kind: Text, value: Any, route: Route) -> Any:
-        if (kind.scalars or kind.quantity) and isinstance(value, (bool, int, float)):
-            return repr(value)
+    def _text(self, kind: Text, value: Any, route: Route) -> None:
         if not isinstance(value, str):
-            return self._misfit("text", value, route)
+            self._misfit("text", value, route)
+            return
         if kind.filled and not value:
             self._refuse(f"{_name(route)}the text is empty", "write a few words", route)
         if kind.fault and (fault := kind.fault(value)):
             self._refuse(f"{_name(route)}{_shown(value)} {fault[0]}", fault[1], route)
-        return value
 
-    def _named(self, kind: Named, value: Any, route: Route) -> Any:
+    def _named(self, kind: Named, value: Any, route: Route) -> None:
         if not isinstance(value, dict):
-            return self._misfit("a mapping", value, route)
-        made = {}
+            self._misfit("a mapping", value, route)
+            return
         for name, one in value.items():
             at = route_below(value, name, route)
             if kind.name.fault and (fault := kind.name.fault(name)):
                 words = f"{_shown(name)} {fault[0]}"
                 self._tell("E0104", words, at, fault[1], "key")
-            made[name] = self.value(kind.value, one, at)
-        return Unfolded(made, value.routes) if isinstance(value, Unfolded) else made
+            self.value(kind.value, one, at)
 
-    def _several(self, kind: Several, value: Any, route: Route) -> Any:
+    def _several(self, kind: Several, value: Any, route: Route) -> None:
+        least, most = kind.how.least, kind.how.most
         if type(value) in kind.how.alone:
             value = [value]
         if not isinstance(value, list):
-            return self._misfit("a list", value, route, kind.how.help)
-        if kind.how.most is not None and len(value) > kind.how.most:
-            words = f"{_name(route)}a list must have at most {kind.how.most} items"
-            return self._refuse(words, "", route)
-        if len(value) < kind.how.least:
-            least = kind.how.least
-            words = f"{_name(route)}the list is empty"
-            if value:
-                words = f"{_name(route)}a list must have at least {least} items"
+            self._misfit("a list", value, route, kind.how.help)
+        elif most is not None and len(value) > most:
+            self._refuse(f"{_name(route)}a list must have at most {most} items", "", route)
+        elif len(value) < least:
+            words = f"a list must have at least {least} items" if value else "the list is empty"
             help = "write at least one item" if least == 1 else f"write {least} items"
-            return self._refuse(words, help, route)
-        items = [self.value(kind.item, one, (*route, n)) for n, one in enumerate(value)]
-        return kind.made(items)
+            self._refuse(f"{_name(route)}{words}", help, route)
+        else:
+            for n, one in enumerate(value):
+                self.value(kind.item, one, (*route, n))
 
-    def _choice(self, kind: OneOf, value: Any, route: Route) -> Any:
-        for one in kind.values:
-            if value == one:
-                return one
+    def _choice(self, kind: OneOf, value: Any, route: Route) -> None:
+        names = [str(one) for one in kind.values if one != ""]  # which stands for a key left out
         if route == _VERSION:
             words = f"version {value!r} of the specification language is not supported"
-            return self._tell("E0105", words, route, f"write `specc: {kind.values[-1]}`")
-        names = [str(one) for one in kind.values if one != ""]  # which stands for a key left out
-        if len(names) == 1:
+            self._tell("E0105", words, route, f"write `specc: {kind.values[-1]}`")
+        elif len(names) == 1:
             words = f"{_name(route)}{_shown(value)} is not `{names[0]}`"
-            return self._refuse(words, f"write `{names[0]}`", route)
-        close = nearest(value, names) if isinstance(value, str) else []
-        listed = ", ".join(f"`{name}`" for name in names)
-        hint = f"did you mean `{close[0]}`?" if close else "write one of them"
-        return self._refuse(f"{_name(route)}{_shown(value)} is not one of {listed}", hint, route)
+            self._refuse(words, f"write `{names[0]}`", route)
+        else:
+            close = nearest(value, names) if isinstance(value, str) else []
+            listed = ", ".join(f"`{name}`" for name in names)
+            hint = f"did you mean `{close[0]}`?" if close else "write one of them"
+            self._refuse(f"{_name(route)}{_shown(value)} is not one of {listed}", hint, route)
 
-    def _whole(self, _: Whole, value: Any, route: Route) -> Any:
-        if isinstance(value, str) and len(value) <= _MOST_DIGITS:
-            digits = _DIGITS.fullmatch(value)
-            value = int(digits[1]) if digits else value
+    def _whole(self, _: Whole, value: Any, route: Route) -> None:
         if isinstance(value, float) and not math.isfinite(value):
-            words = f"{_name(route)}{_shown(value)} must be a finite number"
-            return self._refuse(words, "", route)
-        if isinstance(value, int) or (isinstance(value, float) and value.is_integer()):
-            return int(value)
-        return self._misfit("a whole number", value, route)
+            self._refuse(f"{_name(route)}{_shown(value)} must be a finite number", "", route)
+        else:
+            self._misfit("a whole number", value, route)
 
-    def _truth(self, _: Truth, value: Any, route: Route) -> Any:
-        meant = value.lower() if isinstance(value, str) else value
-        if isinstance(value, (str, int, float)) and meant in _TRUTHS:
-            return _TRUTHS[meant]
-        return self._misfit("true or false", value, route)
+    def _truth(self, _: Truth, value: Any, route: Route) -> None:
+        self._misfit("true or false", value, route)
 
-    def _part(self, part: type[Part], value: Any, route: Route) -> Any:
+    def _part(self, part: type[Part], value: Any, route: Route) -> None:
         known = part.keys
-        data = _written_out(part, value)
+        data = in_full(part, value)
         if part.row and isinstance(data, list):
             words = f"{_name(route)}a row has {len(part.row)} items, this one has {len(data)}"
-            return self._refuse(words, _form(part), route)
+            self._refuse(words, _form(part), route)
+            return
         if not isinstance(data, dict):
             hint = _form(part) if route and data is not None else ""
-            return self._misfit("a mapping", value, route, hint)
+            self._misfit("a mapping", value, route, hint)
+            return
         if OTHERS in known:
-            data = others_apart(part, data, known)
+            data = others_apart(part, data)
         elif not part.needed <= data.keys() <= known.keys():
             self._check_names(part, data, route)
-        made = {}
         for name, one in data.items():
             if name in known:
                 is_here = name == OTHERS or (name == part.short and data is not value)
                 at = route if is_here else route_below(data, name, route)
-                made[known[name].attribute] = self.value(known[name].kind, one, at)
-        return part(given=frozenset(data), **made)
+                self.value(known[name].kind, one, at)
 
     def _check_names(self, part: type[Part], data: dict[str, Any], route: Route) -> None:
         """Report keys that there are not, and those that are missing, but not as mistyped."""
@@ -241,7 +209,7 @@ class _Check:
         self.findings.add(Diagnostic(code, words, place, help=help))
 
 
-_MAKERS: dict[type, Callable[..., Any]] = {
+_TOLD: dict[type, Callable[..., None]] = {
     Text: _Check._text,
     Optional: _Check._optional,
     Named: _Check._named,
@@ -250,15 +218,6 @@ _MAKERS: dict[type, Callable[..., Any]] = {
     Whole: _Check._whole,
     Truth: _Check._truth,
 }
-
-
-def _written_out(part: type[Part], value: Any) -> Any:
-    """The mapping that a short form stands for; any other value as it is."""
-    if part.short and isinstance(value, (str, int, float)):
-        return {part.short: value}
-    if part.row and isinstance(value, list) and len(value) == len(part.row):
-        return dict(zip(part.row, value, strict=True))
-    return value
 
 
 # Words.

@@ -9,7 +9,7 @@ from specc.limits import MAX_FAULTS
 from specc.pipeline import compile_spec
 from specc.schema.files import SpecFile
 from specc.schema.keys import OTHERS, Listed, Part, Text, key
-from specc.schema.shape import checked
+from specc.schema.shape import shape
 from specc.schema.texts import FieldName, Name, Numbers, PythonPath, RateText, ReadableName
 
 
@@ -53,7 +53,7 @@ class File(Part):
 
 
 def findings(**data: Any) -> list[tuple[str, tuple[str | int, ...], str, str, str]]:
-    made, found = checked(File, data, "a.yaml")
+    made, found = shape(File, data, "a.yaml")
     assert (made is None) == bool(found)
     assert all(item.primary.file == "a.yaml" for item in found)
     return [
@@ -63,7 +63,7 @@ def findings(**data: Any) -> list[tuple[str, tuple[str | int, ...], str, str, st
 
 
 def made(**data: Any) -> File:
-    file, found = checked(File, data, "a.yaml")
+    file, found = shape(File, data, "a.yaml")
     assert not found
     assert file is not None
     return file
@@ -116,7 +116,7 @@ def test_a_list_of_numbers_is_told_of_where_one_belongs() -> None:
 
 
 def test_a_file_that_is_no_mapping_is_told_what_one_is() -> None:
-    made, (found,) = checked(SpecFile, "<xml>", "a.yaml")
+    made, (found,) = shape(SpecFile, "<xml>", "a.yaml")
     assert made is None
     assert found.help.startswith("a mapping is written `{key: value}`")
 

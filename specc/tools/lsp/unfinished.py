@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
 from specc.read import Document, read_text
-from specc.schema import ROW_KEYS, shape
+from specc.schema import ROW_KEYS, SpecFile, shape
 from specc.source import Place, SourceFile
 
 # Where a text of a moment ago stands in the present one.
@@ -100,7 +100,7 @@ def mended(document: Document) -> Document | None:
         if not document.ok:
             better = _readable(document)
         else:
-            wrong = shape(document.data, document.source.path)[1]
+            wrong = shape(SpecFile, document.data, document.source.path)[1]
             if not wrong:
                 return document
             better = _shaped(document, wrong)
