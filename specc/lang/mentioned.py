@@ -9,11 +9,7 @@ from typing import Literal
 from specc.frozen import frozen
 from specc.lang.errors import ExprError
 from specc.lang.parse import parse_syntax, span
-from specc.lang.types import signature_parts
-
-_FRAMES = {"pose": 2, "wrench": 1, "twist": 1, "spatial": 1}
-_SIZES = {"vector": 1, "image": 2}
-
+from specc.lang.types import SHAPES, signature_parts
 
 NameKind = Literal["type", "interface", "frame", "argument", "size"]
 
@@ -26,6 +22,14 @@ class NameMention:
     name: str
     start: int
     end: int
+
+
+TextForm = Literal["type", "signature", "interface"]
+
+
+def names_of(form: TextForm, text: str, types: Collection[str]) -> Iterator[NameMention]:
+    """The names in the text of a type, of a signature or of an interface with its arguments."""
+    return _READ[form](text, types)
 
 
 def names_of_type(text: str, types: Collection[str]) -> Iterator[NameMention]:
@@ -64,6 +68,9 @@ def names_of_interface(text: str, types: Collection[str]) -> Iterator[NameMentio
                     yield from _in_type(item, types)
 
 
+_READ = {"type": names_of_type, "signature": names_of_signature, "interface": names_of_interface}
+
+
 def _tree(text: str) -> ast.expr | None:
     try:
         return parse_syntax(text)
@@ -79,24 +86,22 @@ def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[NameMention]:
             items = _items(inner)
             if name in types:
                 yield _named("type", head)
-                yield from _plain("frame", items)
-            elif name in _FRAMES:
-                yield from _plain("frame", items[: _FRAMES[name]])
-            elif name in _SIZES:
-                yield from _plain("size", items[: _SIZES[name]])
-                yield from (m for item in items[_SIZES[name] :] for m in _in_type(item, types))
-            elif name in ("list", "nonempty", "optional", "partial"):
-                yield from _in_type(items[-1], types)
+                yield from (m for item in items for m in _plain("frame", item))
+            elif name in SHAPES:
+                for taken, item in zip(SHAPES[name].takes, items, strict=False):
+                    if taken == "frame" or taken == "size":
+                        yield from _plain(taken, item)
+                    else:
+                        yield from _in_type(item, types)
 
 
 def _items(node: ast.expr) -> list[ast.expr]:
     return node.elts if isinstance(node, ast.Tuple) and node.elts else [node]
 
 
-def _plain(kind: NameKind, nodes: list[ast.expr]) -> Iterator[NameMention]:
-    for node in nodes:
-        if isinstance(node, ast.Name):
-            yield _named(kind, node)
+def _plain(kind: NameKind, node: ast.expr) -> Iterator[NameMention]:
+    if isinstance(node, ast.Name):
+        yield _named(kind, node)
 
 
 def _named(kind: NameKind, node: ast.Name) -> NameMention:

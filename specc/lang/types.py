@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field
 from functools import partial
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from specc.diagnostics.nearest import nearest
 from specc.frozen import frozen, remembering
@@ -129,43 +129,34 @@ class TypeReader:
     def _applied(self, node: ast.Subscript, name: str, args: tuple[ast.expr, ...]) -> t.Type:
         if name == "enum":
             return self._enum(args)
-        make = _SHAPES.get((name, len(args)))
-        if make is not None and name not in self.names.types:
-            return make(self, *args)
+        shape = SHAPES.get(name)
+        is_right = shape is not None and shape.needed <= len(args) <= len(shape.takes)
+        if shape is not None and is_right and name not in self.names.types:
+            given = zip(shape.takes, args, strict=False)
+            return shape.make(*(_READERS[kind](self, arg) for kind, arg in given))
         if name in TYPE_WORDS or (name not in self.names.types and name in _USAGE):
             usage = f"it is spelt like `{_USAGE[name]}`" if name in _USAGE else "it takes nothing"
             raise self._error(node, f"`{name}` does not take these in brackets", usage)
         return self._named(node, name, args)
 
-    def _of_kind(self, frame: ast.expr, kind: str) -> t.Spatial:
-        return t.Spatial(self.frame(frame), *t.SPATIAL_KINDS[kind])
-
-    def _spatial(self, frame: ast.expr, linear: ast.expr, angular: ast.expr) -> t.Spatial:
-        return t.Spatial(self.frame(frame), self._unit(linear), self._unit(angular))
-
-    def _image(
-        self, height: ast.expr, width: ast.expr, channels: ast.expr | None = None
-    ) -> t.Image:
-        layers = 1 if channels is None else self._size(channels)
+    def _layers(self, node: ast.expr) -> int:
+        layers = self._size(node)
         if layers in (1, 3):
-            return t.Image(self._size(height), self._size(width), layers)
-        raise self._error(
-            channels or height,
-            "an image has 3 channels, a depth map 1",
-            f"for example `{_USAGE['image']}`",
-        )
+            return layers
+        help = f"for example `{_USAGE['image']}`"
+        raise self._error(node, "an image has 3 channels, a depth map 1", help)
 
-    def _optional(self, node: ast.expr) -> t.OptionalOf:
+    def _present(self, node: ast.expr) -> t.Type:
         value = self.type(node)
         if isinstance(value, t.OptionalOf):
             raise self._error(node, f"{value} may be None already", "leave one optional[...] out")
-        return t.OptionalOf(value)
+        return value
 
-    def _partial(self, node: ast.expr) -> t.PartialOf:
+    def _complete(self, node: ast.expr) -> t.Type:
         value = self.type(node)
         match value:
             case t.Spatial() | t.Vector(element=t.Real(), frame=""):
-                return t.PartialOf(value)
+                return value
         help = "vectors of reals and spatial vectors have components that may be missing"
         raise self._error(node, f"a `{value}` is there as a whole or not at all", help)
 
@@ -266,23 +257,47 @@ def _is_enum(node: ast.expr) -> bool:
     return False
 
 
-_SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
-    ("real", 1): lambda reader, unit: t.Real(reader._unit(unit)),
-    ("list", 1): lambda reader, element: t.ListOf(reader.type(element)),
-    ("nonempty", 1): lambda reader, element: t.ListOf(reader.type(element), nonempty=True),
-    ("optional", 1): TypeReader._optional,
-    ("partial", 1): TypeReader._partial,
-    ("vector", 1): lambda reader, size: t.Vector(reader._size(size), t.Real()),
-    ("vector", 2): lambda reader, size, of: t.Vector(reader._size(size), reader._element(of)),
-    ("pose", 2): lambda reader, parent, child: t.Pose(reader.frame(parent), reader.frame(child)),
-    ("point", 1): lambda reader, frame: t.point(reader.frame(frame)),
-    ("wrench", 1): partial(TypeReader._of_kind, kind="wrench"),
-    ("twist", 1): partial(TypeReader._of_kind, kind="twist"),
-    ("spatial", 3): TypeReader._spatial,
-    ("image", 2): TypeReader._image,
-    ("image", 3): TypeReader._image,
+Taken = Literal["frame", "size", "layers", "unit", "element", "type", "present", "complete"]
+
+
+@frozen
+class Shape:
+    """What a type takes in brackets, of which the first so many are needed, and what it is then."""
+
+    takes: tuple[Taken, ...]
+    make: Callable[..., t.Type]
+    needed: int = 1
+
+
+def _of_kind(kind: str) -> Callable[[t.Frame], t.Type]:
+    return lambda frame: t.Spatial(frame, *t.SPATIAL_KINDS[kind])
+
+
+SHAPES = {
+    "real": Shape(("unit",), t.Real),
+    "list": Shape(("type",), t.ListOf),
+    "nonempty": Shape(("type",), partial(t.ListOf, nonempty=True)),
+    "optional": Shape(("present",), t.OptionalOf),
+    "partial": Shape(("complete",), t.PartialOf),
+    "vector": Shape(("size", "element"), lambda size, of=_PLAIN["real"]: t.Vector(size, of)),
+    "pose": Shape(("frame", "frame"), t.Pose, needed=2),
+    "point": Shape(("frame",), t.point),
+    "wrench": Shape(("frame",), _of_kind("wrench")),
+    "twist": Shape(("frame",), _of_kind("twist")),
+    "spatial": Shape(("frame", "unit", "unit"), t.Spatial, needed=3),
+    "image": Shape(("size", "size", "layers"), lambda h, w, of=1: t.Image(h, w, of), needed=2),
 }
-"""Name and number of things in brackets -> how to read them."""
+"""Types that have something in brackets; the members of an enum are not limited in number."""
+_READERS: dict[Taken, Callable[[TypeReader, ast.expr], Any]] = {
+    "frame": TypeReader.frame,
+    "size": TypeReader._size,
+    "layers": TypeReader._layers,
+    "unit": TypeReader._unit,
+    "element": TypeReader._element,
+    "type": TypeReader.type,
+    "present": TypeReader._present,
+    "complete": TypeReader._complete,
+}
 
 
 # Signatures of operators: `(q: vector[6, rad], arm: Arm) -> pose[B, E]`.

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
-from specc.diagnostics import nearest
+from specc.diagnostics import Related, nearest
 from specc.frozen import frozen
-from specc.lang import ExprError, parse_type
-from specc.limits import MAX_DEPTH
-from specc.model.expr import Expr, constants_in
+from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size, parse_type
+from specc.lang.mentioned import names_of
+from specc.limits import MAX_DEPTH, take
+from specc.model.expr import Call, Expr, constants_in, walk
 from specc.model.system import Constant
 from specc.model.types import Frame, Int, Type
 from specc.reachable import reachable
 from specc.resolve.command_line import Given
 from specc.resolve.context import Findings, Where
-from specc.resolve.definitions import Definitions, indices_of, inlined, may_be_size
+from specc.resolve.definitions import Definitions, OpenSize, indices_of, inlined, may_be_size
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import Groups
 from specc.resolve.library import Library, Loaded, constant_scope
-from specc.resolve.sizes import Sizes
 from specc.schema import SpecFile, SubsystemDef
 from specc.schema.files import AgentDef
+from specc.schema.places import role_of
 
 
 @frozen
@@ -135,17 +137,35 @@ class _Binder:
     ) -> tuple[dict[str, Constant | None], dict[str, int] | None]:
         """Parameters that may stand for sizes, as constants, and those that do.
 
-        There are no sizes if one has no value, since no type is known without.
+        There are no sizes if one has no value, since no type is known without. What nothing in the
+        description has as its size can be any whole number, and so can what is open.
         """
         constants: dict[str, Constant | None] = {}
-        sizes, is_known = Sizes(file, self.outer, self.findings), True
+        sizes: dict[str, int] = {}
+        is_known = True
         for name, kind in file.spec.parameters.items():
             if not may_be_size(kind) or name not in self.arguments:
                 continue
             where = self._written(name, Int(), given, user)
             constants[name] = constant = self._constant(name, where, Int(), file)
-            is_known &= constant is not None and sizes.add(constant, where)
-        return constants, sizes.found if is_known else None
+            if constant is None:
+                is_known = False
+                continue
+            number = _whole(constant, self.outer)
+            if isinstance(number, OpenSize) or (number is not None and is_size(number)):
+                sizes[name] = number
+            elif use := next(_uses(file.top, name, file.spec.types), None):
+                self._no_size(name, number, where, use)
+                is_known = False
+        return constants, sizes if is_known else None
+
+    def _no_size(self, name: str, number: int | None, where: Where, use: Where) -> None:
+        """Report a parameter that is a size in the description, at `use`, and cannot be one."""
+        is_told = "a number that only a run can tell" if number is None else str(number)
+        message = f"`{name}` is a size, {A_SIZE}, and not {is_told}"
+        related = (Related(use.place, f"`{name}` is the size of this"),)
+        help = "write how many components there are, or a constant that no operator computes"
+        self.findings.report("E0224", message, where.place, related=related, help=help)
 
     def values(
         self,
@@ -242,6 +262,34 @@ class _Binder:
 
     def _fail(self) -> None:
         self.complete = False
+
+
+def _whole(given: Constant, outer: Definitions) -> int | None:
+    """The value of a whole number, if it is known; that of an open size is open as well."""
+    still = {f"?{n}": s for n, s in outer.sizes.items() if isinstance(s, OpenSize)}
+    marks = {name: partial(int, size.mark) for name, size in still.items()}
+    try:
+        value = inlined(given.value, outer.constants)
+        env = Environment(operators=marks, count=partial(take, "folding"))
+        number = int(evaluate(value, env))
+    except (LookupError, ArithmeticError, ValueError, ExprError):
+        return None
+    is_open = any(isinstance(part, Call) for part in walk(value))
+    return OpenSize(number, given.name) if is_open else number
+
+
+def _uses(where: Where, name: str, types: Collection[str]) -> Iterator[Where]:
+    """The texts of types that have a name in the place of a size."""
+    if isinstance(where.raw, str):
+        role = role_of(where.route)
+        form = role.form if role is not None else ""
+        if form == "type" or form == "signature" or form == "interface":
+            named = names_of(form, where.raw, types)
+            if any(n.kind == "size" and n.name == name for n in named):
+                yield where
+    elif isinstance(where.raw, (dict, list)):
+        for key in where.raw if isinstance(where.raw, dict) else range(len(where.raw)):
+            yield from _uses(where[key], name, types)
 
 
 def _outside(value: Expr, outer: Definitions, used: SpecFile) -> Expr:

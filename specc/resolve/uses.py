@@ -12,13 +12,7 @@ from collections.abc import Iterator, Mapping
 
 from specc.frozen import frozen
 from specc.lang import RESERVED, Declared
-from specc.lang.mentioned import (
-    NameKind,
-    NameMention,
-    names_of_interface,
-    names_of_signature,
-    names_of_type,
-)
+from specc.lang.mentioned import NameKind, NameMention, names_of
 from specc.model import expr as m
 from specc.model.fsm import Condition
 from specc.model.system import Element
@@ -221,11 +215,6 @@ def _name(expr: m.MemoryRef | m.LetRef | m.ConstantRef | m.FileRef | m.Call) -> 
 # Names in the texts of types.
 
 
-_READ = {
-    "type": names_of_type,
-    "signature": names_of_signature,
-    "interface": names_of_interface,
-}
 _CALLED: dict[NameKind, tuple[str, ...]] = {
     "type": ("type",),
     "interface": ("interface",),
@@ -237,7 +226,7 @@ _CALLED: dict[NameKind, tuple[str, ...]] = {
 
 def names_in(text: TypeText) -> Iterator[NameMention]:
     """The names in the text of a type, whatever they name."""
-    return _READ[text.form](text.text, text.names.types)
+    return names_of(text.form, text.text, text.names.types)
 
 
 def uses_in_type(text: TypeText) -> Iterator[Use]:

@@ -15,11 +15,11 @@ READING = {
         "schema/unfold.py": "the indices of a `for`",
         "tools/lsp/symbols.py": "the members that a type declares",
     },
-    "names_of_type": {
+    "names_of": {
         "resolve/uses.py": "what they name",
-        "resolve/definitions.py": "the sizes that make an operator another one",
-        "resolve/sizes.py": "parameters that stand for sizes",
+        "resolve/reuse.py": "parameters that stand for sizes",
     },
+    "names_of_type": {"resolve/definitions.py": "the sizes that make an operator another one"},
     "in_force": {
         "tools/lsp/index.py": "to propose it, and to refuse a new name that is taken",
     },

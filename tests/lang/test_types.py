@@ -4,7 +4,9 @@ import pytest
 from hypothesis import strategies as st
 
 from specc.lang import ExprError, TypeNames, parse_signature, parse_type
+from specc.lang.mentioned import names_of_type
 from specc.lang.mismatch import fits, has_variables, substitute, unify
+from specc.lang.types import SHAPES
 from specc.model.types import (
     Bool,
     Enum,
@@ -293,3 +295,15 @@ def test_a_variable_stands_for_one_frame() -> None:
     assert bindings == {"?X": "B"}
     assert unify(Pose("?Y", "?X"), Pose("K", "B"), bindings)
     assert bindings == {"?X": "B", "?Y": "K"}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_frames_and_sizes_of_a_type_are_mentioned_in_its_text(name: str) -> None:
+    examples = {"frame": "B", "size": "n", "layers": "3", "unit": "m", "element": "rad"}
+    takes = SHAPES[name].takes
+    text = f"{name}[{', '.join(examples.get(taken, 'wrench[B]') for taken in takes)}]"
+    found = [(one.kind, one.name, text[one.start : one.end]) for one in names_of_type(text, ())]
+    inside = {"type": "frame", "present": "frame", "complete": "frame"}
+    named = [inside.get(taken, taken) for taken in takes]
+    expected = {"frame": ("frame", "B", "B"), "size": ("size", "n", "n")}
+    assert found == [expected[kind] for kind in named if kind in expected]
