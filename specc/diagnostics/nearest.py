@@ -23,7 +23,7 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
         return []
     close = get_close_matches(name.casefold(), by_folded, n=MOST)
     # In `is` for `si` half of the letters are wrong, but nothing else can be meant.
-    close += [n for n in by_folded if n not in close and _is_swap(*_unlike(name, n))]
+    close += [n for n in by_folded if n not in close and _is_swap(*apart(name.casefold(), n)[1:])]
     return [candidate for match in close for candidate in by_folded[match]][:MOST]
 
 
@@ -63,9 +63,7 @@ def is_slip(name: str, known: Iterable[str]) -> bool:
 def _is_one_letter_off(name: str, other: str) -> bool:
     if name.casefold() == other.casefold():
         return True
-    start = _common(name, other)
-    end = _common(name[start:][::-1], other[start:][::-1])
-    one, two = name[start : len(name) - end], other[start : len(other) - end]
+    start, one, two = apart(name, other)
     if any(char.isdigit() for char in one + two):
         return False
     if len(one) + len(two) == 1:
@@ -83,7 +81,7 @@ def _part_at(name: str, place: int) -> str:
 
 
 def _is_slip(one: str, other: str) -> bool:
-    one, other = _unlike(one, other)
+    _, one, other = apart(one.casefold(), other.casefold())
     if any(char.isdigit() for char in one + other):
         return False
     return max(len(one), len(other)) <= 1 or _is_swap(one, other)
@@ -93,13 +91,11 @@ def _is_swap(one: str, other: str) -> bool:
     return len(one) == 2 and one == other[::-1]
 
 
-def _unlike(one: str, other: str) -> tuple[str, str]:
-    """Two names without what both begin and end with."""
-    one, other = one.casefold(), other.casefold()
+def apart(one: str, other: str) -> tuple[int, str, str]:
+    """Two names without what both begin and end with, and where what is left begins."""
     start = _common(one, other)
-    one, other = one[start:], other[start:]
-    end = _common(one[::-1], other[::-1])
-    return one[: len(one) - end], other[: len(other) - end]
+    end = _common(one[start:][::-1], other[start:][::-1])
+    return start, one[start : len(one) - end], other[start : len(other) - end]
 
 
 def _common(one: str, other: str) -> int:

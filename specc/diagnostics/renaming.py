@@ -11,6 +11,7 @@ import re
 from dataclasses import replace
 
 from specc.diagnostics.diagnostic import Edit, Fix
+from specc.diagnostics.nearest import apart
 from specc.source import Place, Sources
 
 _TOKEN = re.compile(r"\{[^{}]*\}|.", re.DOTALL)
@@ -84,11 +85,5 @@ def _differences(old: str, new: str) -> list[tuple[int, int, str]]:
     if old.casefold() == new.casefold() and len(old) == len(new):
         pairs = enumerate(zip(old, new, strict=True))
         return [(n, n + 1, b) for n, (a, b) in pairs if a != b]
-    start = _common(old, new)
-    end = _common(old[start:][::-1], new[start:][::-1])
-    return [(start, len(old) - end, new[start : len(new) - end])]
-
-
-def _common(one: str, other: str) -> int:
-    pairs = zip(one, other, strict=False)
-    return next((n for n, (a, b) in enumerate(pairs) if a != b), min(len(one), len(other)))
+    start, ours, theirs = apart(old, new)
+    return [(start, start + len(ours), theirs)]

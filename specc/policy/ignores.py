@@ -55,9 +55,13 @@ def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
                 findings.append(_too_many(source, comment))
                 continue
             begin = comment.start + words.start("words") + taken.start("codes")
-            ignores += _entries(source, comment, taken["reason"], codes, begin)
-    findings += [fault for entry in ignores if (fault := _fault(source, entry)) is not None]
-    return [entry for entry in ignores if _fault(source, entry) is None], findings
+            for entry in _entries(source, comment, taken["reason"], codes, begin):
+                fault = _fault(source, entry)
+                if fault is None:
+                    ignores.append(entry)
+                else:
+                    findings.append(fault)
+    return ignores, findings
 
 
 def unused(source: SourceFile, entry: Ignore) -> Diagnostic:

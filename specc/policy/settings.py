@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
@@ -82,14 +83,9 @@ class Overrides:
 
     def over(self, settings: Settings) -> Settings:
         """The settings with what the command line says in place of theirs."""
-        return Settings(
-            settings.select if self.select is None else self.select,
-            settings.ignore if self.ignore is None else self.ignore,
-            settings.strict if self.strict is None else self.strict,
-            settings.exclude,
-            settings.allow,
-            settings.base,
-        )
+        said = {"select": self.select, "ignore": self.ignore, "strict": self.strict}
+        given: dict[str, Any] = {key: value for key, value in said.items() if value is not None}
+        return replace(settings, **given)
 
 
 @frozen

@@ -69,6 +69,11 @@ def message_fault(value: str) -> Fault | None:
     return "is not a type of messages", "write `package/Type`, e.g. `sensor_msgs/JointState`"
 
 
+def _quantity(about: str, *examples: str) -> Text:
+    """A number with its unit."""
+    return Text(about=about, quantity=True, examples=examples)
+
+
 _EXPRESSION = "An expression, e.g. `near(d_c, d_m, 0.001[m])`."
 
 Name = Annotated[str, Text(fault=_of_name)]
@@ -111,50 +116,35 @@ RangeText = Annotated[
 ]
 RateText = Annotated[
     str,
-    Text(
-        about="Periods per second, e.g. `500 Hz`, or the period, e.g. `2 ms`.",
-        quantity=True,
-        examples=("500 Hz", "100 Hz", "5 Hz", "2 ms"),
+    _quantity(
+        "Periods per second, e.g. `500 Hz`, or the period, e.g. `2 ms`.",
+        *("500 Hz", "100 Hz", "5 Hz", "2 ms"),
     ),
 ]
 DurationText = Annotated[
     str,
-    Text(
-        about="Greatest age of the measurements behind the value, e.g. `20 ms`.",
-        quantity=True,
-        examples=("20 ms", "0.5 s"),
-    ),
+    _quantity("Greatest age of the measurements behind the value, e.g. `20 ms`.", "20 ms", "0.5 s"),
 ]
 BudgetText = Annotated[
     str,
-    Text(
-        about="Longest time that a step takes on the machine, e.g. `150 ms`.",
-        quantity=True,
-        examples=("150 ms", "1 ms"),
-    ),
+    _quantity("Longest time that a step takes on the machine, e.g. `150 ms`.", "150 ms", "1 ms"),
 ]
 GapText = Annotated[
     str,
-    Text(
-        about="Longest time without a new sample of a sporadic device, e.g. `200 ms`.",
-        quantity=True,
-        examples=("200 ms", "1 s"),
+    _quantity(
+        "Longest time without a new sample of a sporadic device, e.g. `200 ms`.", "200 ms", "1 s"
     ),
 ]
 SilenceText = Annotated[
     str,
-    Text(
-        about="How long the agent may be silent until the device gets its safe outputs.",
-        quantity=True,
-        examples=("20 ms", "0.5 s"),
+    _quantity(
+        "How long the agent may be silent until the device gets its safe outputs.", "20 ms", "0.5 s"
     ),
 ]
 WaitText = Annotated[
     str,
-    Text(
-        about="How long topics may have no first message when a run begins, e.g. `5 s`.",
-        quantity=True,
-        examples=("5 s", "500 ms"),
+    _quantity(
+        "How long topics may have no first message when a run begins, e.g. `5 s`.", "5 s", "500 ms"
     ),
 ]
 TopicName = Annotated[str, Text(fault=topic_fault, examples=("/joint_states", "~/state"))]
