@@ -335,13 +335,13 @@ _DURATION = re.compile(r"\s*(\d{1,12}(?:\.\d{1,12})?)\s+([a-z]+)\s*", re.ASCII)
 
 
 def duration_in(definition: object, where: Where, key: str, findings: Findings) -> Fraction | None:
-    """Seconds that a definition says under a key; None without them, or after reporting."""
+    """Seconds that a definition says under a key, as `20 ms` or `0.5 s`.
+
+    None if it says nothing there, or after reporting.
+    """
     text = getattr(definition, key)
-    return None if text is None else duration_of(text, where[key], findings)
-
-
-def duration_of(text: str, where: Where, findings: Findings) -> Fraction | None:
-    """Seconds from `20 ms` or `0.5 s`; None after reporting."""
+    if text is None:
+        return None
     found = _DURATION.fullmatch(text)
     if found:
         number, unit_text = found.groups()
@@ -354,7 +354,7 @@ def duration_of(text: str, where: Where, findings: Findings) -> Fraction | None:
     findings.report(
         "E0107",
         f"`{text}` is not a duration",
-        where.place,
+        where[key].place,
         help="write it with its unit, e.g. `20 ms` or `0.5 s`",
     )
     return None

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from fractions import Fraction
 
 from specc.lang import Declared
 from specc.model.expr import Call, Expr, FileRef, MemoryRef, constants_in, walk
 from specc.model.system import Element, Safe
 from specc.reachable import reachable
-from specc.resolve.context import Where, duration_of, trace_of
+from specc.resolve.context import Where, duration_in, trace_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
@@ -33,17 +32,12 @@ def resolve_elements(
             scope = replace(constant_scope(expressions.definitions), later=expressions.later)
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
-        age = _max_age(definition, at, expressions)
+        is_received = isinstance(definition, ReceivedDef)
+        age = duration_in(definition, at, "max_age", expressions.findings) if is_received else None
         event = isinstance(definition, InputDef) and definition.event
         title = definition.title
         found.append(Element(name, type_, init, title, trace, at.key, age, event=event))
     return tuple(found)
-
-
-def _max_age(definition: ElementDef, at: Where, expressions: Expressions) -> Fraction | None:
-    if not isinstance(definition, ReceivedDef) or definition.max_age is None:
-        return None
-    return duration_of(definition.max_age, at["max_age"], expressions.findings)
 
 
 # What a device gets when a run ends: an expression over what the device reported last.

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal, get_args
 
 from specc.frozen import frozen
 from specc.lang import (
@@ -41,7 +41,9 @@ class Loaded:
     top: Where
 
 
-_A = {"type": "a type", "operator": "an operator"}
+_Section = Literal["frames", "types", "operators", "files", "constants", "interfaces"]
+_WORDS = {"types": TYPE_WORDS, "operators": RESERVED}
+"""Names that a specification does not give."""
 
 Load = Callable[[str, Where | None], Loaded | None]
 """Reads and shapes a file, reporting what is wrong at the place that names it."""
@@ -96,7 +98,10 @@ class Library:
         own.places |= {f"parameter {n}": parameters[n].key for n in file.spec.parameters}
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         if self.findings.kept is not None:
-            own.made_from = _digest((file.path, frames, sizes, _defined_in(file)))
+            texts = [
+                file.top[key].raw for key in ("specc", "use", "parameters", *get_args(_Section))
+            ]
+            own.made_from = _digest((file.path, frames, sizes, texts))
         self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)
@@ -151,44 +156,44 @@ class Library:
             else:
                 self.findings.unread = True
 
-    def _frames(self, file: Loaded, own: Definitions) -> None:
-        if not self._are_allowed("frames", file, own):
+    def _claimed(
+        self, section: _Section, file: Loaded, own: Definitions
+    ) -> Iterator[tuple[str, Any, Where]]:
+        """The definitions of a section whose names are free; others are reported.
+
+        A description has them again each time that it is used. Where the allowance for that is used
+        up, there are none, and the names of the section are broken.
+        """
+        defined, kind = getattr(file.spec, section), section.removesuffix("s")
+        at = file.top[section]
+        if not self._is_allowed(sum(map(_parts, defined.values())), at.key):
+            own.broken |= defined.keys()
             return
-        for name, title in file.spec.frames.items():
-            if own.claim("frame", name, file.top["frames"][name].key, self.findings):
-                own.frames.setdefault(name, name)
-                own.frame_titles[own.frames[name]] = title
+        for name, definition in defined.items():
+            where = at[name]
+            if name in _WORDS.get(section, ()):
+                a = "an" if kind == "operator" else "a"
+                message = f"`{name}` is a word of the language and cannot name {a} {kind}"
+                self.findings.report("E0221", message, where.key, help="choose another name")
+            elif own.claim(kind, name, where.key, self.findings):
+                yield name, definition, where
+
+    def _frames(self, file: Loaded, own: Definitions) -> None:
+        for name, title, _ in self._claimed("frames", file, own):
+            own.frames.setdefault(name, name)
+            own.frame_titles[own.frames[name]] = title
 
     def _types(self, file: Loaded, own: Definitions) -> None:
-        if not self._are_allowed("types", file, own):
-            return
-        for name, definition in file.spec.types.items():
-            where = file.top["types"][name]
-            if self._is_free(own, "type", name, where):
-                own.types[name] = TypeMaker(name, definition, where, own, self.findings)
-                own.type_traces[name] = trace_of(definition)
-        for name, definition in file.spec.types.items():
-            maker = own.types.get(name)
-            if isinstance(maker, TypeMaker):
-                maker.check(tuple(f"?{f}" for f in definition.frames))
-
-    def _is_free(
-        self, own: Definitions, kind: Literal["type", "operator"], name: str, where: Where
-    ) -> bool:
-        """Whether the name of a type or operator is free; reports names of the language."""
-        if name in (TYPE_WORDS if kind == "type" else RESERVED):
-            message = f"`{name}` is a word of the language and cannot name {_A[kind]}"
-            self.findings.report("E0221", message, where.key, help="choose another name")
-            return False
-        return own.claim(kind, name, where.key, self.findings)
+        makers = []
+        for name, definition, where in self._claimed("types", file, own):
+            makers.append(TypeMaker(name, definition, where, own, self.findings))
+            own.types[name] = makers[-1]
+            own.type_traces[name] = trace_of(definition)
+        for maker in makers:
+            maker.check(tuple(f"?{f}" for f in maker.definition.frames))
 
     def _files(self, file: Loaded, own: Definitions) -> None:
-        if not self._are_allowed("files", file, own):
-            return
-        for name, relative in file.spec.files.items():
-            where = file.top["files"][name]
-            if not own.claim("file", name, where.key, self.findings):
-                continue
+        for name, relative, where in self._claimed("files", file, own):
             path = self.beside(file, relative)
             own.files[name] = (
                 self._in_system("file", name, path, where.key, own),
@@ -205,33 +210,26 @@ class Library:
                 self.findings.report("E0208", message, where.place, help=hint)
 
     def _operators(self, file: Loaded, own: Definitions) -> None:
-        if not self._are_allowed("operators", file, own):
-            return
         names = own.names(variables=True)
         # Uses of one description with other frames have one operator.
         unframed = replace(names, frames={f: f for f in own.frames})
         is_unframed = unframed.frames == names.frames
-        for name, definition in file.spec.operators.items():
-            where = file.top["operators"][name]
-            if not self._is_free(own, "operator", name, where):
-                continue
-            text = definition.signature
-            self.findings.types.append(
-                TypeText(where["signature"], "signature", text, names, own.places)
-            )
+        for name, definition, where in self._claimed("operators", file, own):
+            text, at = definition.signature, where["signature"]
+            self.findings.types.append(TypeText(at, "signature", text, names, own.places))
             try:
                 signature = parse_signature(text, names)
             except ExprError as error:
-                self.findings.expression_error(where["signature"], error)
+                self.findings.expression_error(at, error)
                 own.broken.add(name)
                 continue
             if definition.python is None:
                 message = f"operator `{name}` has no Python function yet"
                 help_text = "add `python: package.module:function`"
                 self.findings.report("O0201", message, where.key, help=help_text)
-            same = signature if is_unframed else parse_signature(definition.signature, unframed)
+            same = signature if is_unframed else parse_signature(text, unframed)
             means = definition.python, same
-            met = sizes_met(definition.signature, file.spec.types) if own.sizes else ()
+            met = sizes_met(text, file.spec.types) if own.sizes else ()
             sizes = ",".join(f"{n}={size}" for n, size in own.sizes.items() if n in met)
             own.operators[name] = Operator(
                 self._in_system("operator", name, means, where.key, own, sizes),
@@ -241,23 +239,6 @@ class Library:
                 trace_of(definition),
                 where.key,
             )
-
-    def _are_allowed(
-        self,
-        section: Literal["frames", "types", "operators", "files", "constants", "interfaces"],
-        file: Loaded,
-        own: Definitions,
-    ) -> bool:
-        """Whether the definitions of a section may be given their meaning once more.
-
-        A description has them again each time that it is used. The names of a section that has no
-        allowance are broken.
-        """
-        defined = getattr(file.spec, section)
-        if self._is_allowed(sum(map(_parts, defined.values())), file.top[section].key):
-            return True
-        own.broken |= defined.keys()
-        return False
 
     def _is_allowed(self, parts: int, where: Place) -> bool:
         """Whether so many parts are allowed; reports the first ones that are not."""
@@ -289,23 +270,14 @@ class Library:
         return os.path.relpath(path, self.base).replace(os.sep, "/")
 
     def _interfaces(self, file: Loaded, own: Definitions) -> None:
-        if not self._are_allowed("interfaces", file, own):
-            return
-        for name, definition in file.spec.interfaces.items():
-            where = file.top["interfaces"][name]
-            if own.claim("interface", name, where.key, self.findings):
-                own.interfaces[name] = Interface(definition, where, own)
+        for name, definition, where in self._claimed("interfaces", file, own):
+            own.interfaces[name] = Interface(definition, where, own)
 
     def _constants(self, file: Loaded, own: Definitions) -> None:
-        if not self._are_allowed("constants", file, own):
-            return
         expressions = Expressions(self.findings, own)
         below = set(file.spec.constants) - own.constants.keys() - own.broken
         around = replace(constant_scope(own), below=below)
-        for name, definition in file.spec.constants.items():
-            where = file.top["constants"][name]
-            if not own.claim("constant", name, where.key, self.findings):
-                continue
+        for name, definition, where in self._claimed("constants", file, own):
             scope = replace(around, constants=_declared(own))
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
             value = expressions.value(where.scalar("is"), definition.value, scope, wanted)
@@ -327,19 +299,6 @@ class Library:
         return known.constants.get(name) if known else None
 
 
-_SECTIONS = (
-    "specc",
-    "use",
-    "frames",
-    "types",
-    "interfaces",
-    "files",
-    "operators",
-    "constants",
-    "parameters",
-)
-
-
 _NAMES_OF_A_PART = 8
 """Of another file: taking in so many costs what giving one part a meaning does."""
 
@@ -358,11 +317,6 @@ def _digest(data: object) -> str:
     from hashlib import sha256  # for editors only
 
     return sha256(repr(data).encode(errors="backslashreplace")).hexdigest()
-
-
-def _defined_in(file: Loaded) -> list[object]:
-    """The texts of the definitions in a file."""
-    return [file.top[section].raw for section in _SECTIONS]
 
 
 def constant_scope(definitions: Definitions) -> Scope:

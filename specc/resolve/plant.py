@@ -15,7 +15,7 @@ from specc.model.trace import Trace
 from specc.model.types import Real
 from specc.model.units import Unit
 from specc.resolve.command_line import Given
-from specc.resolve.context import Findings, Where, duration_of
+from specc.resolve.context import Findings, Where, duration_in
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.scene import starts_of
@@ -86,8 +86,7 @@ _WAIT_S = Fraction(5)
 
 def _ros2(definition: Ros2Def, where: Where, findings: Findings, definitions: Definitions) -> Ros2:
     """The node; frames that the system does not have are reported."""
-    wait = definition.wait
-    wait_s = None if wait is None else duration_of(wait, where["wait"], findings)
+    wait_s = duration_in(definition, where, "wait", findings)
     for name in definition.frames:
         if name not in definitions.frames:
             place = where["frames"][name].key
@@ -113,7 +112,7 @@ def _binding(
     definitions: Definitions,
 ) -> Binding:
     rate = rate_of(item.rate, at["rate"], findings) if item.rate is not None else None
-    gap = duration_of(item.max_gap, at["max_gap"], findings) if item.max_gap is not None else None
+    gap = duration_in(item, at, "max_gap", findings)
     named = item.noise[0] if len(item.noise) == 1 and item.noise[0].isidentifier() else ""
     noise = [] if named else _noise(item, at, findings, definitions)
     return Binding(
