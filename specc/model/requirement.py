@@ -63,6 +63,11 @@ class Temporal:
     at: Span = field(default=(0, 0), compare=False)
     """Where it stands in its text."""
 
+    @property
+    def is_ahead(self) -> bool:
+        """Whether it is about ticks that are to come."""
+        return self.op in ("within", "throughout")
+
 
 Formula = TickCondition | Junction | Temporal
 
@@ -125,8 +130,7 @@ def reach_s(formula: Formula) -> Fraction:
     """The time in s after a tick at which the truth of the formula at that tick is known."""
     if isinstance(formula, TickCondition):
         return Fraction(0)
-    ahead = isinstance(formula, Temporal) and formula.op in ("within", "throughout")
-    own_s = formula.span_s if isinstance(formula, Temporal) and ahead else Fraction(0)
+    own_s = formula.span_s if isinstance(formula, Temporal) and formula.is_ahead else Fraction(0)
     return own_s + max(map(reach_s, formula.operands))
 
 
@@ -162,6 +166,14 @@ def _some_time(
 ) -> Formula | None:
     inner = asked(operand)
     return None if inner is None else Temporal(op, (inner,), formula.span_s, formula.span)
+
+
+def looks_ahead(formula: Formula) -> bool:
+    """Whether a formula, or a part of it, is about ticks that are to come."""
+    if isinstance(formula, TickCondition):
+        return False
+    is_ahead = isinstance(formula, Temporal) and formula.is_ahead
+    return is_ahead or any(map(looks_ahead, formula.operands))
 
 
 def is_timeless(formula: Formula) -> bool:

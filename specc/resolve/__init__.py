@@ -19,17 +19,17 @@ from specc.resolve.agents import AgentResolver
 from specc.resolve.command_line import Given
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, types_in
-from specc.resolve.disturbances import disturbances_of, untimely
 from specc.resolve.expressions import Expressions
 from specc.resolve.formula_lets import Lets
 from specc.resolve.groups import groups_of
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
-from specc.resolve.named_definitions import definitions_of, named_in_agents, types_named
-from specc.resolve.plant import resolve_plant, resolve_task
+from specc.resolve.plant import resolve_plant
 from specc.resolve.readings import World
 from specc.resolve.requirements import FormulaResolver
 from specc.resolve.reuse import Setting
+from specc.resolve.task import disturbances_of, resolve_task, untimely
+from specc.resolve.uses import definitions_of, named_in_agents, types_named
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
 
@@ -87,7 +87,7 @@ def resolve(
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
     requirements = formulas.requirements(spec.require, file.top["require"])
-    named = types_named(findings, file)
+    named = types_named(findings, file.path)
     system = System(
         spec.system or "",
         spec.title,
@@ -100,8 +100,8 @@ def resolve(
         agents,
         plant,
         _task(file, formulas, resolver),
-        definitions_of(file, named),
-        named_in_agents(named, findings, file),
+        definitions_of(spec, file.top, named),
+        named_in_agents(named, findings, file.path),
         reach.folders,
         requirements,
         tuple(tuple(used.constants.values()) for used in resolver.instances),

@@ -1,25 +1,21 @@
-"""The plant section and the task section."""
+"""The plant section: what stands behind the elements of devices, and what is observed."""
 
 from __future__ import annotations
 
-from collections.abc import Container
 from dataclasses import replace
 from fractions import Fraction
 
 from specc.lang import Scope
 from specc.model.binding import PLANT, Binding, Published, Ros2
-from specc.model.expr import Number, Truth
-from specc.model.system import Agent, Element, Plant, Subsystem
-from specc.model.task import Task
+from specc.model.expr import Number
+from specc.model.system import Element, Plant
 from specc.model.trace import Trace
 from specc.model.types import Real
 from specc.model.units import Unit
-from specc.resolve.command_line import Given
 from specc.resolve.context import Findings, Where, duration_in
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, rate_of
-from specc.resolve.scene import starts_of
-from specc.schema.files import BindingDef, PlantDef, QosDef, Ros2Def, SceneDef, TaskDef
+from specc.schema.files import BindingDef, PlantDef, QosDef, Ros2Def
 
 
 def resolve_plant(
@@ -159,100 +155,3 @@ def _noise(
                 help="write a number with its unit, e.g. `0.3[N]`",
             )
     return sigmas if len(sigmas) == len(item.noise) else []
-
-
-def resolve_task(
-    definition: TaskDef,
-    where: Where,
-    agents: tuple[Agent, ...],
-    findings: Findings,
-    broken: Container[str],
-    definitions: Definitions,
-    given: Given,
-) -> Task:
-    """The task; unknown names in it are reported.
-
-    What is not in a subsystem that is `broken` may be missing only because of its errors.
-    """
-    cycle = definition.cycle
-    if cycle.of not in broken:
-        _report_names(definition, where, agents, findings)
-    scene = definition.scene or SceneDef()
-    return Task(
-        cycle.of,
-        cycle.source,
-        cycle.target,
-        scene.made or "",
-        definition.judge or "",
-        tuple(definition.watch),
-        where.key,
-        tuple(starts_of(scene, where["scene"], findings, definitions, given)),
-    )
-
-
-def _report_names(
-    definition: TaskDef, where: Where, agents: tuple[Agent, ...], findings: Findings
-) -> None:
-    subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
-    cycle, at = definition.cycle, where["cycle"]
-    subsystem = subsystems.get(cycle.of)
-    if subsystem is None:
-        if cycle.of in {f"{agent.name}.control" for agent in agents}:
-            help = f"it is called `{cycle.of.removesuffix('control')}c`"
-            message = f"no subsystem is called `{cycle.of}`"
-            findings.report("E0220", message, at["of"].place, help=help)
-            return
-        findings.unknown("E0220", "subsystem", cycle.of, subsystems, at["of"].place)
-        return
-    _note_names(definition, subsystem, where, agents, findings)
-    states = [s.name for s in subsystem.states]
-    for name, key in ((cycle.source, "from"), (cycle.target, "to")):
-        if name not in states:
-            findings.unknown("E0217", "state", name, states, at[key].place)
-    if cycle.source in states and cycle.target in states:
-        _report_no_row(subsystem, definition, at, findings)
-    memory = [m.name for m in subsystem.memory]
-    for index, name in enumerate(definition.watch):
-        if name not in memory:
-            place = where["watch"][index].place
-            findings.unknown("E0201", "memory element", name, memory, place)
-
-
-def _note_names(
-    definition: TaskDef,
-    subsystem: Subsystem,
-    where: Where,
-    agents: tuple[Agent, ...],
-    findings: Findings,
-) -> None:
-    """Note agent and subsystem, states and memory that the task names, for editors."""
-    cycle, at, size = definition.cycle, where["cycle"], len(subsystem.agent)
-    agent = next(agent for agent in agents if agent.name == subsystem.agent)
-    findings.use(agent.place, at, "of", start=0, end=size)
-    findings.use(subsystem.place, at, "of", start=size + 1, end=len(cycle.of))
-    states = {s.name: s.place for s in subsystem.states}
-    for name, key in ((cycle.source, "from"), (cycle.target, "to")):
-        findings.use(states.get(name), at, key)
-    memory = {m.name: m.place for m in subsystem.memory}
-    for index, name in enumerate(definition.watch):
-        findings.use(memory.get(name), where, "watch", index)
-
-
-def _report_no_row(
-    subsystem: Subsystem, definition: TaskDef, at: Where, findings: Findings
-) -> None:
-    """E0514; a state without any row that can end is not finished, which is said of it."""
-    source, target = definition.cycle.source, definition.cycle.target
-    targets = dict.fromkeys(row.target for row in subsystem.transitions if row.source == source)
-    when = subsystem.state(source).behaviour.terminal.when
-    if target in targets or not (targets or (isinstance(when, Truth) and not when.value)):
-        return
-    known = ", ".join(f"`{name}`" for name in targets)
-    findings.report(
-        "E0514",
-        f"no row leads from `{source}` to `{target}`: no cycle would ever be counted",
-        at["to"].place,
-        help=f"from `{source}` rows lead to {known}"
-        if known
-        else f"no row leads out of `{source}`",
-    )

@@ -15,9 +15,10 @@ from specc.lang import RESERVED, Declared
 from specc.lang.mentioned import NameKind, NameMention, names_of
 from specc.model import expr as m
 from specc.model.fsm import Condition
-from specc.model.system import Element
+from specc.model.system import Definition, Element
 from specc.model.types import Enum, Record, Type
 from specc.resolve.context import Findings, Meaning, TypeText, Use, Where
+from specc.schema import SpecFile
 from specc.schema.places import split
 from specc.schema.subsystem import TransitionDef
 from specc.source import Place
@@ -238,3 +239,57 @@ def uses_in_type(text: TypeText) -> Iterator[Use]:
         # A frame that a record or an interface takes stands for others.
         if of is not None and not str(frames.get(named.name, "")).startswith("?"):
             yield Use(text.where.place.within(named.start, named.end), of)
+
+
+# Which types, interfaces and constants of a file its other parts name.
+#
+# Frames are left out: section 3 of the paper has them described before anything is given in them.
+
+
+_SECTIONS = ("types", "interfaces", "files", "constants", "operators")
+Named = Mapping[tuple[str | int, ...], set[str]]
+"""Section and name of a definition -> the types and interfaces that its texts name: `type Mode`."""
+
+
+def types_named(findings: Findings, path: str) -> Named:
+    """What the texts of types in the file at a path name, of the definitions there."""
+    found: dict[tuple[str | int, ...], set[str]] = {}
+    texts = [text for text in findings.types if text.where.file == path]
+    # Most texts stand many times in a part, and name the same there.
+    for text in {(text.where.route[:2], text.form, text.text): text for text in texts}.values():
+        labels = found.setdefault(text.where.route[:2], set())
+        labels.update(_label(use.of) for use in uses_in_type(text) if use.of.file == path)
+    return found
+
+
+def definitions_of(spec: SpecFile, top: Where, named: Named) -> tuple[Definition, ...]:
+    """The definitions in a file, in its order, with the types that each one names."""
+    return tuple(
+        Definition(
+            section[:-1],
+            name,
+            top[section][name].key,
+            frozenset(named.get((section, name), ())),
+        )
+        for section in _SECTIONS
+        for name in getattr(spec, section)
+    )
+
+
+def named_in_agents(named: Named, findings: Findings, path: str) -> frozenset[str]:
+    """The types and interfaces that agents and the plant name, e.g. `type Mode`.
+
+    And the constants of arguments: descriptions get their values, without their names.
+    """
+    parts = [labels for route, labels in named.items() if route[0] not in _SECTIONS]
+    constants = {
+        f"constant {name}"
+        for meaning in findings.meanings
+        if meaning.where.route[2:3] == ("with",) and meaning.where.file == path
+        for name in (m.constants_in(meaning.expr) if meaning.expr else ())
+    }
+    return frozenset(constants.union(*parts))
+
+
+def _label(of: Place) -> str:
+    return f"{str(of.route[0]).removesuffix('s')} {of.route[1]}"

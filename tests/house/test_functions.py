@@ -12,7 +12,6 @@ NAMES = {name for name, row in FUNCTIONS.items() if not row.rule or row.value is
 """Those whose calls are a `Builtin`; others, `fresh` and `all` say, are nodes of their own."""
 OTHER_WORDS = {
     "the type of a pose": {
-        "lang/mentioned.py": {"pose"},
         "lang/types.py": {"pose"},
         "tools/lsp/completion.py": {"pose"},
     },
