@@ -202,6 +202,11 @@ def nodes_of(tree: ast.AST) -> list[ast.AST]:
     return found
 
 
+def names_in(tree: ast.AST) -> set[str]:
+    """All names in a tree."""
+    return {node.id for node in nodes_of(tree) if isinstance(node, ast.Name)}
+
+
 _LEAVES = (ast.Name, ast.Constant)
 
 

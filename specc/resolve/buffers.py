@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
 from specc.diagnostics import nearest
-from specc.lang import RESERVED, Declared, Scope
+from specc.lang import RESERVED, Declared, ExprError, Scope, parse
+from specc.lang.parse import names_in
 from specc.model.system import Let, Memory, Port
 from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.definitions import inlined
@@ -150,9 +150,10 @@ class _Lets:
         # One scope, which grows: in this order each let finds those that it may name.
         lets: dict[str, Declared] = {}
         self.scope = replace(self.scope, lets=lets, lets_to_come=self.definition.let.keys())
-        for name in self._order():
+        uses = {name: self._uses(name) for name in self.definition.let}
+        for name in self._order(uses):
             item, at = self.definition.let[name], self.where[name]
-            depths[name] = 1 + max((depths.get(used, 0) for used in self._uses(name)), default=0)
+            depths[name] = 1 + max((depths.get(used, 0) for used in uses[name]), default=0)
             if depths[name] > DEEPEST_LET:
                 self._too_deep(name, is_first=depths[name] == DEEPEST_LET + 1)
                 continue
@@ -170,8 +171,7 @@ class _Lets:
         self.scope = replace(self.scope, lets_to_come=())
         return tuple(found)
 
-    def _order(self) -> tuple[str, ...]:
-        uses = {name: self._uses(name) for name in self.definition.let}
+    def _order(self, uses: Mapping[str, list[str]]) -> tuple[str, ...]:
         try:
             return tuple(TopologicalSorter(uses).static_order())
         except CycleError as error:
@@ -181,12 +181,11 @@ class _Lets:
             return ()
 
     def _uses(self, name: str) -> list[str]:
-        text, at = self.definition.let[name].value, self.where[name].scalar("is")
-        scratch = Expressions(type(self.expressions.findings)(), self.expressions.definitions)
-        tree = scratch.tree(at, text)
-        if tree is None:
+        """The lets that one names; none if its text has an error, which is reported later."""
+        try:
+            names = names_in(parse(self.definition.let[name].value))
+        except ExprError:
             return []
-        names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
         return sorted(names & self.definition.let.keys(), key=self._numbers.__getitem__)
 
     def _too_deep(self, name: str, is_first: bool) -> None:

@@ -19,7 +19,7 @@ from specc.model.types import Type
 from specc.model.units import UnitError, parse_unit
 from specc.read import Reach
 from specc.schema.texts import Traced
-from specc.schema.unfold import route_below
+from specc.schema.unfold import Unfolded, route_below
 from specc.source import Place, Route
 
 # What every part of resolving shares: a cursor into the files and the list of findings.
@@ -49,6 +49,16 @@ class Where:
     def cell(self, key: str | int, index: int) -> Where:
         """The value at `key`, or at `index` where a row is written as a list."""
         return self[index] if isinstance(self.raw, list) else self[key]
+
+    @property
+    def mapping(self) -> dict[str, Any]:
+        """A copy of the mapping that stands here; empty if there is none."""
+        return dict(self.raw) if isinstance(self.raw, dict) else {}
+
+    def having(self, raw: Mapping[str, Any]) -> Where:
+        """The same place with other contents, of which some may come from elsewhere as before."""
+        routes = self.raw.routes if isinstance(self.raw, Unfolded) else {}
+        return Where(self.file, self.route, Unfolded(raw, routes))
 
     @property
     def place(self) -> Place:

@@ -8,7 +8,7 @@ from specc.frozen import frozen
 from specc.model.system import SubsystemKind
 from specc.resolve.context import Findings, Where
 from specc.schema import SubsystemDef
-from specc.schema.files import AgentDef
+from specc.schema.files import AgentDef, DeviceDef
 from specc.source import Place
 
 # Which subsystem or device is at the other end of every buffer (2.1).
@@ -18,14 +18,28 @@ def peers_of_virtual(
     agent: str, name: str, kind: SubsystemKind, definition: SubsystemDef, around: AgentDef
 ) -> dict[str, str]:
     """Peer -> other end for a virtual effector or receptor: its control subsystem and devices."""
-    letter = "E" if kind == "virtual_effector" else "R"
-    devices = around.real_effectors if letter == "E" else around.real_receptors
-    used = definition.uses if definition.uses is not None else [name]
-    own = [device for device in used if device in devices]
+    word = word_of(kind)
+    letter, devices = word[0].upper(), devices_of(around, word)
+    own = [device for device in used_by(definition, name) if device in devices]
     peers = {"c": f"{agent}.c"} | {device: f"{agent}.{letter}.{device}" for device in own}
     if len(own) == 1:
         peers[letter] = f"{agent}.{letter}.{own[0]}"
     return peers
+
+
+def word_of(kind: SubsystemKind) -> str:
+    """What a virtual effector or receptor works with: real ones of the same word."""
+    return kind.removeprefix("virtual_")
+
+
+def devices_of(around: AgentDef, word: str) -> Mapping[str, DeviceDef]:
+    """The real effectors or receptors of an agent."""
+    return around.real_effectors if word == "effector" else around.real_receptors
+
+
+def used_by(definition: SubsystemDef, name: str) -> list[str]:
+    """The devices that a virtual effector or receptor works with: that of its name, or others."""
+    return definition.uses if definition.uses is not None else [name]
 
 
 def peers_of_control(agent: str, around: AgentDef, agents: Collection[str]) -> dict[str, str]:
@@ -54,10 +68,9 @@ class Neighbours:
 
     def missing_devices(self, definition: SubsystemDef, where: Where) -> list[str]:
         """Devices that a subsystem uses and that are not there or not for it, after reporting."""
-        own, others = self.around.real_effectors, self.around.real_receptors
-        word, other = "effector", "receptor"
-        if self.kind == "virtual_receptor":
-            own, others, word, other = others, own, other, word
+        word = word_of(self.kind)
+        other = "receptor" if word == "effector" else "effector"
+        own, others = devices_of(self.around, word), devices_of(self.around, other)
         found: list[str] = []
         if self.kind == "control" and definition.uses is not None:
             message = "a control subsystem does not work with devices itself"
@@ -67,8 +80,7 @@ class Neighbours:
         for index, name in enumerate(definition.uses or ()):
             place = where["uses"][index].place
             if name in own:
-                beside = "receptors" if word == "receptor" else "effectors"
-                route = *self.at.route[:-2], f"real_{beside}", name
+                route = *self.at.route[:-2], f"real_{word}s", name
                 self.findings.use(Place(self.at.file, route, "key"), where, "uses", index)
                 continue
             if name in others:
@@ -91,7 +103,7 @@ class Neighbours:
 
         Peers that may not be talked to are reported as well.
         """
-        letter = self.kind.removeprefix("virtual_")[0].upper()
+        letter = word_of(self.kind)[0].upper()
         reported = {*devices, *(letter for _ in devices)}
         for direction, buffers in (("x", definition.x), ("y", definition.y)):
             for peer, buffer in buffers.items():
@@ -106,13 +118,53 @@ class Neighbours:
     ) -> bool:
         """Whether a peer that does not exist may be to come; reports it in any case."""
         place = where[peer].key
-        if part := _absent(self.kind, self.name, peer, elements, self.around):
+        if part := self._absent(peer, elements):
             self.findings.not_there(part, place, "add it to the agent")
             return True
-        if rule := _broken_rule(self.kind, peer, self.around, self.agents):
-            self.findings.report("E0401", *rule[:1], place, help=rule[1])
+        if rule := self._broken_rule(peer):
+            message, hint = rule
+            self.findings.report("E0401", message, place, help=hint)
             return False
         return self.findings.unknown("E0218", "peer", peer, peers, place)
+
+    def _absent(self, peer: str, elements: Collection[str]) -> str:
+        """The device, or the virtual part of a device, that a buffer names but nobody declares."""
+        word, around = word_of(self.kind), self.around
+        if self.kind != "control":
+            is_absent = peer == word[0].upper() and self.name not in devices_of(around, word)
+            return f"real {word} `{self.name}`" if is_absent else ""
+        device = around.real_effectors.get(peer)
+        if device and {*device.x.elements, *device.y.elements}.isdisjoint(elements):
+            return f"virtual effector `{peer}`"
+        return f"virtual receptor `{peer}`" if peer in around.real_receptors else ""
+
+    def _broken_rule(self, peer: str) -> tuple[str, str] | None:
+        """The structure rule that a connection to `peer` would break, and the way out."""
+        around, is_control = self.around, self.kind == "control"
+        virtual = {*around.virtual_effectors, *around.virtual_receptors}
+        if not is_control and peer in virtual:
+            return (
+                "virtual effectors and receptors never talk to each other",
+                "pass the data through the control subsystem",
+            )
+        if not is_control and peer in self.agents:
+            return (
+                "agents talk only through their control subsystems",
+                f"connect the control subsystem to `{peer}` and pass the data on",
+            )
+        devices = {*around.real_effectors, *around.real_receptors, "E"}
+        if peer in devices and is_control and peer not in around.real_receptors:
+            return (
+                "a control subsystem does not drive real effectors itself",
+                "give the data to a virtual effector, which talks to the device",
+            )
+        if peer in devices and not is_control:
+            return (
+                f"`{peer}` is not a device that this subsystem works with",
+                "a virtual effector uses real effectors and a virtual receptor real receptors; "
+                "name them under `uses:`",
+            )
+        return None
 
 
 def _is_configured(name: str, around: AgentDef) -> bool:
@@ -121,53 +173,3 @@ def _is_configured(name: str, around: AgentDef) -> bool:
     ends = (control.x.get(name), control.y.get(name)) if control else ()
     own = {element for end in ends if end for element in end.elements}
     return not own or not own.isdisjoint({*device.x.elements, *device.y.elements})
-
-
-def _absent(
-    kind: SubsystemKind, name: str, peer: str, elements: Collection[str], around: AgentDef
-) -> str:
-    """The device, or the virtual effector of a device, that a buffer names but nobody declares."""
-    word = kind.removeprefix("virtual_")
-    devices = around.real_effectors if word == "effector" else around.real_receptors
-    if kind != "control" and peer == word[0].upper() and name not in devices:
-        return f"real {word} `{name}`"
-    device = around.real_effectors.get(peer)
-    if (
-        kind == "control"
-        and device
-        and not {*device.x.elements, *device.y.elements}.intersection(elements)
-    ):
-        return f"virtual effector `{peer}`"
-    if kind == "control" and peer in around.real_receptors:
-        return f"virtual receptor `{peer}`"
-    return ""
-
-
-def _broken_rule(
-    kind: SubsystemKind, peer: str, around: AgentDef, agents: Collection[str]
-) -> tuple[str, str] | None:
-    """The structure rule that a connection to `peer` would break, and the way out."""
-    virtual = {*around.virtual_effectors, *around.virtual_receptors}
-    if kind != "control" and peer in virtual:
-        return (
-            "virtual effectors and receptors never talk to each other",
-            "pass the data through the control subsystem",
-        )
-    if kind != "control" and peer in agents:
-        return (
-            "agents talk only through their control subsystems",
-            f"connect the control subsystem to `{peer}` and pass the data on",
-        )
-    devices = {*around.real_effectors, *around.real_receptors, "E"}
-    if peer in devices and kind == "control" and peer not in around.real_receptors:
-        return (
-            "a control subsystem does not drive real effectors itself",
-            "give the data to a virtual effector, which talks to the device",
-        )
-    if peer in devices and kind != "control":
-        return (
-            f"`{peer}` is not a device that this subsystem works with",
-            "a virtual effector uses real effectors and a virtual receptor real receptors; "
-            "name them under `uses:`",
-        )
-    return None

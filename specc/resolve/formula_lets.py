@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 
 from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, RESERVED, ExprError
-from specc.lang.parse import DEEPEST, nodes_of, span
+from specc.lang.parse import DEEPEST, names_in, nodes_of, span
 from specc.lang.temporal import USAGE, parse_formula
 from specc.model.expr import Span
 from specc.model.requirement import FormulaLet
@@ -84,7 +84,7 @@ class Lets:
     ) -> tuple[str, ...]:
         numbers = {name: number for number, name in enumerate(items)}
         uses = {
-            name: sorted(_names(item.value) & items.keys(), key=numbers.__getitem__)
+            name: sorted(_named(item.value) & items.keys(), key=numbers.__getitem__)
             for name, item in items.items()
         }
         while True:
@@ -108,12 +108,11 @@ def _is_deep(tree: ast.AST) -> bool:
     return bool(level)
 
 
-def _names(text: str) -> set[str]:
+def _named(text: str) -> set[str]:
     try:
-        tree = parse_formula(text)
+        return names_in(parse_formula(text))
     except ExprError:
         return set()
-    return {node.id for node in nodes_of(tree) if isinstance(node, ast.Name)}
 
 
 class _Writer(ast.NodeTransformer):

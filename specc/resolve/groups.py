@@ -6,6 +6,7 @@ import copy
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from specc.lang import Members
 from specc.resolve.context import Where
 from specc.schema import SubsystemDef
 from specc.schema.unfold import Unfolded, route_below
@@ -32,7 +33,7 @@ def with_members(
     named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
     if not named or not isinstance(where.raw, dict):
         return definition, where, {}
-    definition, raw = copy.copy(definition), dict(where.raw)
+    definition, raw = copy.copy(definition), where.mapping
     for side in ("x", "y"):
         buffers, at = getattr(definition, side), where[side]
         if isinstance(at.raw, dict):
@@ -41,8 +42,7 @@ def with_members(
             routes = {name: route_below(at.raw, key, at.route) for key, name in pairs}
             raw[side] = Unfolded(made, routes)
             setattr(definition, side, {name: buffers[key] for key, name in pairs})
-    outer = where.raw.routes if isinstance(where.raw, Unfolded) else {}
-    return definition, Where(where.file, where.route, Unfolded(raw, outer)), named
+    return definition, where.having(raw), named
 
 
 def _pairs(names: Mapping[str, object], groups: Groups) -> Iterator[tuple[str, str]]:
@@ -52,7 +52,7 @@ def _pairs(names: Mapping[str, object], groups: Groups) -> Iterator[tuple[str, s
             yield name, member
 
 
-def targets_of(target: str, groups: Mapping[str, Mapping[tuple[int, ...], str]]) -> list[str]:
+def targets_of(target: str, groups: Mapping[str, Members]) -> list[str]:
     """The targets that `y.group.element` stands for; any other target is itself."""
     match target.split("."):
         case ["y", group, element] if group in groups:

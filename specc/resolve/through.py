@@ -17,6 +17,7 @@ from specc.lang.parse import nodes_of
 from specc.model.system import SubsystemKind
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Interface
+from specc.resolve.ends import devices_of, used_by, word_of
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import (
     AssignmentDef,
@@ -59,17 +60,15 @@ def with_buffers(
     """
     if definition.through is None or definition.through.rule is None or definition.use is not None:
         return definition, where
-    letter = kind.removeprefix("virtual_")[0].upper()
-    group, devices = "real_receptors", around.real_receptors
-    if letter == "E":
-        group, devices = "real_effectors", around.real_effectors
-    used = definition.uses if definition.uses is not None else [name]
+    word, used = word_of(kind), used_by(definition, name)
+    devices = devices_of(around, word)
     if len(used) != 1 or used[0] not in devices:
-        _report_device(used, definition, where, group[:-1].replace("_", " "), findings)
+        _report_device(used, definition, where, f"real {word}", findings)
         return definition, where
-    device, at = devices[used[0]], agent[group][used[0]]
+    device, at = devices[used[0]], agent[f"real_{word}s"][used[0]]
     reported = set(_names(device.y, interfaces))
-    return _completed(definition, where, dict(_like(device, at, letter, reported)), used[0])
+    made = dict(_like(device, at, word[0].upper(), reported))
+    return _completed(definition, where, made, used[0])
 
 
 def _report_device(
@@ -142,7 +141,7 @@ def _completed(
     definition: SubsystemDef, where: Where, made: _Buffers, device: str
 ) -> tuple[SubsystemDef, Where]:
     """The subsystem with those of the buffers that it does not have."""
-    definition, raw = copy.copy(definition), _mapping(where)
+    definition, raw = copy.copy(definition), where.mapping
     for side in ("x", "y"):
         own, at = getattr(definition, side), where[side]
         new = {
@@ -154,8 +153,8 @@ def _completed(
         routes = {peer: route_below(at.raw, peer, at.route) for peer in own}
         routes |= {peer: here.route for peer, (_, here) in new.items()}
         parts = {peer: here.raw for peer, (_, here) in new.items()}
-        raw[side] = Unfolded(_mapping(at) | parts, routes)
-    return definition, _with(where, raw)
+        raw[side] = Unfolded(at.mapping | parts, routes)
+    return definition, where.having(raw)
 
 
 # One function, one behaviour, one state.
@@ -184,13 +183,13 @@ def with_machine(
     definition.behaviours = {NAME: BehaviourDef(functions=[used], terminal=never)}
     definition.states, definition.initial_state = {NAME: StateDef(behaviour=NAME)}, NAME
     made: dict[str, Any] = {
-        "functions": passed | _mapping(here),
+        "functions": passed | here.mapping,
         "behaviours": {"functions": [NAME], "terminal": "never"},
         "states": NAME,
     }
-    raw = {key: value for key, value in _mapping(where).items() if key not in _SAID}
+    raw = {key: value for key, value in where.mapping.items() if key not in _SAID}
     raw |= {key: Unfolded({NAME: part}, {NAME: here.route}) for key, part in made.items()}
-    return definition, _with(where, raw | {"initial_state": NAME})
+    return definition, where.having(raw | {"initial_state": NAME})
 
 
 def _traced(through: FunctionDef) -> dict[str, Any]:
@@ -214,13 +213,3 @@ def _names(buffer: BufferDef, interfaces: Mapping[str, Interface]) -> Iterator[s
     if head and head[0] in interfaces:
         yield from interfaces[head[0]].definition.elements
     yield from buffer.elements
-
-
-def _mapping(where: Where) -> dict[str, Any]:
-    return dict(where.raw) if isinstance(where.raw, dict) else {}
-
-
-def _with(where: Where, raw: dict[str, Any]) -> Where:
-    """The same place with other contents."""
-    outer = where.raw.routes if isinstance(where.raw, Unfolded) else {}
-    return Where(where.file, where.route, Unfolded(raw, outer))

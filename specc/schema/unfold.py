@@ -18,6 +18,7 @@ from typing import Any
 
 from specc.diagnostics import Diagnostic
 from specc.lang import ExprError, parse_syntax
+from specc.lang.parse import names_in
 from specc.limits import MAX_COPIES, MAX_VALUES
 from specc.schema.keys import OTHERS, Kind, Named, Part, Several, Text, bare
 from specc.source import Place, Route
@@ -253,7 +254,7 @@ def _number(text: str, indices: Indices) -> int | None:
         tree = parse_syntax(text)
     except ExprError:
         return None
-    names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    names = names_in(tree)
     return _value(tree, indices) if names and names <= indices.keys() else None
 
 
