@@ -28,7 +28,7 @@ OTHER_CHOICES = {
         "lang/mismatch.py": {"_shape_help", "fits", "unify"},
     },
     "how types are spelt": {
-        "lang/types.py": {"TypeReader._element", "TypeReader._partial"},
+        "lang/types.py": {"TypeReader._element", "TypeReader._complete"},
     },
     "what differs between two types of one text, or two versions of a type": {
         "checks/ends.py": {"_inside"},
