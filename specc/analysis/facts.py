@@ -11,6 +11,7 @@ from specc.analysis.ages import Ages
 from specc.analysis.arrivals import arrivals_of
 from specc.analysis.assumed_arrivals import Arriving
 from specc.analysis.dataflow import DataFlow, InputNode
+from specc.analysis.failures import no_value
 from specc.analysis.formula_values import known_of_readings
 from specc.analysis.machine import Decided, Machine
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
@@ -19,7 +20,7 @@ from specc.analysis.rates import Rates
 from specc.analysis.reads import Dependences
 from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
-from specc.limits import MAX_VALUES, TooMuchError, take
+from specc.limits import MAX_VALUES, take
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT
 from specc.model.expr import Call, FileRef, constants_in, has_unknown, walk
@@ -225,24 +226,13 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
             values[constant.name] = value
         except (ArithmeticError, ValueError) as error:
             values.pop(constant.name, None)
-            yield constant, _why(error)
+            yield constant, no_value(error)
 
 
 def _is_known(constant: Constant, values: dict[str, Any]) -> bool:
     value = constant.value
     given = any(isinstance(node, (Call, FileRef)) for node in walk(value))
     return not given and values.keys() >= set(constants_in(value)) and not has_unknown(value)
-
-
-def _why(error: Exception) -> str:
-    match error:
-        case TooMuchError():
-            return str(error)
-        case OverflowError():
-            return "it is too large"
-        case ZeroDivisionError():
-            return "it divides by zero"
-    return "it takes a root of a negative number" if "domain" in str(error) else str(error)
 
 
 def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:

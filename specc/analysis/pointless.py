@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 from typing import Literal
 
+from specc.analysis.failures import failure, is_asked
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts
 from specc.frozen import frozen
 from specc.lang import ranges
@@ -41,7 +42,7 @@ from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import Depths, Numbering
 from specc.source import Place
 
-Kind = Literal["tolerance", "angle", "quaternion", "bounds", "itself", "unchanged"]
+Kind = Literal["tolerance", "angle", "quaternion", "bounds", "itself", "unchanged", "fails"]
 
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
@@ -56,7 +57,7 @@ _ANGLE_OF_ALL = math.pi * (1 - 1e-12)
 class PointlessPart:
     """`expr` in a text cannot be meant because of its parts `because`; `number` is what they are.
 
-    `origin` is where the first of these parts was written down.
+    `origin` is where the first of these parts was written down; `why` it fails, if it does.
     """
 
     kind: Kind
@@ -65,6 +66,7 @@ class PointlessPart:
     because: tuple[Expr, ...]
     origin: tuple[ExpressionText, Expr]
     number: float = 0.0
+    why: str = ""
 
 
 class PointlessParts:
@@ -94,6 +96,8 @@ class PointlessParts:
             }
         values = {n: c.value for (kind, n), c in self._named.items() if isinstance(c, Constant)}
         self._numbering = Numbering(lets, values, period_s)
+        self._constants = {constant.place for constant in owner.constants}
+        self._lets = {item.place for item in owner.lets} if isinstance(owner, Subsystem) else set()
         every = list(texts(owner))
         found = [m for text in every for m in self._in(text, text.expr, {})]
         if isinstance(owner, Subsystem):
@@ -113,9 +117,10 @@ class PointlessParts:
         )
 
     def _in(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[PointlessPart]:
-        match expr:
-            case Builtin():
-                yield from self._of_call(text, expr, FUNCTIONS[expr.name])
+        if isinstance(expr, Builtin):
+            yield from self._of_call(text, expr, FUNCTIONS[expr.name])
+        if (why := failure(expr, self._value)) and self._is_surely_asked(text, expr):
+            yield PointlessPart("fails", expr, text, (expr,), (text, expr), why=why)
         yield from self._itself(text, expr, bound)
         for child in children(expr):
             inside = bound
@@ -138,6 +143,25 @@ class PointlessParts:
             place, value, _ = function.neutral
             if self._value(call.args[place]) == value:
                 yield PointlessPart("unchanged", call, text, call.args[:1], (text, call))
+
+    def _is_surely_asked(self, text: ExpressionText, part: Expr) -> bool:
+        """Whether no constant decides that a part of a text is left out.
+
+        Constants without a value, also those that stand in a text by name, are told of elsewhere. A
+        let may be asked for in a branch.
+        """
+        begin, end = part.span
+        by_name = any(each.span[0] < begin or each.span[1] > end for each in children(part))
+        if text.part in self._constants or by_name:
+            return False
+        if text.part in self._lets:
+            return not any(isinstance(node, ConstantRef) for node in walk(part))
+        return is_asked(text.expr, part, self._truth)
+
+    def _truth(self, test: Expr) -> bool | None:
+        """What constants say of a condition."""
+        least, greatest = bounded(test, self._known)
+        return bool(least) if least == greatest else None
 
     def _kept(self, owner: Subsystem) -> Iterator[PointlessPart]:
         """Memory that is given the value that it has."""
