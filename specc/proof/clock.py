@@ -21,11 +21,13 @@ from specc.model.expr import (
     Clock,
     Compare,
     Component,
+    ConstantRef,
     Expr,
     IsNone,
     LetRef,
     Logic,
     Number,
+    Truth,
     Unary,
     children,
 )
@@ -80,7 +82,7 @@ class Timer:
         self._timings: dict[int, Timing] = {}
         self._turns: dict[int, Turns | None] = {}
         lets = numbering.lets
-        self._of_lets = InOrder(lets, lambda name: self.turning(lets[name]))
+        self._of_lets = InOrder(lets, lambda name: self.decided(lets[name]))
         for value in numbering.named():
             self._enter(value)
             self._timing(value)
@@ -100,11 +102,19 @@ class Timer:
 
     def turning(self, expr: Expr) -> frozenset[int]:
         """The periods at which time alone turns a condition in an expression, or in its lets."""
+        return frozenset(period for _, found in self.decided(expr).values() for period in found.at)
+
+    def decided(self, expr: Expr) -> dict[int, tuple[Expr, Turns]]:
+        """The conditions in an expression, or in its lets, that time alone decides, by identity."""
         if isinstance(expr, LetRef) and expr.name in self._of_lets:
             return self._of_lets[expr.name]
-        if isinstance(expr.type, Bool) and (found := self.turns(expr)) is not None:
-            return frozenset(found.at)
-        return frozenset[int]().union(*map(self.turning, children(expr)))
+        is_asked = isinstance(expr.type, Bool) and not isinstance(expr, (Truth, ConstantRef))
+        if is_asked and (turns := self.turns(expr)) is not None:
+            return {id(expr): (expr, turns)}
+        found: dict[int, tuple[Expr, Turns]] = {}
+        for part in children(expr):
+            found |= self.decided(part)
+        return found
 
     def before(self, period: int) -> Expr:
         """The condition that the state has lasted fewer periods."""

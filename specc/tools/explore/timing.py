@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from specc.model import expr as m
-from specc.model.types import Bool
 from specc.proof import InputName
 from specc.proof.clock import Timer, Turns
 from specc.proof.numbering import Numbering
@@ -43,17 +42,17 @@ class Clocks:
         self.exact = exact
         self._kept, self._static = kept, static
         self._timer = Timer(Numbering(static.lets, static.constants, static.period_s))
-        self._of_lets: dict[str, frozenset[int]] = {}
-        for name, value in static.lets.items():
-            self._of_lets[name] = frozenset(self._of(value))
         self._turns: dict[str, tuple[int, ...]] = {}
         self._compared: dict[str, _Compared] = {}
         for state in kept.subsystem.states:
             asked = [item.value for item in state.behaviour.assignments]
             asked += [axiom.that for axiom in kept.subsystem.axioms]
             asked += conditions_of(kept.subsystem, state.name)
-            turns = {turn for expr in asked for turn in self._of(expr)}
-            self._turns[state.name] = tuple(sorted(turns))
+            turning = set[int]()
+            for decided in map(self._timer.decided, asked):
+                static.turns |= decided
+                turning.update(*(turns.at for _, turns in decided.values()))
+            self._turns[state.name] = tuple(sorted(turning))
             found = tuple(self._with_kept(asked))
             rests = kept.rests.all(found)
             self._compared[state.name] = found, sorted(rests.values), sorted(rests.memory)
@@ -83,24 +82,6 @@ class Clocks:
                 found[id(expr)] = expr, turns
                 at.update(turns.at)
         return Timed(found, tuple(sorted(at)))
-
-    def _of(self, expr: m.Expr) -> Iterator[int]:
-        """The periods at which a part turns, directly or through lets, whatever is kept."""
-        if isinstance(expr, m.LetRef):
-            yield from self._of_lets.get(expr.name, ())
-        elif (found := self._always(expr)) is not None:
-            yield from found.at
-        else:
-            for part in m.children(expr):
-                yield from self._of(part)
-
-    def _always(self, expr: m.Expr) -> Turns | None:
-        if not isinstance(expr.type, Bool) or isinstance(expr, (m.Truth, m.ConstantRef)):
-            return None
-        found = self._timer.turns(expr)
-        if found is not None:
-            self._static.turns[id(expr)] = expr, found
-        return found
 
     def _with_kept(self, exprs: Iterable[m.Expr]) -> Iterator[m.Expr]:
         """The comparisons of time with values that are kept, directly or through lets."""

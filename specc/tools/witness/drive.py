@@ -12,8 +12,8 @@ from typing import TypeVar
 
 from specc.analysis import Facts
 from specc.analysis.arrivals import always_present
+from specc.analysis.reads import Dependences
 from specc.frozen import frozen
-from specc.model.expr import Expr, LetRef, MemoryRef, walk
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, presence
@@ -174,10 +174,7 @@ class Driver:
         self._never = never
         self._subsystem = code.subsystem
         self._presence = facts.of(original).presence
-        self._changing_lets: set[str] = set()
-        for let in self._subsystem.lets:  # in order of dependence
-            if self._depends(let.value):
-                self._changing_lets.add(let.name)
+        self._rests = Dependences(self._subsystem.lets)
 
     def taking(self, row: Transition) -> list[Goal]:
         """Its state ends by the cause of the row, which is the only one that applies."""
@@ -272,7 +269,7 @@ class Driver:
 
     def _counted(self, driven: Driven, goals: Sequence[Goal]) -> tuple[Driven, Situation]:
         """The same where changing memory has to reach some value first."""
-        if not any(self._depends(condition) for condition, _ in goals):
+        if not self._rests.all(c for c, _ in goals).memory & self.meaning.changing:
             raise StrayError(f"no inputs were found that end {driven.state} as required")
         for _ in range(MOST_COUNTED):
             driven = self._waited(driven, 1)
@@ -281,14 +278,6 @@ class Driver:
             except StrayError:
                 continue
         raise StrayError("memory does not reach the required values")
-
-    def _depends(self, expr: Expr) -> bool:
-        """Whether an expression depends on memory that changes."""
-        return any(
-            (isinstance(node, MemoryRef) and node.name in self.meaning.changing)
-            or (isinstance(node, LetRef) and node.name in self._changing_lets)
-            for node in walk(expr)
-        )
 
     def _waited(self, driven: Driven, periods: int) -> Driven:
         """The run with some more periods in its state.

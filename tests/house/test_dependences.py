@@ -1,0 +1,51 @@
+"""`specc/analysis/reads.py` knows what an expression depends on, directly or through lets."""
+
+import ast
+from pathlib import Path
+
+SPECC = Path(__file__).resolve().parents[2] / "specc"
+ANSWER, NODE = "analysis/reads.py", "model/expr.py"
+LANGUAGE = {
+    "lang/dependence_order.py": "in which order lets are computed",
+    "lang/errors.py": "where a name in a message comes from",
+    "lang/evaluate.py": "its value",
+    "lang/names.py": "what a name is",
+    "lang/show.py": "its text",
+    "resolve/uses.py": "which definition it names, for editors",
+}
+VALUES = {
+    "lower/subsystem.py": "its name in generated code",
+    "lower/table.py": "its term",
+    "proof/clock.py": "when time turns it",
+    "proof/numbering.py": "its value number",
+    "proof/search/example.py": "the parts to which a situation gives values, fields of records too",
+    "proof/search/search.py": "which of these parts have to change for a wanted value",
+    "proof/solver/solver.py": "its term of the solver",
+    "proof/translate.py": "its formula",
+    "tools/diff/meaning.py": "its meaning in another version",
+    "tools/explore/partial.py": "its value where others are known",
+    "tools/explore/sensor_values.py": "whether the value of a vector is plain",
+    "tools/explore/timing.py": "comparisons of time with values that are followed",
+    "tools/why/moment.py": "what was read, lets included, in the order in which it is told",
+    "tools/why/reasons.py": "why it has its value",
+}
+FACTS = {
+    "analysis/constancy.py": "which parts of it are constant",
+    "analysis/guards.py": "what holds where a part of it is computed",
+    "analysis/memory_bounds.py": "between which numbers it lies",
+    "analysis/pointless.py": "where it was written",
+    "checks/usage.py": "whether it is used",
+    "checks/waiting.py": "which arrivals make it true",
+    "tools/graph/flow.py": "its box in a drawing",
+}
+"""Which other modules look through lets, and for what."""
+
+
+def test_no_other_module_looks_through_lets() -> None:
+    found = set()
+    for module in SPECC.rglob("*.py"):
+        text = module.read_text(encoding="utf-8")
+        nodes = ast.walk(ast.parse(text)) if "LetRef" in text else ()
+        if any("LetRef" in (getattr(node, "attr", ""), getattr(node, "id", "")) for node in nodes):
+            found.add(module.relative_to(SPECC).as_posix())
+    assert found - {NODE} == {ANSWER, *LANGUAGE, *VALUES, *FACTS}
