@@ -49,8 +49,9 @@ _USAGE = {
     "partial": "partial[wrench[E]]",
 }
 
-
-TYPE_WORDS = frozenset((*_PLAIN, *_USAGE)) - {"point"}
+SPELT = {**dict.fromkeys(_PLAIN, ""), **_USAGE}
+"""The types of the language, with how those that take something are spelt."""
+TYPE_WORDS = frozenset(SPELT) - {"point"}
 """Names of the language; a specification gives them to no type of its own.
 
 Version 1 had no points: a type of that name is the one that is meant.

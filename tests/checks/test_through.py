@@ -115,7 +115,7 @@ def test_an_element_is_renamed_at_all_ends_that_are_written(tmp_path: Path) -> N
     written = text()
     project, path = edited(tmp_path / "demo.yaml", written)
     edits = answers.rename_at(project, path, place(written, "x: {|h_d: {type"), "height")
-    assert apply(written, edits, "height") == written.replace("h_d", "height")
+    assert apply(written, edits) == written.replace("h_d", "height")
 
 
 def test_targets_below_through_are_known_to_the_editor(tmp_path: Path) -> None:

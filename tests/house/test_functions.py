@@ -13,7 +13,6 @@ NAMES = {name for name, row in FUNCTIONS.items() if not row.rule or row.value is
 OTHER_WORDS = {
     "the type of a pose": {
         "lang/types.py": {"pose"},
-        "tools/lsp/completion.py": {"pose"},
     },
     "a kind of number, by other names or in Python": {
         "lang/kinds.py": {"float"},

@@ -15,7 +15,7 @@ from specc.source import Place, Route, SourceFile, TextNode
 from specc.tools.fmt import LayoutError, formatted
 from specc.tools.lsp.cursor import line_break
 from specc.tools.lsp.describe import OutlineEntry, contents
-from specc.tools.lsp.project import Analysis, Project
+from specc.tools.lsp.project import Analysis, FileEdit, Project
 from specc.tools.lsp.signature import CallSignature, signature
 from specc.tools.lsp.symbols import node_at
 
@@ -26,22 +26,12 @@ _NO_ROW_APPLIES, _NO_ROW, _NO_ROW_YET = "E0601", "E0603", "O0605"
 
 
 @frozen
-class Insertion:
-    """New text for a stretch of a file, in offsets of the text that was analysed."""
-
-    path: str
-    start: int
-    end: int
-    text: str
-
-
-@frozen
 class Action:
     """What can be done about a finding; `preferred` if it is the one safe way."""
 
     title: str
     diagnostic: Diagnostic
-    changes: tuple[Insertion, ...]
+    changes: tuple[FileEdit, ...]
     preferred: bool
 
 
@@ -59,10 +49,10 @@ def _sentence(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _fixed(analysis: Analysis, fix: Fix) -> tuple[Insertion, ...]:
+def _fixed(analysis: Analysis, fix: Fix) -> tuple[FileEdit, ...]:
     found = repair(fix, analysis.loader.sources)
     path = fix.edits[0].place.file
-    return tuple(Insertion(path, c.start, c.end, c.text) for c in found.changes) if found else ()
+    return tuple(FileEdit(path, c.start, c.end, c.text) for c in found.changes) if found else ()
 
 
 def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
@@ -98,7 +88,7 @@ def _is_about(diagnostic: Diagnostic, decided: Decided) -> bool:
 
 def _insertions(
     analysis: Analysis, decided: Decided, others: Sequence[Decided]
-) -> Iterator[Insertion]:
+) -> Iterator[FileEdit]:
     """A row behind the last one of each state; `others` are those that lack the same row."""
     place = decided.state.place
     source = analysis.loader.sources.get(place.file)
@@ -117,7 +107,7 @@ def _insertions(
 
 def _behind(
     source: SourceFile | None, route: Route, step: int | None, text: str
-) -> Insertion | None:
+) -> FileEdit | None:
     """A new entry of a collection behind one of its entries, the last one if it is not given."""
     whole = node_at(source, route)
     if source is None or whole is None or not whole.values:
@@ -125,13 +115,13 @@ def _behind(
     last = step if step is not None else next(reversed(whole.values))
     before = whole.values[last]
     if source.text[whole.start] in "[{":
-        return Insertion(source.path, before.end, before.end, f", {text}")
+        return FileEdit(source.path, before.end, before.end, f", {text}")
     begin = _begin(source, whole, last)
     line = source.line_starts[source.span(Place(source.path, (*route, last))).line - 1]
     indent = source.text[line:begin]
     end = _line_end(source, before)
     dash = "" if last in whole.keys else "- "
-    return Insertion(
+    return FileEdit(
         source.path, end, end, f"{line_break(source.text)}{' ' * len(indent)}{dash}{text}"
     )
 

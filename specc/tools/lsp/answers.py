@@ -17,21 +17,12 @@ from specc.tools.lsp.describe import (
     describe_part,
     describe_symbol,
 )
-from specc.tools.lsp.project import Project, View
-from specc.tools.lsp.rename import NameEdit, RenameError, check_renameable, rename
+from specc.tools.lsp.project import FileEdit, Project, Stretch, View
+from specc.tools.lsp.rename import RenameError, check_renameable, rename
 from specc.tools.lsp.symbols import beside
 from specc.tools.lsp.unfinished import shift
 
 _UNUSED_IGNORE = "W0901"
-
-
-@frozen
-class Stretch:
-    """A part of the present text of a file, in offsets."""
-
-    path: str
-    start: int
-    end: int
 
 
 @frozen
@@ -184,7 +175,7 @@ def renameable(project: Project, path: str, offset: int) -> Stretch | None:
     return here.now(here.occurrence.start, here.occurrence.end)
 
 
-def rename_at(project: Project, path: str, offset: int, new: str) -> list[NameEdit]:
+def rename_at(project: Project, path: str, offset: int, new: str) -> list[FileEdit]:
     """The edits that rename the symbol at an offset; raises `RenameError`."""
     here = _here(project, path, offset)
     if here is None or here.occurrence is None:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from specc.frozen import frozen
 from specc.lang import ExprError, ExprErrors, Scope
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
+from specc.lang.types import SPELT
 from specc.lang.typing import expression
 from specc.model.types import (
     Enum,
@@ -46,24 +48,8 @@ _VISIBLE: dict[Form, tuple[SymbolKind, ...]] = {
     "initial": _CONSTANTS,
     "full": ("memory", "let", *_CONSTANTS),
 }
-TYPE_WORDS = {
-    "bool": "",
-    "int": "",
-    "real": "real[m/s]",
-    "text": "",
-    "file": "",
-    "vector": "vector[6, rad]",
-    "spatial": "spatial[E, kg/s, kg*m**2/s]",
-    "wrench": "wrench[E]",
-    "twist": "twist[E]",
-    "pose": "pose[B, E]",
-    "image": "image[480, 640, 3]",
-    "enum": "enum[open, closed]",
-    "list": "list[pose[B, E]]",
-    "frame": "",
-    "agent": "",
-}
-"""The types of the language, with how those that take something are spelt."""
+PARAMETER_TYPES = {"frame": "", "agent": ""}
+"""Types that only parameters have."""
 
 
 @frozen
@@ -117,12 +103,11 @@ def complete_type(index: Index, path: str, before: str) -> Iterator[Item]:
         sizes = [symbol for symbol in symbols if _may_be_size(index, symbol)]
         yield from _of_kind(index, sizes, ("parameter",), word)
     if around not in ("real", "enum", "image"):
-        frames = around not in ("", "list", "vector")
+        frames = around not in ("", "vector", "list", "nonempty", "optional", "partial")
         yield from _of_kind(index, symbols, ("frame",) if frames else ("type",), word)
         if not frames:
-            yield from (
-                Item(label, "type", usage, word=word) for label, usage in TYPE_WORDS.items()
-            )
+            for label, usage in (SPELT | PARAMETER_TYPES).items():
+                yield Item(label, "type", usage, word=word)
 
 
 def _may_be_size(index: Index, symbol: Symbol) -> bool:
@@ -166,15 +151,18 @@ def _members(index: Index, path: str, owner: Route, value: str, word: str) -> It
 
 
 def _of_kind(
-    index: Index, symbols: Iterator[Symbol] | list[Symbol], kinds: tuple[SymbolKind, ...], word: str
+    index: Index,
+    symbols: Iterable[Symbol],
+    kinds: tuple[SymbolKind | None, ...],
+    word: str | None = None,
 ) -> Iterator[Item]:
     for symbol in symbols:
         if symbol.kind in kinds:
             yield _item(index, symbol, word)
 
 
-def _item(index: Index, symbol: Symbol, word: str) -> Item:
-    detail = str(symbol.type) if symbol.type else ""
+def _item(index: Index, symbol: Symbol, word: str | None = None) -> Item:
+    detail = str(symbol.type or "")
     return Item(symbol.name, symbol.kind, detail, describe_symbol(index, symbol), word)
 
 
@@ -275,11 +263,11 @@ def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Ite
     elif role.form == "interface":
         inside = "[" in cursor.before
         kinds: tuple[SymbolKind, ...] = ("frame", "type") if inside else ("interface",)
-        yield from _symbols(index, index.visible(path, ()), kinds)
+        yield from _of_kind(index, index.visible(path, ()), kinds)
     elif role.form == "name":
         for word in _FIXED.get(role.kind or "", ()):
             yield Item(word, "value")
-        yield from _symbols(index, index.visible(path, owner), (role.kind,))
+        yield from _of_kind(index, index.visible(path, owner), (role.kind,))
     elif role.form == "task":
         yield from _task(index, role)
     elif role.form == "formula":
@@ -287,7 +275,7 @@ def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Ite
     elif role.form != "path":
         yield from complete_expression(index, path, owner, role.form, cursor.before)
         if role.form == "argument":
-            yield from _symbols(index, index.visible(path, ()), ("frame", "agent"))
+            yield from _of_kind(index, index.visible(path, ()), ("frame", "agent"))
 
 
 def _task(index: Index, role: Role) -> Iterator[Item]:
@@ -312,18 +300,9 @@ def _formula(index: Index, path: str, before: str) -> Iterator[Item]:
         return
     yield from complete_expression(index, path, (), "constant", before)
     if not _UNIT.search(before):
-        yield from _symbols(index, index.visible(path, ()), ("let",))
+        yield from _of_kind(index, index.visible(path, ()), ("let",))
         yield from (Item(name, "agent") for name in paths.below(()))
         yield from (Item(name, "operator") for name in WORDS)
-
-
-def _symbols(
-    index: Index, symbols: Iterable[Symbol], kinds: tuple[SymbolKind | None, ...]
-) -> Iterator[Item]:
-    for symbol in symbols:
-        if symbol.kind in kinds:
-            words = describe_symbol(index, symbol)
-            yield Item(symbol.name, symbol.kind, str(symbol.type or ""), words)
 
 
 def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
@@ -332,11 +311,10 @@ def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
     symbols = list(index.visible(path, owner))
     match rest:
         case ("functions", _) | ("through",):
-            yield from _symbols(index, symbols, ("memory",))
+            yield from _of_kind(index, symbols, ("memory",))
             for symbol in symbols:
                 if symbol.kind == "element" and symbol.qualified.startswith("y."):
-                    words = describe_symbol(index, symbol)
-                    yield Item(symbol.qualified, "element", str(symbol.type or ""), words)
+                    yield replace(_item(index, symbol), label=symbol.qualified)
         case ("x" | "y", str(peer)):
             yield from _far_elements(index, path, (*owner, str(rest[0]), peer))
         case (*_, "with"):
@@ -363,7 +341,7 @@ def _parameters(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
     user = node_at(index.sources.get(path), cursor.route[:-1])
     used = user.values.get("use") if user else None
     file = index.files.get(beside(path, used.scalar)) if used and used.scalar else None
-    yield from _symbols(index, file.top.values() if file else (), ("parameter",))
+    yield from _of_kind(index, file.top.values() if file else (), ("parameter",))
 
 
 def _device_elements(index: Index) -> Iterator[Item]:

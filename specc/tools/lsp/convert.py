@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 from lsprotocol import types as lsp
 
 from specc.frozen import frozen
 from specc.source import SourceFile
 from specc.tools.lsp.actions import Action
-from specc.tools.lsp.answers import Hover, Note, Stretch
+from specc.tools.lsp.answers import Hover, Note
 from specc.tools.lsp.completion import Completion
 from specc.tools.lsp.describe import OutlineEntry
-from specc.tools.lsp.project import Project
-from specc.tools.lsp.rename import NameEdit
+from specc.tools.lsp.project import FileEdit, Project, Stretch
 from specc.tools.lsp.signature import CallSignature
 from specc.tools.lsp.unfinished import difference
 
@@ -31,26 +29,18 @@ _CODECS = {
 }
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Position:
-    """A line, counted from 0, and the code units before the position in it."""
-
-    line: int
-    character: int
-
-
 @frozen
 class Columns:
     """Converts offsets and positions in the encoding that was agreed on."""
 
     encoding: str = "utf-16"
 
-    def position_at(self, source: SourceFile, offset: int) -> Position:
+    def position_at(self, source: SourceFile, offset: int) -> lsp.Position:
         """The position of a character of a text."""
         line = bisect_right(source.line_starts, offset) - 1
-        return Position(line, self._units(source.text[source.line_starts[line] : offset]))
+        return lsp.Position(line, self._units(source.text[source.line_starts[line] : offset]))
 
-    def offset_at(self, source: SourceFile, position: Position) -> int:
+    def offset_at(self, source: SourceFile, position: lsp.Position) -> int:
         """The character at a position; what is beyond the text or its line is its end."""
         if position.line >= len(source.line_starts):
             return len(source.text)
@@ -136,19 +126,14 @@ class Texts:
 
 def offset(texts: Texts, path: str, position: lsp.Position) -> int:
     """The offset of a position in the present text of a file."""
-    where = Position(position.line, position.character)
-    return texts.columns.offset_at(texts.project.source(path), where)
+    return texts.columns.offset_at(texts.project.source(path), position)
 
 
-def range_of(texts: Texts, stretch: Stretch | NameEdit) -> lsp.Range:
+def range_of(texts: Texts, stretch: Stretch) -> lsp.Range:
     """The range of a stretch of a file."""
     source = texts.project.source(stretch.path)
-    length = len(source.text)
-    ends = (
-        texts.columns.position_at(source, min(at, length)) for at in (stretch.start, stretch.end)
-    )
-    start, end = (lsp.Position(end.line, end.character) for end in ends)
-    return lsp.Range(start, end)
+    ends = (min(at, len(source.text)) for at in (stretch.start, stretch.end))
+    return lsp.Range(*(texts.columns.position_at(source, end) for end in ends))
 
 
 def location(texts: Texts, stretch: Stretch) -> lsp.Location:
@@ -210,15 +195,11 @@ def signature_help(found: CallSignature | None) -> lsp.SignatureHelp | None:
 
 def code_action(texts: Texts, action: Action) -> lsp.CodeAction:
     """A repair as edits, with the finding that it is about."""
-    changes: dict[str, list[lsp.TextEdit]] = {}
-    for change in action.changes:
-        where = range_of(texts, Stretch(change.path, change.start, change.end))
-        changes.setdefault(texts.uri(change.path), []).append(lsp.TextEdit(where, change.text))
     return lsp.CodeAction(
         title=action.title,
         kind=lsp.CodeActionKind.QuickFix,
         is_preferred=action.preferred,
-        edit=lsp.WorkspaceEdit(changes=changes),
+        edit=workspace_edit(texts, action.changes),
     )
 
 
@@ -256,10 +237,10 @@ def _item(texts: Texts, path: str, offset: int, found: Completion, rank: int) ->
     )
 
 
-def workspace_edit(texts: Texts, edits: Iterable[NameEdit], new: str) -> lsp.WorkspaceEdit:
-    """The same new name in all stretches."""
+def workspace_edit(texts: Texts, edits: Iterable[FileEdit]) -> lsp.WorkspaceEdit:
+    """Edits by the files that they are of."""
     changes: dict[str, list[lsp.TextEdit]] = {}
     for edit in edits:
-        text_edit = lsp.TextEdit(range_of(texts, edit), new)
+        text_edit = lsp.TextEdit(range_of(texts, edit), edit.text)
         changes.setdefault(texts.uri(edit.path), []).append(text_edit)
     return lsp.WorkspaceEdit(changes=changes)

@@ -149,4 +149,4 @@ class Desk:
     def rename(self, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
         """The edits that rename a thing; raises `RenameError`."""
         edits = answers.rename_at(self._project, *self._asked(params), params.new_name)
-        return convert.workspace_edit(self._texts, edits, params.new_name)
+        return convert.workspace_edit(self._texts, edits)

@@ -21,9 +21,8 @@ from specc.resolve import Findings
 from specc.resolve.loader import Loader
 from specc.schema import ROW_KEYS
 from specc.source import SourceFile, Sources, real_path
-from specc.tools.lsp.certain import certain
 from specc.tools.lsp.index import Index, build_index
-from specc.tools.lsp.unfinished import Shift, mended, shift
+from specc.tools.lsp.unfinished import Shift, certain, mended, shift
 
 _SYSTEM = re.compile(r"(?:^|\r)system\s*:", re.MULTILINE)
 _SUFFIXES = (".yaml", ".yml")
@@ -65,6 +64,22 @@ class Analysis:
     def has_read(self, path: str) -> bool:
         """Whether a part of the system is what the file describes, not other parts alone."""
         return any(use.place.file == path for use in self.loader.findings.uses)
+
+
+@frozen
+class Stretch:
+    """A part of the text of a file, in offsets."""
+
+    path: str
+    start: int
+    end: int
+
+
+@frozen
+class FileEdit(Stretch):
+    """New text for a part of a file."""
+
+    text: str
 
 
 @frozen
@@ -119,10 +134,7 @@ class Project:
     def forget_deleted(self, path: str) -> None:
         """Drop what is known of a system whose file is gone and not open."""
         if path in self._current and path not in self._open and not os.path.exists(path):
-            self._current.pop(path)
-            self._understood.pop(path, None)
-            self._mended.pop(path, None)
-            self._kept.pop(path, None)
+            self._drop(path)
 
     def roots(self, path: str, search: bool = False) -> list[str]:
         """The systems that a file belongs to, or itself; `search` looks on the disk too."""
@@ -298,10 +310,13 @@ class Project:
         if root not in self._open and not any(
             self._current[root].loader.sources.get(path) for path in self._open
         ):
-            self._current.pop(root, None)
-            self._understood.pop(root, None)
-            self._mended.pop(root, None)
-            self._kept.pop(root, None)
+            self._drop(root)
+
+    def _drop(self, root: str) -> None:
+        self._current.pop(root, None)
+        self._understood.pop(root, None)
+        self._mended.pop(root, None)
+        self._kept.pop(root, None)
 
     def _systems(self, named: str) -> Iterator[str]:
         """Files of systems, in the folders of the editor, that speak of a file by its name."""

@@ -6,15 +6,14 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
-from specc.frozen import frozen
-from specc.lang import RESERVED
+from specc.lang import RESERVED, TYPE_WORDS
 from specc.model.units import UNITS
 from specc.resolve.uses import names_in
 from specc.schema.keys import Form, SymbolKind
 from specc.schema.places import role_of, split
-from specc.tools.lsp.completion import TYPE_WORDS
+from specc.tools.lsp.completion import PARAMETER_TYPES
 from specc.tools.lsp.index import Index
-from specc.tools.lsp.project import Project
+from specc.tools.lsp.project import FileEdit, Project
 from specc.tools.lsp.references import Occurrence
 from specc.tools.lsp.symbols import Symbol, node_at, values
 
@@ -69,7 +68,7 @@ def check_name(symbol: Symbol, new: str) -> None:
         raise RenameError(f"`{new}` is not a valid name; use letters, digits and _")
     words = RESERVED | {"always", "never"} | (_PEER_WORDS if symbol.kind in _PARTS else set())
     if symbol.kind == "type":
-        words |= set(TYPE_WORDS)
+        words |= TYPE_WORDS | PARAMETER_TYPES.keys()
     if new in words or new.lower() in _YAML_WORDS:
         raise RenameError(f"`{new}` is a word of the language")
     if symbol.kind == "type" and new in UNITS:
@@ -135,21 +134,10 @@ def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
 # Renaming a symbol everywhere, or saying why that cannot be done safely.
 
 
-__all__ = ["NameEdit", "RenameError", "apply", "check_renameable", "rename"]
-
 _EXPRESSIONS: tuple[Form, ...] = ("constant", "initial", "full", "formula")
 
 
-@frozen
-class NameEdit:
-    """A stretch of a file, in offsets, that gets another name."""
-
-    path: str
-    start: int
-    end: int
-
-
-def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[NameEdit]:
+def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[FileEdit]:
     """The edits that give a symbol another name in every system that has to do with it.
 
     Raises:
@@ -157,7 +145,7 @@ def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Nam
     """
     check_renameable(index, symbol)
     check_name(symbol, new)
-    edits: dict[NameEdit, None] = {}
+    edits: dict[FileEdit, None] = {}
     known = _everywhere(project, index, symbol)
     _check_read(known)
     for around, twin in known:
@@ -169,10 +157,10 @@ def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Nam
     return list(edits)
 
 
-def apply(text: str, edits: Iterable[NameEdit], new: str) -> str:
-    """A text with its stretches replaced."""
+def apply(text: str, edits: Iterable[FileEdit]) -> str:
+    """A text with the edits of its file made."""
     for edit in sorted(edits, key=lambda e: e.start, reverse=True):
-        text = text[: edit.start] + new + text[edit.end :]
+        text = text[: edit.start] + edit.text + text[edit.end :]
     return text
 
 
@@ -195,14 +183,14 @@ def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[In
     return found
 
 
-def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[NameEdit]:
+def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[FileEdit]:
     symbols = (*symbol.declarations, *symbol.tied)
     for path, occurrence in index.naming(symbols):
         if project.source(path).text != index.text(path):
             raise RenameError("correct the errors in the file first: it is not fully understood")
         check_free(index, symbol, path, occurrence, new)
         if _spells(index, path, occurrence):
-            yield NameEdit(path, occurrence.start, occurrence.end)
+            yield FileEdit(path, occurrence.start, occurrence.end, new)
 
 
 def _check_read(known: list[tuple[Index, Symbol]]) -> None:
@@ -230,10 +218,10 @@ def _spells(index: Index, path: str, occurrence: Occurrence) -> bool:
     return text[occurrence.start : occurrence.end] == occurrence.symbol.name
 
 
-def _check_effect(project: Project, edits: Iterable[NameEdit], new: str) -> None:
+def _check_effect(project: Project, edits: Iterable[FileEdit], new: str) -> None:
     """With the new name specc reports exactly what it reported before."""
     texts = {
-        path: apply(project.source(path).text, [e for e in edits if e.path == path], new)
+        path: apply(project.source(path).text, [e for e in edits if e.path == path])
         for path in {edit.path for edit in edits}
     }
     before, after = project.compare(texts)

@@ -67,7 +67,13 @@ def labels(project: Project, path: str, text: str, old: str, new: str) -> set[st
         ("when: always, to: S0}", "when: always, to: |", "S0 S1", "always"),
         ("cause: terminal, when", "cause: |, when", "terminal error", "S0"),
         # types
-        ("mode: Mode}\n          E", "mode: |}\n          E", "Mode Joints pose vector", "B q_p"),
+        (
+            "mode: Mode}\n          E",
+            "mode: |}\n          E",
+            "Mode Joints pose point optional",
+            "B q_p",
+        ),
+        ("mode: Mode}\n          E", 'mode: "optional[|"}\n          E', "Mode Joints pose", "B"),
         ('X_c: "pose[B, E]"}\n          E', 'X_c: "pose[|', "B E", "Mode"),
         # keys
         (

@@ -109,7 +109,7 @@ def test_renaming_changes_what_is_required(
 ) -> None:
     known, path = unchanged
     edits = answers.rename_at(known, path, place(SYSTEM, at), new)
-    text = apply(SYSTEM, edits, new)
+    text = apply(SYSTEM, edits)
     for part in expected:
         assert part in text
     before, after = known.compare({path: text})

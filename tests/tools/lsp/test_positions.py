@@ -3,9 +3,10 @@
 import random
 
 import pytest
+from lsprotocol.types import Position
 
 from specc.source import SourceFile
-from specc.tools.lsp.convert import Columns, Position
+from specc.tools.lsp.convert import Columns
 from specc.tools.lsp.unfinished import shift
 
 TEXT = "a: 1\r\nβ: '🦾 x'\n\n𝔹𝔹: ok\rlast"

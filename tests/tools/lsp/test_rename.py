@@ -27,7 +27,7 @@ def renamed(project: Project, path: str, offset: int, new: str) -> dict[str, str
     """Texts after a renaming."""
     edits = answers.rename_at(project, path, offset, new)
     return {
-        file: apply(project.source(file).text, [e for e in edits if e.path == file], new)
+        file: apply(project.source(file).text, [e for e in edits if e.path == file])
         for file in {edit.path for edit in edits}
     }
 

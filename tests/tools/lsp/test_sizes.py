@@ -70,10 +70,10 @@ def test_renaming_a_size_renames_it_in_types_signatures_and_users(tmp_path: Path
     for root in project.roots(path, search=True):
         project.analyse(root)
     edits = answers.rename_at(project, path, place(JOINTS, 'y: {E: {v: "vector[|n'), "joints")
-    own = apply(JOINTS, [e for e in edits if e.path == path], "joints")
+    own = apply(JOINTS, [e for e in edits if e.path == path])
     assert own == JOINTS.replace("vector[n,", "vector[joints,").replace("{n: int", "{joints: int")
     user = str(tmp_path / "user.yaml")
-    theirs = apply(USER, [e for e in edits if e.path == user], "joints")
+    theirs = apply(USER, [e for e in edits if e.path == user])
     assert theirs == USER.replace("{n: 2", "{joints: 2")
 
 
