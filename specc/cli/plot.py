@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from math import isnan
 from pathlib import Path
@@ -17,6 +18,7 @@ from specc.cli.recordings import called, lost
 from specc.cli.streams import Refused
 from specc.diagnostics.phrases import clipped
 from specc.model.system import System
+from specc.reachable import grouped
 from specc.tools.plot import NoSignal, Signal, found
 from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
 from specc.tools.plot.sheet import PlottedRun, Sheet, bands, cut, marks, numbers_of, panels
@@ -60,6 +62,7 @@ class _Plot:
         self._system = _system(texts)
         self._machines: list[str] = []
         self._groups: list[list[Signal]] = []
+        self._signals: dict[str, Signal] = {}
         for word in words:
             self._choose(word.split(","))
 
@@ -77,27 +80,33 @@ class _Plot:
         for name in names:
             part = found(self._system, name)
             if isinstance(part, Signal):
-                group.append(part)
+                group.append(self._placed(part))
             elif part.qualified_name not in self._machines:
                 self._machines.append(part.qualified_name)
         self._groups += [group] if group else []
 
+    def _placed(self, signal: Signal) -> Signal:
+        """The signal with its place; the same one whenever it is named."""
+        if signal.name not in self._signals:
+            before = sum(other.owner == signal.owner for other in self._signals.values())
+            self._signals[signal.name] = replace(signal, place=before)
+        return self._signals[signal.name]
+
     def make(self) -> int:
         """Read the recordings and write the plot; the exit code."""
-        signals = list({s.name: s for group in self._groups for s in group}.values())
-        wanted, places = _wanted(signals)
+        wanted = grouped((s.owner, _wanted(s)) for s in self._signals.values())
         runs, readings = [], []
         for file, name in zip(self._files, _names(self._files), strict=True):
             readings.append(called("recording.reading", "RecordFile", file))
             runs.append(
                 self._part(PlottedRun(name, self._traces(file, wanted, readings[-1])), file)
             )
-        self._tell_of_nothing(runs, signals, places)
+        self._tell_of_nothing(runs)
         names, still = (self._machines, ()) if self._words else self._all(runs)
         if self._form == "csv":
-            self._put_table(runs, signals, names, places)
+            self._put_table(runs, names)
         else:
-            self._draw(runs, names, still, places)
+            self._draw(runs, names, still)
         return max(int(lost(reading)) for reading in readings)
 
     def _traces(self, file: Path, wanted: Mapping[str, Any], reading: Any) -> Any:
@@ -114,12 +123,10 @@ class _Plot:
             raise Refused(f"{file} goes from {has}; --since and --until leave nothing of it")
         return cut(run, begin_s, end_s)
 
-    def _tell_of_nothing(
-        self, runs: Sequence[PlottedRun], signals: Sequence[Signal], places: Mapping[str, int]
-    ) -> None:
+    def _tell_of_nothing(self, runs: Sequence[PlottedRun]) -> None:
         """Say which signals have no value in any recording."""
-        for signal in signals:
-            columns = (c for run in runs for c in numbers_of(signal, run, places[signal.name])[1])
+        for signal in self._signals.values():
+            columns = (column for run in runs for column in numbers_of(signal, run)[1])
             if all(map(isnan, chain.from_iterable(columns))):
                 streams.say(f"specc: {signal.name} never has a value")
 
@@ -142,15 +149,9 @@ class _Plot:
             return names, ()
         return moving, tuple(f"{n} {next(iter(states[n]))}" for n in names if n not in moving)
 
-    def _put_table(
-        self,
-        runs: Sequence[PlottedRun],
-        signals: Sequence[Signal],
-        names: Sequence[str],
-        places: Mapping[str, int],
-    ) -> None:
+    def _put_table(self, runs: Sequence[PlottedRun], names: Sequence[str]) -> None:
         if self._words:
-            text = table(runs, signals, names, places)
+            text = table(runs, list(self._signals.values()), names)
         else:
             text = timeline(
                 [(r.name, list(bands([PlottedRun("", r.traces)], names, None))) for r in runs]
@@ -162,17 +163,13 @@ class _Plot:
             streams.show(text)
 
     def _draw(
-        self,
-        runs: Sequence[PlottedRun],
-        names: Sequence[str],
-        still: tuple[str, ...],
-        places: Mapping[str, int],
+        self, runs: Sequence[PlottedRun], names: Sequence[str], still: tuple[str, ...]
     ) -> None:
         shown = tuple(bands(runs, names, self._system))
         if len(shown) > MOST_BANDS:
             words = f"{len(shown)} machines are not legible on a page; name up to {MOST_BANDS}"
             raise Refused(f"{words}, or take the table with --csv")
-        drawn_panels = tuple(panels(runs, self._groups, places))
+        drawn_panels = tuple(panels(runs, self._groups))
         if len(drawn_panels) > MOST_PANELS:
             words = f"{len(drawn_panels)} panels are not legible on a page"
             raise Refused(f"{words}; name fewer signals, up to {MOST_PANELS} panels")
@@ -222,16 +219,7 @@ def _tail(own: Sequence[str], every: Sequence[Sequence[str]]) -> str:
     return "/".join(own[-next(alone, len(own)) :])
 
 
-def _wanted(signals: Sequence[Signal]) -> tuple[dict[str, list[Any]], dict[str, int]]:
-    """What to read of each owner, and where in that each signal is."""
-    wanted: dict[str, list[Any]] = {}
-    places = {}
-    for signal in signals:
-        own = wanted.setdefault(signal.owner, [])
-        places[signal.name] = len(own)
-        own.append(
-            called(
-                "recording.traces", "Wanted", signal.path, len(signal.components), signal.numbers
-            )
-        )
-    return wanted, places
+def _wanted(signal: Signal) -> Any:
+    """What to read of a recording for a signal."""
+    numbers = len(signal.components), signal.numbers
+    return called("recording.traces", "Wanted", signal.path, *numbers)

@@ -73,7 +73,7 @@ def compare_axioms(old: Subsystem, new: Subsystem, meaning: Equivalence, book: B
         again = next((a for a in left if meaning.same_assumption(before.that, a.that)), None)
         if again is None:
             text, note = show(before.that), "runs are no longer checked for it"
-            book.removed("assumption", "", text, guarantee="weaker", note=note)
+            book.alone("removed", "assumption", "", text, guarantee="weaker", note=note)
             continue
         left.remove(again)
         name = show(again.that)
@@ -81,7 +81,7 @@ def compare_axioms(old: Subsystem, new: Subsystem, meaning: Equivalence, book: B
         book.remark("assumption", name, "reason", before.because, again.because)
     for after in left:
         note = "proofs rest on it from now on"
-        book.added("assumption", "", show(after.that), guarantee="weaker", note=note)
+        book.alone("added", "assumption", "", show(after.that), guarantee="weaker", note=note)
 
 
 # Changes of a subsystem's conditions, behaviours and states.
@@ -118,11 +118,11 @@ def _renamed(
     for before in pairs.removed.values():
         again = next((key for key, after in left.items() if same(before, after)), None)
         if again is None:
-            book.removed(part(before), before.name, text(before), semantic=semantic)
+            book.alone("removed", part(before), before.name, text(before), semantic=semantic)
         else:
             book.remark(part(before), before.name, "name", before.name, left.pop(again).name)
     for after in left.values():
-        book.added(part(after), after.name, text(after), semantic=semantic)
+        book.alone("added", part(after), after.name, text(after), semantic=semantic)
 
 
 def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:

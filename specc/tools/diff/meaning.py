@@ -85,9 +85,9 @@ def compare_types(old: System, new: System, book: Book) -> None:
 def _compare_parts(name: str, old: Parts, new: Parts, book: Book) -> None:
     for key in sorted(old.keys() | new.keys()):
         if key not in old:
-            book.added("type", name, f"{key} {new[key]}".strip())
+            book.alone("added", "type", name, f"{key} {new[key]}".strip())
         elif key not in new:
-            book.removed("type", name, f"{key} {old[key]}".strip())
+            book.alone("removed", "type", name, f"{key} {old[key]}".strip())
         else:
             book.changed("type", name, key, old[key], new[key])
 

@@ -93,38 +93,22 @@ class Book:
     where: str = ""
     changes: list[Difference] = field(default_factory=list)
 
-    def added(
+    def alone(
         self,
+        change: Literal["added", "removed"],
         part: str,
         name: str,
-        text: str = "",
+        text: str,
         *,
         semantic: bool = True,
         guarantee: Guarantee = "",
         note: str = "",
     ) -> None:
-        """Something that only the new system has."""
+        """Something that only the new, or only the old system has."""
+        texts = ("", text) if change == "added" else (text, "")
         self.changes.append(
             Difference(
-                self.where, part, name, "added", new=text, note=note, semantic=semantic,
-                guarantee=guarantee,
-            )
-        )  # fmt: skip
-
-    def removed(
-        self,
-        part: str,
-        name: str,
-        text: str = "",
-        *,
-        semantic: bool = True,
-        guarantee: Guarantee = "",
-        note: str = "",
-    ) -> None:
-        """Something that only the old system has."""
-        self.changes.append(
-            Difference(
-                self.where, part, name, "removed", old=text, note=note, semantic=semantic,
+                self.where, part, name, change, "", *texts, note, semantic=semantic,
                 guarantee=guarantee,
             )
         )  # fmt: skip
@@ -145,9 +129,9 @@ class Book:
         """
         pairs = paired(old, new, name)
         for key, thing in pairs.removed.items():
-            self.removed(part, key, text(thing), semantic=semantic)
+            self.alone("removed", part, key, text(thing), semantic=semantic)
         for key, thing in pairs.added.items():
-            self.added(part, key, text(thing), semantic=semantic)
+            self.alone("added", part, key, text(thing), semantic=semantic)
         return [(key, *both) for key, both in pairs.both.items()]
 
     def changed(

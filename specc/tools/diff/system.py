@@ -139,9 +139,9 @@ def compare_requirements(old: System, new: System, book: Book) -> None:
     pairs = paired(old.requirements, new.requirements, called)
     for name, before in pairs.removed.items():
         note = "runs are no longer watched for it"
-        book.removed("requirement", name, before.because, guarantee="weaker", note=note)
+        book.alone("removed", "requirement", name, before.because, guarantee="weaker", note=note)
     for name, after in pairs.added.items():
-        book.added("requirement", name, after.because, guarantee="stronger")
+        book.alone("added", "requirement", name, after.because, guarantee="stronger")
     for name, (before, after) in pairs.both.items():
         if before.that == after.that:
             # Constants, and what names for parts stand for, have their own changes.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 from typing import Any
@@ -137,20 +137,15 @@ def legible(band: Band, length_s: float) -> Iterator[tuple[float, float, str]]:
             yield from spans
 
 
-def panels(
-    runs: Sequence[PlottedRun], groups: Sequence[Sequence[Signal]], places: Mapping[str, int]
-) -> Iterator[Panel]:
-    """The panels of each group of signals, one for each unit.
-
-    `places` says which of the columns of its owner are those of a signal.
-    """
+def panels(runs: Sequence[PlottedRun], groups: Sequence[Sequence[Signal]]) -> Iterator[Panel]:
+    """The panels of each group of signals, one for each unit."""
     for group in groups:
         found: dict[Any, list[Curve]] = {}
         source = 0
         for signal in group:
             for run in runs:
                 label = " ".join(filter(None, [signal.name if group[1:] else "", run.name]))
-                for part, curve in _curves(signal, run, places[signal.name], label, source):
+                for part, curve in _curves(signal, run, label, source):
                     found.setdefault((part.unit, part.words), []).append(curve)
                 source += 1
         for (unit, words), curves in found.items():
@@ -165,9 +160,9 @@ def _title(group: Sequence[Signal]) -> str:
 
 
 def _curves(
-    signal: Signal, run: PlottedRun, place: int, label: str, source: int
+    signal: Signal, run: PlottedRun, label: str, source: int
 ) -> Iterator[tuple[PlottedLine, Curve]]:
-    times_s, columns = numbers_of(signal, run, place)
+    times_s, columns = numbers_of(signal, run)
     units: dict[Any, int] = {}
     for part, column in zip(signal.components, columns, strict=True):
         kind = units.setdefault((part.unit, part.words), 0)
@@ -176,12 +171,12 @@ def _curves(
         yield part, Curve(text, kind, source, times_s, column)
 
 
-def numbers_of(signal: Signal, run: PlottedRun, place: int) -> tuple[Sequence[float], list[Any]]:
+def numbers_of(signal: Signal, run: PlottedRun) -> tuple[Sequence[float], list[Any]]:
     """Times in s, and the values of each component then."""
     line = run.traces.lines.get(signal.owner)
     if line is None:
         return (), [()] * len(signal.components)
-    columns: list[Any] = list(line.columns[place])
+    columns: list[Any] = list(line.columns[signal.place])
     if signal.is_pose:
         turned = unwound(list(zip(*columns[3:], strict=True)))
         columns[3:] = [[vector[i] for vector in turned] for i in range(3)]

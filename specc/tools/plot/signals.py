@@ -71,6 +71,8 @@ class Signal:
     """What its data says, NaN where there is nothing. Raises NotKnown for data of another type."""
     is_pose: bool = False
     """Whether its last three numbers are a rotation vector."""
+    place: int = 0
+    """Its number among the signals of its owner that are asked for."""
 
 
 @frozen

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from specc.tools.plot.sheet import Band, PlottedRun, numbers_of
 from specc.tools.plot.signals import PlottedLine, Signal
@@ -24,15 +24,10 @@ def timeline(runs: Sequence[tuple[str, Sequence[Band]]]) -> str:
     return _text(["recording", "begin_s", "end_s", "subsystem", "state"], rows)
 
 
-def table(
-    runs: Sequence[PlottedRun],
-    signals: Sequence[Signal],
-    names: Sequence[str],
-    places: Mapping[str, int],
-) -> str:
+def table(runs: Sequence[PlottedRun], signals: Sequence[Signal], names: Sequence[str]) -> str:
     """A row for each time at which something is told; `names` are those of machines."""
     head = [_head(signal.name, part) for signal in signals for part in signal.components]
-    rows = (row for run in runs for row in _rows(run, signals, names, places))
+    rows = (row for run in runs for row in _rows(run, signals, names))
     return _text(["recording", "time_s", *names, *head], rows)
 
 
@@ -42,9 +37,7 @@ def _head(name: str, part: PlottedLine) -> str:
     return f"{name}{dot}{part.name}{unit}"
 
 
-def _rows(
-    run: PlottedRun, signals: Sequence[Signal], names: Sequence[str], places: Mapping[str, int]
-) -> Iterator[Row]:
+def _rows(run: PlottedRun, signals: Sequence[Signal], names: Sequence[str]) -> Iterator[Row]:
     width = len(names) + sum(len(signal.components) for signal in signals)
     rows: dict[float, Row] = {}
     for column, name in enumerate(names):
@@ -52,7 +45,7 @@ def _rows(
             rows.setdefault(span.begin_s, [""] * width)[column] = span.state
     column = len(names)
     for signal in signals:
-        times_s, values = numbers_of(signal, run, places[signal.name])
+        times_s, values = numbers_of(signal, run)
         for part, numbers in zip(signal.components, values, strict=True):
             for time_s, number in zip(times_s, numbers, strict=True):
                 rows.setdefault(time_s, [""] * width)[column] = _shown(part, number)
