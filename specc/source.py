@@ -18,7 +18,7 @@ from specc.frozen import frozen, remembering
 Route = tuple[str | int, ...]
 """Keys and indices from the top of a file down to a value."""
 
-_LINE_BREAK = re.compile(r"\r\n|\r|\n")
+LINE_BREAK = re.compile(r"\r\n|\r|\n")
 
 SET, STOP_WHEN, PUBLISH = "--set", "--stop-when", "--publish"
 COMMAND_LINE = frozenset((SET, STOP_WHEN, PUBLISH))
@@ -89,12 +89,12 @@ class SourceFile:
     @cached_property
     def line_starts(self) -> list[int]:
         """Offset of the first character of every line."""
-        return [0, *(match.end() for match in _LINE_BREAK.finditer(self.text))]
+        return [0, *(match.end() for match in LINE_BREAK.finditer(self.text))]
 
     @cached_property
     def lines(self) -> list[str]:
         """Text of every line without its line break."""
-        return _LINE_BREAK.split(self.text)
+        return LINE_BREAK.split(self.text)
 
     @cached_property
     def next_with_content(self) -> list[int]:

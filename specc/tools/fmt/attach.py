@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from specc.read.comments import Comment
+from specc.source import SourceFile
 from specc.tools.fmt.tree import Collection, Entry
 
-_LINE_END = re.compile(r"\r\n|\r|\n")
 _NO_TEXT = re.compile(r"[\s-]*")
 _BLANKS = re.compile(r"\s*")
 
@@ -31,7 +31,7 @@ class Attacher:
         self._text = text
         self._root = root
         self._places: list[_EntryPlace] = []
-        self._lines = [0, *(found.end() for found in _LINE_END.finditer(text))]
+        self._lines = SourceFile("", text).line_starts
 
     def attach(self, comments: list[Comment]) -> None:
         """Every comment goes to one entry or to the end of one collection."""

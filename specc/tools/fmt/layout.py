@@ -166,11 +166,7 @@ def _ordered(whole: Collection, here: Stand) -> list[Entry]:
         return whole.entries
     known = layout(here.kind)
     ranks = {name: rank for rank, name in enumerate(known)}
-    return sorted(whole.entries, key=lambda entry: ranks.get(_name(entry), len(known)))
-
-
-def _name(entry: Entry) -> str:
-    return entry.key.text if entry.key else ""
+    return sorted(whole.entries, key=lambda entry: ranks.get(entry.name, len(known)))
 
 
 def _is_row(value: Value, columns: int) -> bool:

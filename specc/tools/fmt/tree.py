@@ -61,6 +61,11 @@ class Entry:
     beside: str = ""
 
     @property
+    def name(self) -> str:
+        """Its key; empty in a list."""
+        return self.key.text if self.key else ""
+
+    @property
     def start(self) -> int:
         """Offset of its first character."""
         return self.value.begin if self.key is None else self.key.begin

@@ -16,7 +16,7 @@ from specc.tools.fmt.tree import Collection, Entry, Scalar, Value
 def upgrade(root: Collection) -> None:
     """Change a tree in place. What carries a comment, a title or a trace stays as it is."""
     for entry in root.entries:
-        if _name(entry) == "specc" and isinstance(entry.value, Scalar):
+        if entry.name == "specc" and isinstance(entry.value, Scalar):
             entry.value = _written(entry.value, str(VERSIONS[-1]))
     for machine in _machines(root):
         rows = machine["transitions"]
@@ -29,7 +29,7 @@ def _machines(value: Value) -> Iterator[dict[str, Value]]:
     """The mappings that have a transition table."""
     if not isinstance(value, Collection):
         return
-    parts = {_name(entry): entry.value for entry in value.entries}
+    parts = {entry.name: entry.value for entry in value.entries}
     if "transitions" in parts:
         yield parts
     for entry in value.entries:
@@ -39,7 +39,7 @@ def _machines(value: Value) -> Iterator[dict[str, Value]]:
 def _initial_conditions(machine: dict[str, Value]) -> Collection | None:
     value: Value | None = machine.get("conditions")
     for entry in value.entries if isinstance(value, Collection) else ():
-        if _name(entry) == "initial" and isinstance(entry.value, Collection):
+        if entry.name == "initial" and isinstance(entry.value, Collection):
             return None if entry.value.linked else entry.value
     return None
 
@@ -51,7 +51,7 @@ def _write_remainders(rows: Collection, conditions: Collection | None) -> None:
     """`otherwise` for a condition that is `not` the other one, wherever both stand alone."""
     if conditions is None:
         return
-    texts = {_name(entry): _expression(entry) for entry in conditions.entries}
+    texts = {entry.name: _expression(entry) for entry in conditions.entries}
     if OTHERWISE in texts:
         return
     trees = {name: tree for name, text in texts.items() if (tree := _tree(text))}
@@ -65,7 +65,7 @@ def _write_remainders(rows: Collection, conditions: Collection | None) -> None:
     }
     for name, other in opposite.items():
         if _is_replaced(rows, name, other):
-            conditions.entries = [e for e in conditions.entries if _name(e) != name]
+            conditions.entries = [e for e in conditions.entries if e.name != name]
 
 
 def _tree(text: str) -> ast.expr | None:
@@ -98,7 +98,7 @@ def _expression(entry: Entry) -> str:
     if entry.above or entry.beside:
         return ""
     value = entry.value
-    if isinstance(value, Collection) and [_name(e) for e in value.entries] == ["when"]:
+    if isinstance(value, Collection) and [e.name for e in value.entries] == ["when"]:
         value = value.entries[0].value
     return " ".join(value.text.split()) if isinstance(value, Scalar) else ""
 
@@ -140,7 +140,3 @@ def _row(like: Value, cells: list[Value]) -> Collection:
 
 def _written(like: Scalar, text: str) -> Scalar:
     return replace(like, text=text, raw=text, style="")
-
-
-def _name(entry: Entry) -> str:
-    return entry.key.text if entry.key else ""

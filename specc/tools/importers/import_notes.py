@@ -38,13 +38,22 @@ class Notes:
         """Something without which there is no specification."""
         self.diagnostics.append(Diagnostic(code, message, place, help=help))
 
-    def lost(self, message: str, place: Place, help: str = "") -> None:
+    def lost(self, message: str, place: Place) -> None:
         """Something that the specification does not have."""
-        self.diagnostics.append(Diagnostic("W0801", message, place, help=help))
+        self.diagnostics.append(Diagnostic("W0801", message, place))
 
     def changed(self, message: str, place: Place, help: str = "") -> None:
         """Something that the specification has in another form, or that was assumed."""
         self.diagnostics.append(Diagnostic("W0802", message, place, help=help))
+
+    def need(self, element: XmlElement, attribute: str) -> str:
+        """The value of an attribute; a missing or empty one is an error and gives ""."""
+        value = element.get(attribute)
+        if value:
+            return value
+        message = f"<{element.tag}> needs the attribute `{attribute}`"
+        self.error("E0804", message, element.place, f'write `{attribute}="..."`')
+        return ""
 
     @property
     def failed(self) -> bool:

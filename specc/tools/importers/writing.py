@@ -83,6 +83,11 @@ _SPECIAL = frozenset(("true", "false", "null", "yes", "no", "on", "off"))
 _NUMBER = re.compile(r"[0-9]+(?:\.[0-9]+)?(?: [A-Za-z]+)?")
 
 
+def filled(data: Mapping[str, Data]) -> dict[str, Data]:
+    """A mapping without what is empty, which need not be written."""
+    return {key: value for key, value in data.items() if value}
+
+
 def to_yaml(data: Mapping[str, Data], *, fold: bool = False) -> str:
     """The text of a mapping; texts are quoted unless every YAML reader takes them as texts.
 

@@ -8,13 +8,12 @@ from collections.abc import Iterator
 from specc.frozen import frozen
 from specc.read import read_text
 from specc.schema import ROW_KEYS
-from specc.source import Route, TextNode
+from specc.source import LINE_BREAK, Route, SourceFile, TextNode
 from specc.tools.lsp.symbols import values
 
 # The lines that the last line of a text lies in, known by their indentation alone.
 
 
-_LINE_BREAK = re.compile(r"\r\n|\r|\n")
 _HEAD = re.compile(r"((?:- +)*)(\"[^\"]*\"|'[^']*'|[^\s\"'\[\]{}#:,&*!|>%@`][^:#]*?)\s*:(?=\s|$)")
 _LEAVES_OPEN = re.compile(r":\s+(?:[|>][+\-\d]*\s*(?:#.*)?|[\[{\"'].*)$")
 _PAIRS = {"]": "[", "}": "{"}
@@ -26,7 +25,7 @@ def outline(head: str) -> str:
     Other values are dropped, so that no error in them matters. A value that the line above leaves
     open stays as it is.
     """
-    lines = _LINE_BREAK.split(head)
+    lines = SourceFile("", head).lines
     at = _begin(lines)
     kept = ["\n".join(lines[at:])]
     column, dashed = _column(lines[at])
@@ -119,7 +118,7 @@ def cursors(text: str, offset: int) -> list[Cursor]:
 
 def line_break(text: str) -> str:
     """The line break of a text: that of its first line."""
-    found = _LINE_BREAK.search(text)
+    found = LINE_BREAK.search(text)
     return found.group() if found else "\n"
 
 
@@ -165,7 +164,7 @@ def _closing(head: str) -> tuple[str, bool]:
     quote = ""
     block: int | None = None
     opened_at = -1
-    for line in _LINE_BREAK.split(head):
+    for line in SourceFile("", head).lines:
         indent = len(line) - len(line.lstrip())
         if block is not None and (indent > block or not line.strip()):
             continue

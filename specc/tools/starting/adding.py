@@ -8,7 +8,7 @@ from typing import Any
 from specc.model.system import System
 from specc.tools.fmt import formatted
 from specc.tools.fmt.tree import Collection, Entry
-from specc.tools.importers.writing import PEERS, Data, SpecNames, to_yaml
+from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, to_yaml
 from specc.tools.starting.channels import noted
 from specc.tools.starting.document import Robot, sections, wrapped
 
@@ -41,7 +41,7 @@ def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command:
         "plant": {"model": plant, "bind": parts.bind},
         "task": {"scene": scene} if has_task and scene else "" if has_task else parts.task,
     }
-    written = to_yaml({key: value for key, value in new.items() if value}, fold=True)
+    written = to_yaml(filled(new), fold=True)
     return formatted(text.rstrip("\n") + "\n" + written, _merge)
 
 
@@ -49,8 +49,7 @@ def _merge(root: Collection) -> None:
     """Put entries of a mapping that has keys twice into those that came first."""
     first: dict[str, Entry] = {}
     for entry in root.entries:
-        name = entry.key.text if entry.key else ""
-        earlier = first.setdefault(name, entry)
+        earlier = first.setdefault(entry.name, entry)
         if earlier is entry:
             continue
         one, other = earlier.value, entry.value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -12,7 +12,7 @@ from specc.diagnostics.phrases import few
 from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.tools.fmt import formatted
-from specc.tools.importers.writing import PEERS, Data, SpecNames, rate, to_yaml
+from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, rate, to_yaml
 from specc.tools.starting.channels import (
     NEAR,
     ChannelWriter,
@@ -91,9 +91,13 @@ def document(robot: Robot, system: str, plant: str, command: str) -> str:
         "plant": {"model": plant, "bind": parts.bind},
         "task": parts.task,
     }
-    written = to_yaml({key: value for key, value in data.items() if value}, fold=True)
+    return written(remarks, data)
+
+
+def written(remarks: Iterable[str], data: Mapping[str, Data]) -> str:
+    """The text of a specification, remarks at its head, in the canonical layout."""
     head = "".join(f"# {line}\n" for line in wrapped(*remarks))
-    return formatted(head + written)
+    return formatted(head + to_yaml(filled(data), fold=True))
 
 
 def wrapped(*remarks: str) -> list[str]:
@@ -203,7 +207,7 @@ class _Agent:
             {each.interface: each.reports for each in self._receptors if each.interface},
             self._tolerances() | {k: v for draft in drafts for k, v in draft.constants.items()},
             {k: v for draft in drafts for k, v in draft.operators.items()},
-            {name: {key: value for key, value in agent.items() if value}},
+            {name: filled(agent)},
             bind,
             {"of": f"{name}.c", "from": "hold", "to": "hold"},
             self._scene(),
@@ -305,8 +309,7 @@ class _Agent:
         for each in self._receptors:
             x[each.name] = each.buffer
             seen += [f"present(x.{each.name}.{key})" for key in each.elements]
-        lets: dict[str, Data] = {"in_place": " and ".join(near), "sensed": " and ".join(seen)}
-        lets = {key: value for key, value in lets.items() if value}
+        lets = filled({"in_place": " and ".join(near), "sensed": " and ".join(seen)})
         done = " and ".join((f"elapsed >= {HELD_S}[s]", *lets))
         title = f"Holds the pose of {pose(self._robot.facts)}"
         data: dict[str, Data] = {"title": title, "rate": self._rate(_DECIDED_S), "x": x, "y": y}

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 
 from specc.analysis.ros2 import JOINT_STATE
 from specc.diagnostics.phrases import few
-from specc.tools.fmt import formatted
-from specc.tools.importers.writing import PEERS, Data, Noted, SpecNames, to_yaml
+from specc.tools.importers.writing import PEERS, Data, Noted, SpecNames, filled
 from specc.tools.starting.channels import qualified
-from specc.tools.starting.document import wrapped
+from specc.tools.starting.document import wrapped, written
 from specc.tools.starting.graph import (
     GUESSED_FRAME,
     Frames,
@@ -221,15 +220,10 @@ def proposal(devices: Devices, system: str, agent: str, command: str, python: st
         "title": "Looks at a robot behind ROS 2",
         "frames": frames,
         "agents": {agent: _agent(devices.every)},
-        "plant": {"ros2": _filled(ros2), "bind": bind},
+        "plant": {"ros2": filled(ros2), "bind": bind},
         "task": {"cycle": {"of": f"{agent}.c", "from": "look", "to": "look"}},
     }
-    head = "".join(f"# {line}\n" for line in wrapped(*_remarks(devices, command)))
-    return formatted(head + to_yaml(_filled(data), fold=True))
-
-
-def _filled(data: Mapping[str, Data]) -> dict[str, Data]:
-    return {key: value for key, value in data.items() if value}
+    return written(_remarks(devices, command), data)
 
 
 def _frames(devices: Devices) -> dict[str, Data]:
@@ -267,9 +261,9 @@ def _remarks(devices: Devices, command: str) -> Iterator[str]:
 def _agent(devices: Sequence[ProposedDevice]) -> Data:
     acting = [each for each in devices if each.acts]
     sensing = [each for each in devices if not each.acts]
-    return _filled(
+    return filled(
         {
-            "real_effectors": {d.name: _filled({"x": d.commands, "y": d.reports}) for d in acting},
+            "real_effectors": {d.name: filled({"x": d.commands, "y": d.reports}) for d in acting},
             "real_receptors": {d.name: {"y": d.reports} for d in sensing},
             "virtual_effectors": {
                 d.name: _moving(d) if d.commands else _passing(d) for d in acting
@@ -292,14 +286,14 @@ def _moving(device: ProposedDevice) -> Data:
     data: dict[str, Data] = {
         "title": device.title,
         "rate": f"{device.rate_hz} Hz",
-        "x": _filled({"c": device.commands, "E": device.reports}),
-        "y": _filled({"c": device.reports, "E": device.commands}),
+        "x": filled({"c": device.commands, "E": device.reports}),
+        "y": filled({"c": device.reports, "E": device.commands}),
         "conditions": {"terminal": {"commanded": f"present(x.c.{commanded})"}},
-        "functions": _filled(
+        "functions": filled(
             {"report": report, "command": {f"y.E.{commanded}": f"x.c.{commanded}"}}
         ),
         "behaviours": {
-            "wait": _filled({"functions": wait, "terminal": "commanded"}),
+            "wait": filled({"functions": wait, "terminal": "commanded"}),
             "follow": {"functions": [*wait, "command"], "terminal": "never"},
         },
         "states": {"wait": "wait", "follow": "follow"},
@@ -325,4 +319,4 @@ def _control(devices: Sequence[ProposedDevice]) -> Data:
         "initial_state": "look",
         "transitions": [["look", "terminal", "always", "look"]],
     }
-    return _filled(data)
+    return filled(data)

@@ -86,68 +86,6 @@ class FabricSubsystem:
         return join("or", tuple(self.behaviours[b].error for b in state.behaviours))
 
 
-@dataclass(slots=True)
-class Asker:
-    """Takes values from elements and reports what is missing or twice there."""
-
-    notes: Notes
-
-    def need(self, element: XmlElement, attribute: str) -> str:
-        """The value of an attribute; a missing or empty one is an error and gives ""."""
-        value = element.get(attribute)
-        if value:
-            return value
-        message = f"<{element.tag}> needs the attribute `{attribute}`"
-        self.notes.error("E0804", message, element.place, f'write `{attribute}="..."`')
-        return ""
-
-    def name(self, element: XmlElement, attribute: str = "name") -> str:
-        """The value of an attribute that names something; FABRIC makes C++ of it."""
-        value = self.need(element, attribute)
-        if value and not (value.isidentifier() and value.isascii()):
-            message, place = f"`{value}` is not a name", element.value_place(attribute)
-            self.notes.error("E0804", message, place, "write letters, digits and underscores")
-        return value
-
-    def section(self, root: XmlElement, tag: str, *, needed: bool = True) -> XmlElement | None:
-        """The only child of a tag; a missing or a second one is an error."""
-        found = root.all(tag)
-        if not found and needed:
-            message = f"<{root.tag}> needs an element <{tag}>"
-            self.notes.error("E0804", message, root.place, f"write `<{tag}> ... </{tag}>`")
-        for second in found[1:]:
-            self.twice(f"<{tag}>", second)
-        return found[0] if found else None
-
-    def twice(self, what: str, element: XmlElement) -> None:
-        """Report the second of two things that must be one."""
-        place = element.value_place("name") if "name" in element.attributes else element.place
-        self.notes.error("E0806", f"{what} is there twice", place, "delete or rename one of them")
-
-    def unknown(self, what: str, name: str, element: XmlElement, attribute: str) -> None:
-        """Report a name that nothing has."""
-        message = f"there is no {what} `{name}`"
-        place = element.value_place(attribute)
-        self.notes.error("E0805", message, place, f"declare the {what}, or correct the name")
-
-    def seconds(self, element: XmlElement, attribute: str) -> Fraction | None:
-        """A positive time; zero, which FABRIC takes for `at once`, is None."""
-        text = self.need(element, attribute)
-        try:
-            # Through a float: the Fraction of `1e999999999` is computed digit by digit.
-            rough = float(text)
-            if not 0.0 <= rough <= 3600.0 or 0.0 < rough < 1e-7:
-                raise ValueError
-            value = Fraction(str(rough))
-        except ValueError:
-            if text:
-                message = f"`{text}` is not a time in seconds"
-                place = element.value_place(attribute)
-                self.notes.error("E0804", message, place, "write a number such as 0.001")
-            return None
-        return value or None
-
-
 # From the XML tree of a subsystem definition to its records.
 
 
@@ -161,7 +99,7 @@ def read_definition(root: XmlElement, notes: Notes) -> FabricSubsystem | None:
         message = f"the root is <{root.tag}>, not <subsystem_definition>"
         notes.error("E0803", message, root.place, "is this a subsystem definition of FABRIC?")
         return None
-    return _SubsystemReader(Asker(notes), notes, root).read()
+    return _SubsystemReader(notes, root).read()
 
 
 def name_of(path: str) -> str:
@@ -176,7 +114,6 @@ def name_of(path: str) -> str:
 
 @dataclass(slots=True)
 class _SubsystemReader:
-    ask: Asker
     notes: Notes
     root: XmlElement
 
@@ -196,11 +133,14 @@ class _SubsystemReader:
         )
 
     def _buffers(self) -> tuple[Buffer, ...]:
-        section = self.ask.section(self.root, "buffers")
+        section = self._section(self.root, "buffers")
         found: dict[str, Buffer] = {}
         for element in section.all("in", "out") if section else ():
-            alias = self.ask.name(element, "alias")
-            message, side = self.ask.need(element, "type"), self.ask.need(element, "side").lower()
+            alias = self._name(element, "alias")
+            message, side = (
+                self.notes.need(element, "type"),
+                self.notes.need(element, "side").lower(),
+            )
             if side not in ("top", "bottom", ""):
                 text = f"`{side}` is not a side"
                 place = element.value_place("side")
@@ -209,47 +149,44 @@ class _SubsystemReader:
                 text, place = f"`{message}` is not a type", element.value_place("type")
                 self.notes.error("E0804", text, place, "write `package::Message`")
             buffer = Buffer(alias, message, side, element.tag == "in", element)
-            if self._keep(found, alias, buffer, f"buffer `{alias}`", element):
-                continue
+            self._keep(found, alias, buffer, f"buffer `{alias}`", element)
         return tuple(found.values())
 
     def _keep(
         self, found: dict[str, _Named], name: str, thing: _Named, what: str, element: XmlElement
-    ) -> bool:
-        """Whether `thing` is the first of its name; a second one is reported."""
+    ) -> None:
+        """Take note of a thing, if it is the first of its name; a second one is reported."""
         if name in found:
-            self.ask.twice(what, element)
-            return False
-        if name:
+            self._twice(what, element)
+        elif name:
             found[name] = thing
-        return bool(name)
 
     def _buffer_groups(self, inputs: set[str]) -> None:
         """Groups say what data a state waits for; a subsystem of specc never waits for data."""
-        section = self.ask.section(self.root, "buffer_groups", needed=False)
+        section = self._section(self.root, "buffer_groups", needed=False)
         for group in section.all("buffer_group") if section else ():
             for member in group.children:
                 name = member.attributes.get("name", "")
                 if member.tag in ("obligatory", "optional") and name not in inputs:
-                    self.ask.unknown("input buffer", name, member, "name")
+                    self._unknown("input buffer", name, member, "name")
         if section is not None:
             section.seen = False
 
     def _predicates(self) -> tuple[str, ...]:
-        section = self.ask.section(self.root, "predicates")
+        section = self._section(self.root, "predicates")
         found: dict[str, XmlElement] = {}
         for element in section.all("predicate") if section else ():
-            name = self.ask.name(element)
+            name = self._name(element)
             self._keep(found, name, element, f"predicate `{name}`", element)
         return tuple(found)
 
     def _behaviours(self, predicates: frozenset[str]) -> dict[str, Behaviour]:
-        section = self.ask.section(self.root, "behaviors")
+        section = self._section(self.root, "behaviors")
         found: dict[str, Behaviour] = {}
         for element in section.all("behavior") if section else ():
-            name = self.ask.name(element)
+            name = self._name(element)
             components = tuple(
-                self.ask.need(item, "name") for item in element.all("running_component")
+                self.notes.need(item, "name") for item in element.all("running_component")
             )
             stop = self._condition(element, "stop_cond", predicates | {OK})
             error = self._condition(element, "err_cond", predicates | {OK})
@@ -260,38 +197,38 @@ class _SubsystemReader:
     def _states(
         self, predicates: frozenset[str], behaviours: dict[str, Behaviour]
     ) -> tuple[tuple[FabricState, ...], str]:
-        section = self.ask.section(self.root, "states")
+        section = self._section(self.root, "states")
         if section is None:
             return (), ""
-        initial = self.ask.need(section, "initial")
+        initial = self.notes.need(section, "initial")
         found: dict[str, FabricState] = {}
         for element in section.all("state"):
             state = self._state(element, predicates, behaviours)
             self._keep(found, state.name, state, f"state `{state.name}`", element)
         if initial and initial not in found:
-            self.ask.unknown("state", initial, section, "initial")
+            self._unknown("state", initial, section, "initial")
         for state in found.values():
             for arc in state.arcs:
                 if arc.target and arc.target not in found:
-                    self.ask.unknown("state", arc.target, arc.element, "name")
+                    self._unknown("state", arc.target, arc.element, "name")
         return tuple(found.values()), initial
 
     def _state(
         self, element: XmlElement, predicates: frozenset[str], behaviours: dict[str, Behaviour]
     ) -> FabricState:
-        name = self.ask.name(element)
+        name = self._name(element)
         running = []
         for item in element.all("behavior"):
-            behaviour = self.ask.need(item, "name")
+            behaviour = self.notes.need(item, "name")
             if behaviour and behaviour not in behaviours:
-                self.ask.unknown("behavior", behaviour, item, "name")
+                self._unknown("behavior", behaviour, item, "name")
             running.append(behaviour)
         if not running:
             message = f"state `{name}` needs an element <behavior>"
             self.notes.error("E0804", message, element.place, 'write `<behavior name="..."/>`')
         arcs = tuple(
             NextState(
-                self.ask.need(item, "name"),
+                self.notes.need(item, "name"),
                 self._condition(item, "init_cond", predicates | {OK, IN_ERROR}),
                 item,
             )
@@ -299,11 +236,11 @@ class _SubsystemReader:
         )
         period = None
         for group in element.all("buffer_group"):
-            period = self.ask.seconds(group, "min_period") or period
+            period = self._seconds(group, "min_period") or period
         return FabricState(name, tuple(dict.fromkeys(running)), arcs, period, element)
 
     def _condition(self, element: XmlElement, attribute: str, known: frozenset[str]) -> Logic:
-        if not self.ask.need(element, attribute):
+        if not self.notes.need(element, attribute):
             return FALSE
         try:
             logic = parse_logic(element.attributes[attribute])
@@ -331,21 +268,69 @@ class _SubsystemReader:
 
     def _trigger_methods(self, buffers: tuple[Buffer, ...]) -> Fraction | None:
         """The older form of the format: one period for all states, or triggers by data."""
-        section = self.ask.section(self.root, "trigger_methods", needed=False)
+        section = self._section(self.root, "trigger_methods", needed=False)
         if section is None:
             return None
         aliases = {b.alias for b in buffers if b.is_input}
         for element in section.all("new_data_on_buffer", "no_data_on_buffer"):
-            name = self.ask.need(element, "name")
+            name = self.notes.need(element, "name")
             if name and name not in aliases:
-                self.ask.unknown("input buffer", name, element, "name")
+                self._unknown("input buffer", name, element, "name")
             element.seen = False
         period = None
         for element in section.all("interval"):
-            period = self.ask.seconds(element, "min")
+            period = self._seconds(element, "min")
         for element in section.all("period"):
-            period = self.ask.seconds(element, "value")
+            period = self._seconds(element, "value")
         return period
+
+    # What is missing, twice there or not known is reported.
+
+    def _name(self, element: XmlElement, attribute: str = "name") -> str:
+        """The value of an attribute that names something; FABRIC makes C++ of it."""
+        value = self.notes.need(element, attribute)
+        if value and not (value.isidentifier() and value.isascii()):
+            message, place = f"`{value}` is not a name", element.value_place(attribute)
+            self.notes.error("E0804", message, place, "write letters, digits and underscores")
+        return value
+
+    def _section(self, root: XmlElement, tag: str, *, needed: bool = True) -> XmlElement | None:
+        """The only child of a tag; a missing or a second one is an error."""
+        found = root.all(tag)
+        if not found and needed:
+            message = f"<{root.tag}> needs an element <{tag}>"
+            self.notes.error("E0804", message, root.place, f"write `<{tag}> ... </{tag}>`")
+        for second in found[1:]:
+            self._twice(f"<{tag}>", second)
+        return found[0] if found else None
+
+    def _twice(self, what: str, element: XmlElement) -> None:
+        """Report the second of two things that must be one."""
+        place = element.value_place("name") if "name" in element.attributes else element.place
+        self.notes.error("E0806", f"{what} is there twice", place, "delete or rename one of them")
+
+    def _unknown(self, what: str, name: str, element: XmlElement, attribute: str) -> None:
+        """Report a name that nothing has."""
+        message = f"there is no {what} `{name}`"
+        place = element.value_place(attribute)
+        self.notes.error("E0805", message, place, f"declare the {what}, or correct the name")
+
+    def _seconds(self, element: XmlElement, attribute: str) -> Fraction | None:
+        """A positive time; zero, which FABRIC takes for `at once`, is None."""
+        text = self.notes.need(element, attribute)
+        try:
+            # Through a float: the Fraction of `1e999999999` is computed digit by digit.
+            rough = float(text)
+            if not 0.0 <= rough <= 3600.0 or 0.0 < rough < 1e-7:
+                raise ValueError
+            value = Fraction(str(rough))
+        except ValueError:
+            if text:
+                message = f"`{text}` is not a time in seconds"
+                place = element.value_place(attribute)
+                self.notes.error("E0804", message, place, "write a number such as 0.001")
+            return None
+        return value or None
 
 
 def _split_type(message: str) -> list[str]:

@@ -15,7 +15,7 @@ from specc.tools.importers.fabric.reader import (
 from specc.tools.importers.fabric.wiring import PARTS, Ends, SharedDefinitions
 from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.logic import FALSE, TRUE, Logic, Not, Operand, render, substitute
-from specc.tools.importers.writing import Data, SpecNames
+from specc.tools.importers.writing import Data, SpecNames, filled
 
 # Behaviours, states and rows of a FABRIC subsystem in the terms of a specification.
 
@@ -165,14 +165,14 @@ class AgentMaker:
             "y": self._ends.buffers(inputs=False),
             "memory": {"components": {"type": self._components, "init": f"{start}()"}},
             "let": self._let,
-            "conditions": {kind: group for kind, group in parts.conditions.items() if group},
+            "conditions": filled(parts.conditions),
             "functions": functions,
             "behaviours": parts.behaviours,
             "states": parts.states,
             "initial_state": parts.initial,
             "transitions": parts.transitions,
         }
-        return {key: value for key, value in control.items() if value}
+        return filled(control)
 
     def _predicates(self) -> Iterable[str]:
         used = [OK] if self._uses_ok() else []

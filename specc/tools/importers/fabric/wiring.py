@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from specc.tools.importers.fabric.reader import Buffer, FabricSubsystem
 from specc.tools.importers.import_notes import Notes
-from specc.tools.importers.writing import Data, SpecNames
+from specc.tools.importers.writing import Data, SpecNames, filled
 
 # Types and operators that imported subsystems need, and the Python modules behind them.
 
@@ -285,7 +285,7 @@ class Ends:
             "states": {"S0": "stand_in"},
             "initial_state": "S0",
         }
-        return {"control": {key: value for key, value in control.items() if value}}
+        return {"control": filled(control)}
 
     def _types(self, buffers: list[Buffer]) -> dict[str, Data]:
         return {self.element(b): self._library.message(b.type) for b in buffers}

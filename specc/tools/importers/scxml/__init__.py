@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from fractions import Fraction
 
 from specc.source import Sources
@@ -11,7 +10,7 @@ from specc.tools.importers.import_notes import Imported, Notes, document, read_m
 from specc.tools.importers.logic import atoms
 from specc.tools.importers.scxml.chart import Chart, ChartState, read_chart
 from specc.tools.importers.scxml.machine import EVENTS, Events, GuardedTransition, left, rows_of
-from specc.tools.importers.writing import PEERS, Data, SpecNames, rate
+from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, rate
 
 DEFAULT_PERIOD_S = Fraction(1, 100)
 _DATA = "there is no data model; a guard is an input of type bool"
@@ -77,21 +76,18 @@ class _SystemMaker:
         transitions: list[Data] = [row for s in self._chart.states for row in self._rows(s)]
         self._report()
         inputs = self._inputs()
-        conditions = {"initial": self._initial, "terminal": self._terminal}
         control: dict[str, Data] = {
             "title": self._chart.name,
             "rate": rate(self._period),
             "x": {"outside": inputs} if inputs else {},
             "let": self._let,
-            "conditions": {kind: group for kind, group in conditions.items() if group},
+            "conditions": filled({"initial": self._initial, "terminal": self._terminal}),
             "behaviours": behaviours,
             "states": states,
             "initial_state": self._states.of(self._chart.initial),
             "transitions": transitions,
         }
-        agents: dict[str, Data] = {
-            self._own: {"control": {key: value for key, value in control.items() if value}}
-        }
+        agents: dict[str, Data] = {self._own: {"control": filled(control)}}
         if inputs:
             agents["outside"] = {"control": self._outside()}
         event: Data = f"enum[{', '.join(self._events.members)}]"
@@ -177,7 +173,7 @@ class _SystemMaker:
 
     def _report(self) -> None:
         """Names that changed, guards that became inputs, and how the two work cycles differ."""
-        self._tell_guards(self._guard)
+        self._tell_guards()
         for state in self._chart.states:
             if self._states.of(state.id) != state.id:
                 message = f"state `{state.id}` is called `{self._states.of(state.id)}`"
@@ -192,12 +188,12 @@ class _SystemMaker:
             message = "a transition without an event is taken one period after the state began"
             self._notes.changed(message, place)
 
-    def _tell_guards(self, name: Callable[[str], str]) -> None:
+    def _tell_guards(self) -> None:
         told: set[str] = set()
         for state in self._chart.states:
             for transition in state.transitions:
                 for atom in atoms(transition.guard):
                     if atom.text not in told:
                         told.add(atom.text)
-                        message = f"guard `{atom.text}` is the input `{name(atom.text)}`"
+                        message = f"guard `{atom.text}` is the input `{self._guard(atom.text)}`"
                         self._notes.changed(message, transition.element.value_place("cond"))

@@ -84,10 +84,7 @@ def _initial_element(root: XmlElement) -> str:
 
 
 def _state(element: XmlElement, notes: Notes) -> ChartState:
-    name = element.get("id") or ""
-    if not name:
-        message = f"<{element.tag}> needs the attribute `id`"
-        notes.error("E0804", message, element.place, 'write `id="..."`')
+    name = notes.need(element, "id")
     _refuse_nesting(element, notes, _NESTING)
     transitions = tuple(_transition(item, notes) for item in element.all("transition"))
     if len(transitions) > _MOST_TRANSITIONS:
