@@ -41,10 +41,10 @@ def build(options: Namespace) -> int:
     stopped = False
     for path in options.specs:
         built = pipeline.build(path, tests_all_rows=options.real_time)
-        found, refused = inspect.judged(path, built.result, inspect.overrides_of(options))
-        findings += found
+        left = inspect.judged(path, built.result, inspect.overrides_of(options))
+        findings += left.findings
         stopped |= not built.result.ok
-        if built.result.ok and not refused:
+        if built.result.ok and not left.refused:
             directory = Path(options.out or _beside(path), built.system)
             first = built_from.setdefault(directory, path)
             if real_path(first) != real_path(path):

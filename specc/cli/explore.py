@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from specc.cli import streams
 from specc.cli.streams import Refused
+from specc.diagnostics.report import report
 from specc.lang.show import show
 
 if TYPE_CHECKING:
@@ -41,7 +42,8 @@ def run_explore(options: Namespace) -> int:
     explored = tuple(finding.diagnostic for finding in found.findings)
     # Other findings are left aside, and so are the comments about them.
     alone = replace(result, diagnostics=explored, is_part=True)
-    told = inspect.report_on(options.spec, alone, inspect.overrides_of(options))
+    left = inspect.judged(options.spec, alone, inspect.overrides_of(options))
+    told = replace(report(left.findings, [options.spec]), ignored=left.ignored)
     if options.format == "json":
         streams.show(_as_json(result.system.name, found, kept, interrupted=interrupted), "json")
         code = streams.exit_code(told)

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 from specc.cli.interruption import held, is_behind
 from specc.cli.parallel import cores, processes
 from specc.cli.targets import targets
-from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
 from specc.frozen import frozen
 from specc.limits import one_run
-from specc.policy import Judged, Overrides, forget, judge, settings_for
+from specc.policy import Overrides, forget, judge, settings_for
 from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
@@ -145,10 +144,9 @@ def inspect(path: str, overrides: Overrides) -> Inspection:
 
     with one_run():
         result = pipeline.check_spec(path)
-        sources, faults, verdict = _judged(path, result, overrides)
-        findings = resolve((*faults, *verdict.diagnostics), sources)
+        left = judged(path, result, overrides)
     read = frozenset(real_path(source.path) for source in result.sources)
-    return Inspection(path, tuple(findings), verdict.ignored, verdict.used, read)
+    return Inspection(path, tuple(left.findings), left.ignored, left.used, read)
 
 
 def _inspected(path: str, overrides: Overrides) -> Inspection:
@@ -162,30 +160,30 @@ def _inspected(path: str, overrides: Overrides) -> Inspection:
         return Inspection(path, (), 0, frozenset(), frozenset(), fault)
 
 
-def judged(path: str, result: Result, overrides: Overrides) -> tuple[list[Finding], bool]:
-    """Findings about a compiled specification that are left, and whether they refuse it."""
-    sources, faults, verdict = _judged(path, result, overrides)
-    return resolve((*faults, *verdict.diagnostics), sources), verdict.refused or bool(faults)
+@frozen
+class JudgedFindings:
+    """Findings about a specification that are left, and faults of its settings.
+
+    `used` are the comments that suppress others; what is `refused` has none of its code run.
+    """
+
+    findings: list[Finding]
+    refused: bool
+    ignored: int
+    used: frozenset[Place]
 
 
-def report_on(path: str, result: Result, overrides: Overrides) -> Report:
-    """The report on a compiled specification; what was ignored is counted."""
-    sources, faults, verdict = _judged(path, result, overrides)
-    found = resolve((*faults, *verdict.diagnostics), sources)
-    return replace(report(found, [path]), ignored=verdict.ignored)
-
-
-def _judged(
-    path: str, result: Result, overrides: Overrides
-) -> tuple[Sources, tuple[Diagnostic, ...], Judged]:
-    """The files with that of the settings, what is wrong with the settings, and the verdict."""
+def judged(path: str, result: Result, overrides: Overrides) -> JudgedFindings:
+    """What comments, settings and the command line leave of the findings."""
     known = Sources(result.sources)
     found = settings_for(os.path.dirname(path))
     if found.source is not None:
         known.add(found.source)
     settings = overrides.over(found.settings)
     verdict = judge(result.diagnostics, known, settings, not result.is_part)
-    return known, found.diagnostics, verdict
+    findings = resolve((*found.diagnostics, *verdict.diagnostics), known)
+    refused = verdict.refused or bool(found.diagnostics)
+    return JudgedFindings(findings, refused, verdict.ignored, verdict.used)
 
 
 def _inspect_into(outcomes: list[Inspection], paths: Sequence[str], overrides: Overrides) -> None:

@@ -36,8 +36,9 @@ def run(options: Namespace) -> int:
         is_read=False,
         tests_all_rows=options.real_time,
     )
-    findings, refused = judged(options.spec, built.result, overrides_of(options))
-    if refused or not built.result.can("run"):
+    left = judged(options.spec, built.result, overrides_of(options))
+    findings = left.findings
+    if left.refused or not built.result.can("run"):
         return tell(report(findings, [options.spec])) or 1
     unmet = list(missing(built.result, options.spec, counts=options.cycles is not None))
     if unmet:

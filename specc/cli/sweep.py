@@ -148,7 +148,8 @@ def _built(options: Namespace, setting: Setting) -> Build:
     from specc import pipeline
 
     built = pipeline.build(options.spec, setting, stop_when=options.stop_when, is_read=False)
-    findings, refused = judged(options.spec, built.result, overrides_of(options))
+    left = judged(options.spec, built.result, overrides_of(options))
+    findings, refused = left.findings, left.refused
     if built.result.can("run"):
         unmet = list(missing(built.result, options.spec, counts=options.cycles is not None))
         findings += resolve(unmet, built.result.sources)

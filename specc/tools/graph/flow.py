@@ -13,6 +13,7 @@ from specc.model import expr as m
 from specc.model.fsm import Assignment, Function
 from specc.model.system import Let, Subsystem
 from specc.model.trace import Trace
+from specc.reachable import grouped
 from specc.tools.graph.diagram import (
     Arc,
     Box,
@@ -188,10 +189,10 @@ class _Flow:
 
     def _connect(self, sources: dict[_Source, list[str]], head: str) -> None:
         """One arc from each node, whatever is taken from it."""
-        together: dict[str, list[str]] = {}
-        for source, labels in sources.items():
-            label = " ".join(filter(None, (*labels, source.label)))
-            together.setdefault(source.id, []).append(label)
+        together = grouped(
+            (source.id, " ".join(filter(None, (*labels, source.label))))
+            for source, labels in sources.items()
+        )
         for tail, texts in together.items():
             lines = tuple(line(text) for text in dict.fromkeys(texts) if text)
             self.arcs.append(Arc(tail, head, lines))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from itertools import takewhile
 from typing import TypeVar
@@ -10,6 +10,7 @@ from typing import TypeVar
 from specc.frozen import frozen
 from specc.model.fsm import Condition, Function
 from specc.model.system import Agent, Device, Subsystem, System
+from specc.reachable import grouped
 from specc.tools.graph.diagram import Line, TextRun
 
 _LETTERS = {
@@ -81,7 +82,4 @@ def copies(system: System) -> list[AgentFamily]:
 
 def _by_place(parts: Sequence[_Named]) -> list[list[_Named]]:
     """Parts together that one place of a file describes; those of one agent differ by a `for`."""
-    found: dict[Hashable, list[_Named]] = {}
-    for part in parts:
-        found.setdefault((part.place.file, part.place.route), []).append(part)
-    return list(found.values())
+    return list(grouped(((part.place.file, part.place.route), part) for part in parts).values())

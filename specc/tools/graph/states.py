@@ -8,6 +8,7 @@ from specc.lang.show import show
 from specc.model import expr as m
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem
+from specc.reachable import grouped
 from specc.tools.graph.diagram import (
     Arc,
     Box,
@@ -77,12 +78,11 @@ def _called(condition: Condition) -> str:
 
 
 def _arcs(subsystem: Subsystem) -> Iterator[Arc]:
-    together: dict[tuple[str, str, Cause], list[tuple[int, Transition]]] = {}
-    for index, row in enumerate(subsystem.transitions):
-        together.setdefault((row.source, row.target, row.cause), []).append((index, row))
-    for (source, target, cause), rows in together.items():
-        lines = [each for _, row in rows for each in _row(row)]
-        covers = tuple(str(index) for index, _ in rows)
+    rows = enumerate(subsystem.transitions)
+    together = grouped(((row.source, row.target, row.cause), (n, row)) for n, row in rows)
+    for (source, target, cause), own in together.items():
+        lines = [each for _, row in own for each in _row(row)]
+        covers = tuple(str(index) for index, _ in own)
         stroke: Stroke = "solid" if cause == "terminal" else "error"
         yield Arc(source, target, tuple(lines), stroke, covers=covers)
 

@@ -141,10 +141,8 @@ def _others(wires: Wires, sent: Collection[tuple[str, str]], ends: _Ends) -> Ite
 
 def _arcs(sent: dict[tuple[str, str], list[str]], ends: _Ends) -> Iterator[Arc]:
     """An arc for each way between two nodes, with all that goes there."""
-    together: dict[tuple[str, str], list[tuple[str, str]]] = {}
     order = {name: number for number, name in enumerate(ends.nodes.values())}
-    for tail, head in sent:
-        together.setdefault((ends.nodes[tail], ends.nodes[head]), []).append((tail, head))
+    together = grouped(((ends.nodes[a], ends.nodes[b]), (a, b)) for a, b in sent)
     for (tail, head), ways in together.items():
         names = dict.fromkeys(name for way in ways for name in sent[way])
         covers = tuple(f"{a} -> {b}" for a, b in ways)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
+from specc.reachable import grouped
 from specc.read.document import UnreadableFileError, load_text
 from specc.source import Place, SourceFile, Sources
 from specc.tools.importers.markup import MarkupError, XmlElement, parse_markup
@@ -65,9 +66,7 @@ class Notes:
 
         `reasons` says why, by tag and attribute; the attribute is "" for an element.
         """
-        groups: dict[tuple[str, str], list[XmlElement]] = {}
-        for element, attribute in root.untaken():
-            groups.setdefault((element.tag, attribute), []).append(element)
+        groups = grouped(((each.tag, attribute), each) for each, attribute in root.untaken())
         self._texts(root)
         for (tag, attribute), elements in groups.items():
             first = elements[0]
@@ -79,10 +78,7 @@ class Notes:
 
     def _texts(self, root: XmlElement) -> None:
         """Report characters between tags: the formats that are imported give them no meaning."""
-        groups: dict[str, list[XmlElement]] = {}
-        for element in root.with_text():
-            groups.setdefault(element.tag, []).append(element)
-        for tag, elements in groups.items():
+        for tag, elements in grouped((each.tag, each) for each in root.with_text()).items():
             times = f" ({len(elements)} times, first here)" if len(elements) > 1 else ""
             words = f"the text in <{tag}> is not carried over{times}: it has no meaning there"
             self.lost(words, elements[0].place)

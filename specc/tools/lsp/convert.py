@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from lsprotocol import types as lsp
 
 from specc.frozen import frozen
+from specc.reachable import grouped
 from specc.source import SourceFile
 from specc.tools.lsp.actions import Action
 from specc.tools.lsp.answers import Hover, Note
@@ -239,8 +240,5 @@ def _item(texts: Texts, path: str, offset: int, found: Completion, rank: int) ->
 
 def workspace_edit(texts: Texts, edits: Iterable[FileEdit]) -> lsp.WorkspaceEdit:
     """Edits by the files that they are of."""
-    changes: dict[str, list[lsp.TextEdit]] = {}
-    for edit in edits:
-        text_edit = lsp.TextEdit(range_of(texts, edit), edit.text)
-        changes.setdefault(texts.uri(edit.path), []).append(text_edit)
-    return lsp.WorkspaceEdit(changes=changes)
+    made = ((texts.uri(e.path), lsp.TextEdit(range_of(texts, e), e.text)) for e in edits)
+    return lsp.WorkspaceEdit(changes=grouped(made))

@@ -12,6 +12,7 @@ from functools import cached_property
 from specc.frozen import remembering
 from specc.model.expr import Expr, walk
 from specc.model.system import System
+from specc.reachable import grouped
 from specc.resolve.context import Findings, Meaning, Use
 from specc.resolve.uses import uses_in, uses_in_type
 from specc.schema.places import split
@@ -132,10 +133,7 @@ class Index:
 
     @cached_property
     def _by_file(self) -> dict[str, list[Meaning]]:
-        found: dict[str, list[Meaning]] = {}
-        for (path, _), meaning in self.meanings.items():
-            found.setdefault(path, []).append(meaning)
-        return found
+        return grouped((path, meaning) for (path, _), meaning in self.meanings.items())
 
 
 def build_index(sources: Sources, system: System | None, found: Findings) -> Index:

@@ -7,7 +7,8 @@ component for each, or numbers where there is one.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from specc.frozen import frozen
@@ -44,6 +45,13 @@ class Draft:
     """Elements of `outputs` -> start and tolerance, of joints that stayed near in the rehearsal."""
     bind: dict[str, Data] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    letters: Counter[str] = field(default_factory=Counter)
+
+    def letter(self, wish: str) -> str:
+        """A name of an element that no other one has."""
+        self.letters[wish] += 1
+        count = self.letters[wish]
+        return wish if count == 1 else f"{wish}{count}"
 
 
 @frozen
@@ -104,45 +112,28 @@ def _kind(actuator: Actuator, facts: ModelFacts) -> tuple[str, str, str]:
 
 
 class ChannelWriter:
-    """Writes the channels of one group into a draft."""
-
-    def __init__(
-        self, group: str, facts: ModelFacts, names: SpecNames, near: Mapping[str, str]
-    ) -> None:
-        """`near`: by units of joints, the constants that say how near to the start is near."""
-        self.draft = Draft()
-        self._group, self._context = group, (facts, names, near)
-        self._letters: dict[str, int] = {}
-
-    def write(self, channel: Channel, mark: str = "") -> None:
-        """Add a channel; `mark` tells the constants of several channels apart."""
-        prefix = f"{self._group}_{mark}" if mark else self._group
-        _Channel(self.draft, channel, prefix, self._letter, *self._context).write()
-
-    def _letter(self, wish: str) -> str:
-        count = self._letters[wish] = self._letters.get(wish, 0) + 1
-        return wish if count == 1 else f"{wish}{count}"
-
-
-class _Channel:
-    """One channel: its names and types, then what its kind needs."""
+    """Writes one channel into a draft: its names and types, then what its kind needs."""
 
     def __init__(
         self,
         draft: Draft,
         channel: Channel,
         prefix: str,
-        letter: Callable[[str], str],
         facts: ModelFacts,
         names: SpecNames,
         near: Mapping[str, str],
     ) -> None:
+        """`prefix` begins the names of its constants and types.
+
+        `near`: by units of joints, the constants that say how near to the start is near.
+        """
         self._draft, self._channel, self._prefix = draft, channel, prefix
-        self._facts, self._names, self._near, self._letter = facts, names, near, letter
+        self._facts, self._names, self._near, self._letter = facts, names, near, draft.letter
         self._own = channel.actuators
         self._measured: dict[str, tuple[str, list[Joint]]] = {}
 
     def write(self) -> None:
+        """Add the channel."""
         self._measure()
         {
             "position": self._position,

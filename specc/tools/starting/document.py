@@ -11,6 +11,7 @@ from typing import Any
 from specc.diagnostics.phrases import few
 from specc.frozen import frozen
 from specc.mjcf import Model
+from specc.reachable import grouped
 from specc.tools.fmt import formatted
 from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, rate, to_yaml
 from specc.tools.starting.channels import (
@@ -112,10 +113,7 @@ def pose(facts: ModelFacts) -> str:
 
 def left_out(refused: Mapping[str, str]) -> Iterator[str]:
     """Lines about actuators and sensors that a specification does not have, one for each reason."""
-    reasons: dict[str, list[str]] = {}
-    for name, why in refused.items():
-        reasons.setdefault(why, []).append(name)
-    for why, names in reasons.items():
+    for why, names in grouped((why, name) for name, why in refused.items()).items():
         yield f"{few(names, _MOST_SHOWN)}: {why}"
 
 
@@ -171,10 +169,11 @@ class _Agent:
     def _effector(self, group: ActuatorGroup) -> tuple[str, ActuatorGroup, Draft]:
         name = self._parts.new(group.wish)
         found = channels(group.actuators, self._robot.facts)
-        writer = ChannelWriter(self._before + name, self._robot.facts, self._names, self._near)
-        for index, channel in enumerate(found):
-            writer.write(channel, f"{index + 1}" if len(found) > 1 else "")
-        return name, group, writer.draft
+        draft, prefix = Draft(), self._before + name
+        for index, channel in enumerate(found, 1):
+            own = f"{prefix}_{index}" if len(found) > 1 else prefix
+            ChannelWriter(draft, channel, own, self._robot.facts, self._names, self._near).write()
+        return name, group, draft
 
     def _sensor(self, receptor: Receptor) -> _Sensed:
         """The elements that a receptor reports, under an interface if they are several."""

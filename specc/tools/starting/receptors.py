@@ -8,6 +8,7 @@ from specc.analysis.plant import units_of_sensor
 from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.model.units import Unit
+from specc.reachable import grouped
 from specc.tools.starting.facts import BRACED, ModelFacts, Sensor
 
 DEFAULT_CAMERA = (640, 480)
@@ -62,9 +63,7 @@ def _is_usable(sensor: Sensor, model: Model, refused: dict[str, str]) -> bool:
 
 def _of_sensors(sensors: list[Sensor], model: Model) -> Iterator[Receptor]:
     """Sensors of several kinds at one object, unlike any other one, are one receptor."""
-    at: dict[tuple[str, str], list[Sensor]] = {}
-    for sensor in sensors:
-        at.setdefault((sensor.of, sensor.object), []).append(sensor)
+    at = grouped(((sensor.of, sensor.object), sensor) for sensor in sensors)
     kinds = {place: _kinds(own, model) for place, own in at.items()}
     alone = [p for p, own in kinds.items() if p[1] and len(own) > 1 and _once(own, kinds.values())]
     for place in alone:

@@ -8,6 +8,7 @@ from math import exp, lgamma, log, sqrt
 from typing import Any
 
 from specc.frozen import frozen
+from specc.reachable import grouped
 from specc.tools.sweep.running import ASKED, VERDICT
 from specc.tools.sweep.table import Row, columns_of
 
@@ -72,9 +73,7 @@ def _spared(count: int) -> int:
 
 def cells_of(rows: Sequence[Row], names: Sequence[str]) -> list[Cell]:
     """One for each combination of values of the constants `names`, in the order of the rows."""
-    groups: dict[tuple[float | str, ...], list[Row]] = {}
-    for row in rows:
-        groups.setdefault(tuple(row[name] for name in names), []).append(row)
+    groups = grouped((tuple(row[name] for name in names), row) for row in rows)
     columns = {c: i for i, c in enumerate(columns_of(rows)) if c not in (*names, *_ASIDE)}
     return [Cell(values, len(own), _estimates(own, columns)) for values, own in groups.items()]
 

@@ -14,6 +14,7 @@ from specc.analysis import Facts
 from specc.model.fsm import Transition
 from specc.proof import freshness
 from specc.proof.search import Goal, Situation, showing
+from specc.reachable import grouped
 from specc.tools.witness.code import (
     AbsentError,
     Placed,
@@ -37,9 +38,7 @@ Path = tuple[Transition, ...]
 
 def paths(rows: Iterable[Transition], start: str, end: str) -> Iterator[Path]:
     """Ways from a state to another one, the shortest first, no state twice."""
-    leaving: dict[str, list[Transition]] = {}
-    for row in rows:
-        leaving.setdefault(row.source, []).append(row)
+    leaving = grouped((row.source, row) for row in rows)
     open_: deque[Path] = deque([()])
     visits: Counter[str] = Counter()
     while open_:

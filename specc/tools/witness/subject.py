@@ -28,14 +28,6 @@ OPERATORS = "operators_of_the_scenario"
 """The module from which generated code gets its operators here."""
 
 
-class NothingProved:
-    """Leaves every check of rows in the generated code."""
-
-    def is_proved(self, subsystem: str, state: str, cause: Cause) -> bool:
-        """False."""
-        return False
-
-
 def alone(system: System, name: str) -> System:
     """One subsystem of a system, by its qualified name, with all operators in one module.
 
@@ -60,7 +52,7 @@ def alone(system: System, name: str) -> System:
 
 def unproved(system: System) -> dict[str, str]:
     """Generated code of a system that checks all rows while it runs, by path in its package."""
-    return filled(lower(system, NothingProved(), stand_ins=True))
+    return filled(lower(system, None, stand_ins=True))
 
 
 def _stand_ins(subsystem: Subsystem) -> Iterator[Operator]:

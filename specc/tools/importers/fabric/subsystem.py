@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
 
 from specc.tools.importers.fabric.reader import (
     IN_ERROR,
@@ -20,49 +19,34 @@ from specc.tools.importers.writing import Data, SpecNames, filled
 # Behaviours, states and rows of a FABRIC subsystem in the terms of a specification.
 
 
-@dataclass(slots=True)
-class SubsystemData:
-    """The parts of a specification, as data of its YAML."""
+class _Machine:
+    """The Moore machine of a definition; its parts are data of the YAML."""
 
-    conditions: dict[str, dict[str, Data]] = field(
-        default_factory=lambda: {"initial": {}, "terminal": {}, "error": {}}
-    )
-    behaviours: dict[str, Data] = field(default_factory=dict)
-    running: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    """Behaviour -> the behaviours of FABRIC that run together in it."""
-    states: dict[str, Data] = field(default_factory=dict)
-    initial: str = ""
-    transitions: list[Data] = field(default_factory=list)
-
-
-def machine(
-    definition: FabricSubsystem, predicate: Callable[[str], str], notes: Notes
-) -> SubsystemData:
-    """The Moore machine; `predicate` gives the name of a predicate in the specification."""
-    return _MachineMaker(definition, predicate, notes).make()
-
-
-class _MachineMaker:
     def __init__(
         self, definition: FabricSubsystem, predicate: Callable[[str], str], notes: Notes
     ) -> None:
-        self._definition = definition
-        self._predicate = predicate
-        self._notes = notes
-        self._machine = SubsystemData()
-        self._names = {kind: SpecNames(("always", "never")) for kind in self._machine.conditions}
+        """`predicate` gives the name of a predicate in the specification."""
+        self.conditions: dict[str, dict[str, Data]] = {"initial": {}, "terminal": {}, "error": {}}
+        self.behaviours: dict[str, Data] = {}
+        self.running: dict[str, tuple[str, ...]] = {}
+        """Behaviour -> the behaviours of FABRIC that run together in it."""
+        self.transitions: list[Data] = []
+        self._definition, self._predicate, self._notes = definition, predicate, notes
+        self._names = {kind: SpecNames(("always", "never")) for kind in self.conditions}
         self._known: dict[tuple[str, str, str], str] = {}
-        self._behaviour_names = SpecNames()
-        self._state_names = SpecNames()
-
-    def make(self) -> SubsystemData:
-        definition = self._definition
-        for state in definition.states:
-            self._machine.states[self._state_names.of(state.name)] = self._behaviour(state)
-        self._machine.initial = self._state_names.of(definition.initial)
+        self._behaviour_names, self._state_names = SpecNames(), SpecNames()
+        self.states: dict[str, Data] = {
+            self._state_names.of(state.name): self._behaviour(state) for state in definition.states
+        }
+        self.initial = self._state_names.of(definition.initial)
         for state in definition.states:
             for arc in state.arcs:
                 self._rows(state, arc)
+        self._report()
+
+    def _report(self) -> None:
+        """Behaviours that are not carried over, and names that changed."""
+        definition = self._definition
         executed = {name for state in definition.states for name in state.behaviours}
         for name, behaviour in definition.behaviours.items():
             if name not in executed:
@@ -71,15 +55,14 @@ class _MachineMaker:
         for old, new in self._state_names.changed.items():
             place = next(s.element.place for s in definition.states if s.name == old)
             self._notes.changed(f"state `{old}` is called `{new}`", place)
-        return self._machine
 
     def _behaviour(self, state: FabricState) -> str:
         """The behaviour of a state; several that run together become one."""
         name = self._behaviour_names.of(" and ".join(state.behaviours))
-        if name not in self._machine.running:
-            self._machine.running[name] = state.behaviours
+        if name not in self.running:
+            self.running[name] = state.behaviours
             stop, error = self._definition.stop(state), self._definition.error(state)
-            self._machine.behaviours[name] = {
+            self.behaviours[name] = {
                 "functions": [name],
                 "terminal": self._condition("terminal", stop, f"{name}_stops"),
                 "error": self._condition("error", error, f"{name}_fails"),
@@ -102,7 +85,7 @@ class _MachineMaker:
             wish = f"{state.name}_to_{arc.target}" + ("_in_error" if cause == "error" else "")
             name = self._condition("initial", condition, wish)
             source, target = (self._state_names.of(n) for n in (state.name, arc.target))
-            self._machine.transitions.append([source, cause, name, target])
+            self.transitions.append([source, cause, name, target])
 
     def _condition(self, kind: str, logic: Logic, wish: str) -> str:
         """The name of a condition; a single predicate gives its own name, wherever it is asked."""
@@ -117,7 +100,7 @@ class _MachineMaker:
         key = kind, text, wish
         if key not in self._known:
             name = self._known[key] = self._names[kind].new(wish)
-            self._machine.conditions[kind][name] = text
+            self.conditions[kind][name] = text
         return self._known[key]
 
 
@@ -153,7 +136,7 @@ class AgentMaker:
     def _control(self) -> dict[str, Data]:
         self._inputs()
         predicates = {name: self._predicate(name) for name in self._predicates()}
-        parts = machine(self._definition, predicates.__getitem__, self._notes)
+        parts = _Machine(self._definition, predicates.__getitem__, self._notes)
         functions: dict[str, Data] = {
             name: self._function(name, running) for name, running in parts.running.items()
         }

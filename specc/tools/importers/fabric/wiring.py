@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
+from specc.reachable import grouped
 from specc.tools.importers.fabric.reader import Buffer, FabricSubsystem
 from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.writing import Data, SpecNames, filled
@@ -148,9 +149,7 @@ def _meeting(definitions: Sequence[FabricSubsystem], wiring: Wiring) -> dict[End
         for b in d.buffers
         if not wiring.has((d.name, b.alias))
     ]
-    alike: dict[tuple[str, bool, str], list[End]] = {}
-    for end, buffer in left:
-        alike.setdefault((buffer.type, buffer.is_input, buffer.side), []).append(end)
+    alike = grouped(((b.type, b.is_input, b.side), end) for end, b in left)
     opposite = {"top": "bottom", "bottom": "top"}
     return {
         end: [
