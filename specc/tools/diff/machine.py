@@ -30,7 +30,7 @@ def compare_rows(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Boo
                 book.changed("row", name, "number", len(before), len(after))
             continue
         given = _given(old, new, before[0], meaning)
-        verdict = meaning.compare(
+        verdict = meaning.asked.compare(
             [r.condition.when for r in before], [r.condition.when for r in after], given
         )
         book.verdict("row", name, verdict, (_names(before), _names(after)), "condition")
@@ -39,11 +39,11 @@ def compare_rows(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Boo
 def _given(old: Subsystem, new: Subsystem, row: Transition, meaning: Equivalence) -> list[Formula]:
     """When the cause occurs, as far as both versions agree on it; the error has priority (2.4)."""
     before, after = (s.state(row.source).behaviour for s in (old, new))
-    error = meaning.common([before.error.when], [after.error.when])
+    error = meaning.asked.common([before.error.when], [after.error.when])
     if row.cause == "error":
         return list(error)
-    terminal = meaning.common([before.terminal.when], [after.terminal.when])
-    return [*terminal, *(meaning.excluded(formula) for formula in error)]
+    terminal = meaning.asked.common([before.terminal.when], [after.terminal.when])
+    return [*terminal, *(meaning.asked.make.negation(formula) for formula in error)]
 
 
 def _arcs(subsystem: Subsystem) -> Iterable[tuple[Transition, ...]]:
@@ -91,13 +91,13 @@ def compare_conditions(old: Subsystem, new: Subsystem, meaning: Equivalence, boo
     """A condition matters where it is used; only adding or removing it changes nothing."""
     pairs = paired(old.conditions, new.conditions, lambda c: f"{c.kind} condition {c.name}")
     for before, after in pairs.both.values():
-        verdict = meaning.compare([before.when], [after.when])
+        verdict = meaning.asked.compare([before.when], [after.when])
         texts = show(before.when), show(after.when)
         book.verdict(f"{before.kind} condition", before.name, verdict, texts, "meaning")
         book.rest(f"{before.kind} condition", before.name, before, after)
 
     def same(old: Condition, new: Condition) -> bool:
-        return old.kind == new.kind and meaning.compare([old.when], [new.when]).same
+        return old.kind == new.kind and meaning.asked.compare([old.when], [new.when]).same
 
     _renamed(pairs, same, lambda c: f"{c.kind} condition", lambda c: show(c.when), book, False)
 
@@ -146,7 +146,7 @@ def _ends(name: str, old: Behaviour, new: Behaviour, meaning: Equivalence, book:
         ("error", old.error, new.error),
     ):
         if before.name != after.name:
-            verdict = meaning.compare([before.when], [after.when])
+            verdict = meaning.asked.compare([before.when], [after.when])
             texts = before.name, after.name
             book.verdict("behaviour", name, verdict, texts, f"{cause} condition")
 
@@ -177,8 +177,8 @@ def same_behaviour(old: Behaviour, new: Behaviour, meaning: Equivalence) -> bool
     after = {a.target: a.value for a in new.assignments}
     return (
         before.keys() == after.keys()
-        and meaning.compare([old.terminal.when], [new.terminal.when]).same
-        and meaning.compare([old.error.when], [new.error.when]).same
+        and meaning.asked.compare([old.terminal.when], [new.terminal.when]).same
+        and meaning.asked.compare([old.error.when], [new.error.when]).same
         and all(meaning.same_value(before[t], after[t]) for t in before)
     )
 

@@ -38,7 +38,7 @@ from specc.model.wires import Wires
 from specc.proof.decide import Solver, can_hold
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.numbering import Numbering
-from specc.proof.relations import Things, conjuncts, related
+from specc.proof.relations import conjuncts, related
 from specc.proof.table import Cases, Table
 from specc.proof.translate import Translator
 from specc.proof.verdict import Facts, TooLargeError, UnsureError
@@ -195,7 +195,7 @@ class Constants:
 class Equivalence:
     """Compares expressions of two versions of one subsystem.
 
-    Conditions are asked whole periods after a state began, other values in its first period too.
+    Conditions are `asked` whole periods after a state began, other values in its first period too.
     """
 
     def __init__(self, old: Version, new: Version) -> None:
@@ -203,38 +203,24 @@ class Equivalence:
         rates = {v.subsystem.rate_hz if v.subsystem.rated else None for v in versions}
         rate_hz = rates.pop()
         period_s = 1 / rate_hz if rate_hz and not rates else None
-        self._later = _Moment(versions, period_s, lambda expr: expr)
+        self.asked = _Moment(versions, period_s, lambda expr: expr)
         self._first = _Moment(versions, period_s, _at_first)
 
     def same_value(self, old: Expr, new: Expr) -> bool:
         """Whether two expressions have the same value in every period."""
         if isinstance(old.type, Bool) and isinstance(new.type, Bool):
             return self.compare_values(old, new).same
-        return self._later.same(old, new) and self._first.same(old, new)
+        return self.asked.same(old, new) and self._first.same(old, new)
 
     def compare_values(self, old: Expr, new: Expr) -> Verdict:
         """How two truth values relate in every period."""
-        found = self._later.compare([old], [new], ())
-        return self._first.compare([old], [new], ()) if found.same else found
-
-    def compare(
-        self, old: Sequence[Expr], new: Sequence[Expr], given: Iterable[Formula] = ()
-    ) -> Verdict:
-        """How the conditions `any of old` and `any of new` relate where `given` holds."""
-        return self._later.compare(old, new, given)
-
-    def common(self, old: Sequence[Expr], new: Sequence[Expr]) -> tuple[Formula, ...]:
-        """The conditions of both versions that are the same formula."""
-        return self._later.common(old, new)
+        found = self.asked.compare([old], [new])
+        return self._first.compare([old], [new]) if found.same else found
 
     def same_assumption(self, old: Expr, new: Expr) -> bool:
         """Whether two assumptions say the same, whatever else is assumed."""
-        moments = self._later, self._first
+        moments = self.asked, self._first
         return all(moment.compare([old], [new], None).same for moment in moments)
-
-    def excluded(self, condition: Formula) -> Formula:
-        """`not condition`."""
-        return self._later.make.negation(condition)
 
 
 def _at_first(expr: Expr) -> Expr:
@@ -305,7 +291,7 @@ class _Moment:
         yield from self._choices(value.otherwise, (*tests, self.make.negation(test)))
 
     def compare(
-        self, old: Sequence[Expr], new: Sequence[Expr], given: Iterable[Formula] | None
+        self, old: Sequence[Expr], new: Sequence[Expr], given: Iterable[Formula] | None = ()
     ) -> Verdict:
         """How `any of old` and `any of new` relate; without axioms if nothing may be given."""
         before, after = self._any(old, 0), self._any(new, 1)
@@ -314,15 +300,12 @@ class _Moment:
         known = [] if given is None else conjuncts([*self._axioms, *given])
         try:
             try:
-                return self._verdict(before, after, related(known, (before, after), self._things))
+                things = self._solver.relations.things
+                return self._verdict(before, after, related(known, (before, after), things))
             except TooLargeError:
                 return self._verdict(before, after, related(known, (before, after)))
         except (TooLargeError, UnsureError) as error:
             return Verdict(False, unknown=str(error))
-
-    @property
-    def _things(self) -> Things:
-        return self._solver.relations.things
 
     def common(self, old: Sequence[Expr], new: Sequence[Expr]) -> tuple[Formula, ...]:
         """The conditions of both versions that are the same formula."""

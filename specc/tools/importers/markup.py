@@ -17,6 +17,7 @@ from specc.source import Place
 _DEEPEST = 100
 _MOST_ELEMENTS = 4_000
 _MOST_ATTRIBUTES = 20_000
+_TAG = re.compile(r"""(?:[^>"']|"[^"]*"|'[^']*')*+>""")
 _ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*("[^"]*"|'[^']*')""")
 
 
@@ -183,16 +184,8 @@ class _Builder:
 
     def _tag_end(self, start: int) -> int:
         """Past the `>` of a start tag; one inside quotes does not count."""
-        quote = ""
-        for offset in range(start, len(self._text)):
-            letter = self._text[offset]
-            if quote:
-                quote = "" if letter == quote else quote
-            elif letter in "\"'":
-                quote = letter
-            elif letter == ">":
-                return offset + 1
-        return len(self._text)
+        tag = _TAG.match(self._text, start)
+        return tag.end() if tag else len(self._text)
 
     def _offset_of(self, line: int, column: int) -> int:
         lines = self._text.split("\n")

@@ -107,7 +107,10 @@ def _block(data: Mapping[str, Data], indent: int, fold: bool) -> Iterator[str]:
         is_short = bool(indent) and len(short) <= _WIDTH and not _has_notes(value)
         if fold and isinstance(value, str) and len(short) > _WIDTH and " " in value:
             yield f"{lead} >-"
-            yield from (f"{' ' * indent}  {line}" for line in _folded(value, _WIDTH - indent - 2))
+            lines = textwrap.wrap(
+                value, _WIDTH - indent - 2, break_long_words=False, break_on_hyphens=False
+            )
+            yield from (f"{' ' * indent}  {line}" for line in lines)
         elif isinstance(value, (str, bool)) or not value or is_short:
             yield short
         elif isinstance(value, Mapping):
@@ -116,10 +119,6 @@ def _block(data: Mapping[str, Data], indent: int, fold: bool) -> Iterator[str]:
         else:
             yield lead
             yield from (f"{' ' * indent}  - {_flow(item)}" for item in value)
-
-
-def _folded(text: str, width: int) -> list[str]:
-    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
 
 
 def _has_notes(value: Data) -> bool:

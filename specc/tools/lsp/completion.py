@@ -26,7 +26,7 @@ from specc.tools.lsp.cursor import Cursor, cursors
 from specc.tools.lsp.describe import describe_symbol
 from specc.tools.lsp.formulas import WORDS, following
 from specc.tools.lsp.index import Index
-from specc.tools.lsp.symbols import Symbol, beside, node_at
+from specc.tools.lsp.symbols import Symbol, beside
 
 # What can be written at the end of an unfinished expression or type.
 
@@ -111,7 +111,7 @@ def complete_type(index: Index, path: str, before: str) -> Iterator[Item]:
 
 
 def _may_be_size(index: Index, symbol: Symbol) -> bool:
-    node = node_at(index.sources.get(symbol.place.file), symbol.place.route)
+    node = index.node(symbol.place.file, symbol.place.route)
     return symbol.kind == "parameter" and node is not None and may_be_size(node.scalar or "")
 
 
@@ -338,7 +338,7 @@ def _far_elements(index: Index, path: str, route: tuple[str | int, ...]) -> Iter
 
 
 def _parameters(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
-    user = node_at(index.sources.get(path), cursor.route[:-1])
+    user = index.node(path, cursor.route[:-1])
     used = user.values.get("use") if user else None
     file = index.files.get(beside(path, used.scalar)) if used and used.scalar else None
     yield from _of_kind(index, file.top.values() if file else (), ("parameter",))

@@ -31,7 +31,7 @@ _LONGEST = 160
 
 def describe_symbol(index: Index, symbol: Symbol, type_: Type | None = None) -> str:
     """SymbolKind, name, type, title, equation and what the symbol stands for."""
-    node = node_at(index.sources.get(symbol.place.file), symbol.place.route)
+    node = index.node(symbol.place.file, symbol.place.route)
     shown = type_ or symbol.type
     head = f"**{symbol.kind}** `{symbol.name}{_typed(symbol, node, shown)}`"
     title = title_of(symbol, node)
@@ -151,8 +151,8 @@ def _around(index: Index, meaning: Meaning) -> str:
     for size in range(len(route), 0, -1):
         symbol = file.by_route.get(route[:size]) if file else None
         if symbol is not None:
-            node = node_at(index.sources.get(meaning.where.file), route[:size])
-            inner = node_at(index.sources.get(meaning.where.file), route[: size + 1])
+            node = index.node(meaning.where.file, route[:size])
+            inner = index.node(meaning.where.file, route[: size + 1])
             trace = trace_of(inner) or trace_of(node)
             return f"in {symbol.kind} `{symbol.name}`" + (f", {trace}" if trace else "")
     return ""
@@ -203,7 +203,7 @@ def describe_key(route: Route) -> str:
 def describe_cause(index: Index, path: str, route: Route, node: TextNode) -> str:
     """What ends the behaviour of the state of a row by a cause; empty if the value is no cause."""
     owner, rest = split(route)
-    cause, subsystem = node.scalar, node_at(index.sources.get(path), owner)
+    cause, subsystem = node.scalar, index.node(path, owner)
     is_cause = len(rest) == 3 and rest[0] == "transitions" and rest[2] in (1, "cause")
     if not is_cause or cause not in ("terminal", "error") or subsystem is None:
         return ""

@@ -54,6 +54,10 @@ class Index:
         source = self.sources.get(place.file)
         return source.offsets(place) if source else (0, 0)
 
+    def node(self, path: str, route: Route) -> TextNode | None:
+        """The value at a route of a file."""
+        return node_at(self.sources.get(path), route)
+
     def occurrences(self, path: str) -> tuple[Occurrence, ...]:
         """All names of symbols in a file, in no particular order."""
         source = self.sources.get(path)

@@ -15,7 +15,7 @@ from specc.tools.lsp.completion import PARAMETER_TYPES
 from specc.tools.lsp.index import Index
 from specc.tools.lsp.project import FileEdit, Project
 from specc.tools.lsp.references import Occurrence
-from specc.tools.lsp.symbols import Symbol, node_at, values
+from specc.tools.lsp.symbols import Symbol, values
 
 # Whether a symbol can be renamed: invalid names, names in use, names that Python relies on.
 
@@ -46,11 +46,11 @@ def _fixed(index: Index, symbol: Symbol) -> str:
     """Why nobody may rename a symbol; empty if somebody may."""
     if symbol.kind == "subsystem" and symbol.place.route[-1] in ("control", "subsystem"):
         return "a control subsystem is called `c` everywhere"
-    node = node_at(index.sources.get(symbol.place.file), symbol.place.route)
+    node = index.node(symbol.place.file, symbol.place.route)
     if node is not None and "for" in node.values:
         return "it is the name of many, which others spell with their indices"
     if symbol.kind == "field":
-        type_ = node_at(index.sources.get(symbol.place.file), symbol.place.route[:2])
+        type_ = index.node(symbol.place.file, symbol.place.route[:2])
         return "the field belongs to a Python class" if type_ and "python" in type_.values else ""
     if symbol.kind == "member":
         if index.system is None:
@@ -205,11 +205,8 @@ def _check_read(known: list[tuple[Index, Symbol]]) -> None:
                 is_text = role and role.form in _EXPRESSIONS and (source.path, route) not in read
                 is_near = not owner or () in owners or owner in owners
                 if is_text and is_near and word.search(node.scalar or ""):
-                    raise RenameError(_mend_first(symbol))
-
-
-def _mend_first(symbol: Symbol) -> str:
-    return f"first correct the expression that may refer to this `{symbol.name}`"
+                    words = f"the expression that may refer to this `{symbol.name}`"
+                    raise RenameError(f"first correct {words}")
 
 
 def _spells(index: Index, path: str, occurrence: Occurrence) -> bool:

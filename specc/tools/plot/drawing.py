@@ -95,17 +95,14 @@ def _name_states(axes: Any, bands: Sequence[Band], length_s: float) -> None:
     points_per_s = box.width / axes.figure.dpi * _POINTS_PER_IN / length_s
     widths: dict[str, float] = {}
     every = ((row, *s) for row, b in enumerate(bands) for s in legible(b, length_s) if s[2] != MANY)
-    for row, begin_s, end_s, state in sorted(nlargest(MOST_NAMES, every, _length_of)):
+    longest = nlargest(MOST_NAMES, every, lambda span: span[2] - span[1])
+    for row, begin_s, end_s, state in sorted(longest):
         name = _clean(state, _LONGEST_NAME)
         if name not in widths:
             widths[name] = text_width(name, _SMALL) + 3
         if (end_s - begin_s) * points_per_s > widths[name]:
             at = ((begin_s + end_s) / 2, row)
             axes.text(*at, name, fontsize=_SMALL, ha="center", va="center_baseline")
-
-
-def _length_of(span: tuple[int, float, float, str]) -> float:
-    return span[2] - span[1]
 
 
 def _draw_panel(axes: Any, panel: Panel) -> None:
