@@ -63,6 +63,7 @@ _HINTS = (
     (re.compile(r"&&"), "write `and` for `&&`"),
     (re.compile(r"\|\|"), "write `or` for `||`"),
     (re.compile(r"!(?!=)"), "write `not` for `!`"),
+    (re.compile(r"[-+*/]=|\+\+|--"), "write the new value itself, as `n + 1`"),
     (re.compile(r"(?<![<>=!:])=(?!=)"), "compare with `==`"),
     (
         re.compile(r"(?<![\w.])\.?\d[\d.]*(?:e[+-]?\d+)? *[A-Za-z]"),

@@ -79,6 +79,20 @@ def failure(text: str) -> ExprError:
         ("!a", "E0301", "this is not an expression", "!", "write `not` for `!`"),
         ("a = b", "E0301", "this is not an expression", "=", "compare with `==`"),
         (
+            "n += 1",
+            "E0301",
+            "this is not an expression",
+            "+=",
+            "write the new value itself, as `n + 1`",
+        ),
+        (
+            "n++",
+            "E0301",
+            "this is not an expression",
+            "++",
+            "write the new value itself, as `n + 1`",
+        ),
+        (
             "a ≤ b",
             "E0301",
             "this is not an expression",
