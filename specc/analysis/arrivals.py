@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import field
 
 from specc.frozen import frozen
@@ -67,11 +67,16 @@ def arrivals_of(
             continue
         # What the sender's end lacks would be sent if that were mended.
         always |= {(port.peer, e.name) for e in port.elements if not end.element(e.name)}
+        behaviours = {state.behaviour.name: state.behaviour for state in sender.states}.values()
+        sent = [wire.arriving(behaviour) for behaviour in behaviours if behaviour.whole]
+        # A behaviour that is not known may well send nothing of this, or all of it.
+        unsure = not behaviours or len(sent) < len(behaviours)
         rated = timed and sender.rated and subsystem.rated
         if not rated or sender.rate_hz >= subsystem.rate_hz:
             later |= _first_sent(sender, wire)
-            fresh |= (_always_sent(sender, wire) if rated else set()) & subsystem.inputs.keys()
-        together |= _sent_together(sender, wire)
+            if rated and not unsure:
+                fresh |= frozenset.intersection(*sent) & subsystem.inputs.keys()
+        together |= _sent_together(wire, sent, unsure)
     return Arrivals(frozenset(always), frozenset(later), together, declared, frozenset(fresh))
 
 
@@ -85,20 +90,10 @@ def _first_sent(sender: Subsystem, wire: Wire) -> frozenset[InputName]:
     return _everything(wire) if first is None or not first.whole else wire.arriving(first)
 
 
-def _always_sent(sender: Subsystem, wire: Wire) -> frozenset[InputName]:
-    """What every behaviour of a sender sends, so that a value becomes visible in each period."""
-    behaviours = {state.behaviour.name: state.behaviour for state in sender.states}.values()
-    if not behaviours or not all(behaviour.whole for behaviour in behaviours):
-        return frozenset()
-    return frozenset.intersection(*map(wire.arriving, behaviours))
-
-
-def _sent_together(sender: Subsystem, wire: Wire) -> dict[InputName, frozenset[InputName]]:
-    behaviours = {state.behaviour.name: state.behaviour for state in sender.states}
-    # A behaviour that is not known may well send nothing of this, or all of it.
-    known = [behaviour for behaviour in behaviours.values() if behaviour.whole]
-    sent = list(filter(None, map(wire.arriving, known)))
-    unsure = len(known) < len(behaviours) or not behaviours
+def _sent_together(
+    wire: Wire, sent: Sequence[frozenset[InputName]], unsure: bool
+) -> dict[InputName, frozenset[InputName]]:
+    """Element -> what is sent whenever it is, by what each behaviour sends."""
     found = {}
     for element in wire.port.elements:
         name = wire.port.peer, element.name

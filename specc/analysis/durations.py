@@ -84,6 +84,8 @@ class Durations:
 
     def late(self, state: State) -> Iterator[Late]:
         """The conditions that time makes false for ever in a state before they can hold."""
+        if not self._turning:
+            return
         behaviour = state.behaviour
         conditions = [behaviour.error, behaviour.terminal]
         rows = (self._subsystem.rows(state.name, cause) for cause in CAUSES)

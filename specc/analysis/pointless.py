@@ -166,11 +166,10 @@ class PointlessParts:
     def _kept(self, owner: Subsystem) -> Iterator[PointlessPart]:
         """Memory that is given the value that it has."""
         number = self._numbering.number
-        items = {item.place: item for function in owner.functions for item in function.assignments}
-        for item in items.values():
-            value = item.value
-            memory = MemoryRef(item.name, type=value.type)
-            if not item.peer and number(value) == number(memory):
+        assigned = (item for function in owner.functions for item in function.assignments)
+        for item in (item for item in assigned if not item.peer):
+            value, memory = item.value, MemoryRef(item.name, type=item.value.type)
+            if number(value) == number(memory):
                 text = ExpressionText(value, item.place, "is")
                 yield PointlessPart("unchanged", value, text, (memory,), (text, value))
 

@@ -103,6 +103,8 @@ class Presence:
     @cached_property
     def is_sure(self) -> bool:
         """Whether all that is read has a value from the first period on, or is tested for one."""
+        if self.in_first_period == self._everything:
+            return True
         # The texts of lets are among them, so that none needs to be followed from its users.
         alone = Guards((), self.behind, frozenset.intersection)
         first, every = self.in_first_period, texts(self._subsystem)
