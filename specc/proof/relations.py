@@ -166,7 +166,7 @@ class Relations:
             if part is None:
                 continue
             expr = self._numbering.looked_through(part)
-            if id(expr) in seen:
+            if id(expr) in seen or self._is_known(expr):
                 continue
             seen.add(id(expr))
             if isinstance(expr, _LOOKED_INTO) or _is_looked_into(expr):
@@ -192,7 +192,12 @@ class Relations:
         return any(
             isinstance(side, computed) or (isinstance(side, Builtin) and _is_computed(side))
             for side in map(self._numbering.looked_through, (a, b))
+            if not self._is_known(side)
         )
+
+    def _is_known(self, expr: Expr) -> bool:
+        """Whether an expression is one value, which relates no variables with each other."""
+        return self._numbering.value(self._numbering.number(expr)) is not None
 
 
 def _is_looked_into(expr: Expr) -> bool:
