@@ -6,7 +6,9 @@ they refute, variables computed from the same value may not be independent, and 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
+from itertools import islice
 
 from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import (
@@ -20,12 +22,16 @@ from specc.model.expr import (
     Compare,
     Component,
     Expr,
+    FieldOf,
+    Input,
     Items,
     Logic,
+    MemoryRef,
     Quantifier,
     Unary,
     children,
 )
+from specc.model.types import Int, Real
 from specc.proof.clock import ELAPSED
 from specc.proof.formula import (
     Apart,
@@ -112,6 +118,10 @@ _LOOKED_INTO = (
 )  # fmt: skip
 
 
+_MOST_LEAVES = 64
+"""Parts of a comparison that are counted, in which lets may be many times over."""
+
+
 class Relations:
     """Relations between the atoms of one subsystem."""
 
@@ -124,7 +134,7 @@ class Relations:
         met: dict[object, Variable] = {}
         for atom in atoms:
             variable = atom.variable
-            if isinstance(variable, Quantity) and self._computes(atom):
+            if isinstance(variable, Quantity) and self._computes(atom) and not self._varies(atom):
                 return True
             if any(met.setdefault(root, variable) != variable for root in self._of(atom)):
                 return True
@@ -194,6 +204,55 @@ class Relations:
             for side in map(self._numbering.looked_through, (a, b))
             if not self._is_known(side)
         )
+
+    def _varies(self, atom: Atom) -> bool:
+        """Whether what is compared in sums surely differs by anything: by a leaf that is in no
+        other place, and so has all answers that it seems to have.
+        """
+        match atom.expr:
+            case Compare(left=Builtin(name=name, args=(sum_,)), right=right) if FUNCTIONS[
+                name
+            ].is_size and self._is_known(right):
+                compared: tuple[Expr, ...] = (sum_,)
+            case Compare(left=left, right=right):
+                compared = (left, right)
+            case _:
+                return False
+        leaves = Counter(islice(self._leaves(compared), _MOST_LEAVES))
+        whole = all(isinstance(side.type, Int) for side in compared)
+        return leaves.total() < _MOST_LEAVES and any(
+            leaves[self._numbering.number(self._whole(summand))] == 1
+            for side in compared
+            for summand in self._summands(side)
+            if isinstance(self._whole(summand), Input | MemoryRef)
+            and (whole or isinstance(summand.type, Real))
+        )
+
+    def _leaves(self, exprs: Iterable[Expr]) -> Iterator[int]:
+        """Numbers of what expressions are made of, through lets, as often as it is there."""
+        open_ = list(exprs)
+        while open_:
+            expr = self._numbering.looked_through(open_.pop())
+            parts = children(expr)
+            open_ += parts
+            if not parts:
+                yield self._numbering.number(expr)
+
+    def _summands(self, expr: Expr) -> Iterator[Expr]:
+        """What is added up, or subtracted."""
+        open_ = [expr]
+        while open_:
+            match part := self._numbering.looked_through(open_.pop()):
+                case Unary(op="-") | Binary(op="+" | "-"):
+                    open_ += children(part)
+                case _:
+                    yield part
+
+    def _whole(self, expr: Expr) -> Expr:
+        """What an expression is a component or field of; any other one itself."""
+        while isinstance(expr, Component | FieldOf):
+            expr = self._numbering.looked_through(expr.value)
+        return expr
 
     def _is_known(self, expr: Expr) -> bool:
         """Whether an expression is one value, which relates no variables with each other."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
 import pytest
 
 from specc.proof import Prover
+from specc.proof.relations import Relations
 from tests.checks.conditions import machine
 from tests.checks.texts import condition, prove, prover
 
@@ -177,3 +180,33 @@ def test_rows_that_related_questions_rule_out_cannot_apply() -> None:
 def test_time_is_counted_in_decimals(rows: tuple[str, ...], proved: bool) -> None:
     subsystem = replace(machine([condition(row) for row in rows]), rate_hz=Fraction(10))
     assert Prover(subsystem, {}).prove_rows("S", "terminal").proved == proved
+
+
+def _sum(rng: random.Random, leaves: Sequence[str]) -> str:
+    """A sum of a few numbers, which may cancel each other."""
+    parts = [f"{rng.choice('+-')} {rng.choice(leaves)}" for _ in range(rng.randint(1, 3))]
+    text = " ".join(["0", *parts])
+    return rng.choice([text, text, f"abs({text})", f"min({text}, {rng.choice(leaves)})"])
+
+
+def _compared(rng: random.Random) -> str:
+    leaves = rng.choice([("n", "k", "x.s.i", "2"), ("d", "e", "q[0]", "q[1]", "n", "0.5", "d * 2")])
+    sides = _sum(rng, leaves), rng.choice([_sum(rng, leaves), "1", "-1"])
+    return rng.choice(["<", "<=", ">", ">="]).join(sides)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_sums_that_can_have_any_value_are_as_the_solver_has_them(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without it the same is possible of one condition, and of two together."""
+    rng = random.Random(seed)
+    pairs = [(condition(_compared(rng)), condition(_compared(rng))) for _ in range(4)]
+
+    def answers() -> list[object]:
+        known = prover("True")
+        return [(known.constant(one), known.satisfiable((one, two))) for one, two in pairs]
+
+    found = answers()
+    monkeypatch.setattr(Relations, "_varies", lambda self, atom: False)
+    assert answers() == found
