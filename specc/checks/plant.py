@@ -153,9 +153,10 @@ def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
         return
     every = bindable(facts.system)
     elements = [(f"{device}.{e.name}", e) for device, e, _ in every if device != PLANT]
-    known = {name for name, _ in elements}
     bound = {f"{b.device}.{b.element}" for b in plant.bindings if b.device != PLANT}
-    meant = {name for other in bound - known for name in nearest(other, known - bound)[:1]}
+    open_ = [name for name, _ in elements if name not in bound]
+    strange = bound - {name for name, _ in elements}
+    meant = {name for other in strange for name in nearest(other, open_)[:1]}
     for name, element in elements:
         if name not in bound | meant:
             yield Diagnostic(
