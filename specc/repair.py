@@ -123,7 +123,7 @@ def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
         known = earlier is not None and getattr(earlier, "whole", True)
         if not known:
             continue
-        before_said, is_edited = dict(_said(earlier)), any(_holds(part.place, e) for e in at)
+        before_said, is_edited = dict(_said(earlier)), any(part.place.holds(e) for e in at)
         for name, value in _said(part):
             was, now = _meaning(before_said.get(name)), _meaning(value)
             # An edit inside `for` is one of all copies, of which some may have been right before.
@@ -173,8 +173,3 @@ def _is_known(meaning: Any) -> bool:
     if isinstance(meaning, tuple):
         return meaning[:1] != ("Unknown",) and all(map(_is_known, meaning))
     return True
-
-
-def _holds(place: Place, edit: Place) -> bool:
-    """Whether an edit stands in what is at a place."""
-    return place.file == edit.file and edit.route[: len(place.route)] == place.route

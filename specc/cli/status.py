@@ -13,7 +13,7 @@ from specc.diagnostics.render.visible import visible
 from specc.frozen import frozen
 from specc.lang.show import show
 from specc.model.requirement import Requirement
-from specc.model.system import Agent, Subsystem, System
+from specc.model.system import Subsystem, System
 from specc.schema.places import along
 from specc.source import Place
 
@@ -167,16 +167,16 @@ def _own(
 
 def _owner(finding: Diagnostic, system: System) -> frozenset[str]:
     """Qualified names of what a finding is about; a file that is used twice has two owners."""
-    subsystems = [s for s in system.subsystems if any(_inside(finding, p) for p in _places(s))]
+    at = finding.primary
+    subsystems = [s for s in system.subsystems if any(place.holds(at) for place in _places(s))]
     if subsystems:
         return frozenset(s.qualified_name for s in subsystems)
-    agents = [agent for agent in system.agents if _inside(finding, agent.place)]
-    agents += [a for a in system.agents if _of_device(finding, a) and a not in agents]
-    return frozenset(a.name for a in agents) or frozenset(("",))
-
-
-def _of_device(finding: Diagnostic, agent: Agent) -> bool:
-    return any(_inside(finding, device.place) for device in agent.devices)
+    agents = {
+        agent.name
+        for agent in system.agents
+        if agent.place.holds(at) or any(device.place.holds(at) for device in agent.devices)
+    }
+    return frozenset(agents or {""})
 
 
 def _places(subsystem: Subsystem) -> Iterator[Place]:
@@ -187,11 +187,6 @@ def _places(subsystem: Subsystem) -> Iterator[Place]:
     for place in places:
         if place.file != subsystem.place.file:
             yield Place(place.file, place.route[:1])
-
-
-def _inside(finding: Diagnostic, place: Place) -> bool:
-    found = finding.primary
-    return found.file == place.file and found.route[: len(place.route)] == place.route
 
 
 # What is printed.

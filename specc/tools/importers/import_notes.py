@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
@@ -100,12 +101,10 @@ def document(
 
 def _wrapped(text: str) -> list[str]:
     clean = "".join(c if c.isprintable() else "?" for c in text)
-    lines, words = [""], clean.split(" ")
-    for word in words:
-        if lines[-1] and len(lines[-1]) + len(word) + 1 > _WIDTH:
-            lines.append("  " if text.startswith("- ") else "")
-        lines[-1] += word if not lines[-1].strip() else f" {word}"
-    return lines
+    inner = "  " if text.startswith("- ") else ""
+    return textwrap.wrap(
+        clean, _WIDTH, subsequent_indent=inner, break_long_words=False, break_on_hyphens=False
+    )
 
 
 # Files of other formats: from a path to a tree, with findings for what is wrong on the way.

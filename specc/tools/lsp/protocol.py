@@ -68,8 +68,8 @@ class SpecProtocol(LanguageServerProtocol):
     def handle_message(self, message: Any) -> None:
         """Do what a message asks for; one without the form of a message is refused."""
         try:
-            if self._is_due(message):
-                super().handle_message(self._structured(message))
+            self._check_due(message)
+            super().handle_message(self._structured(message))
         except JsonRpcException as refusal:
             self.refuse(refusal, message)
 
@@ -83,8 +83,8 @@ class SpecProtocol(LanguageServerProtocol):
             {"jsonrpc": self.VERSION, "id": known, "error": {"code": why.code, "message": str(why)}}
         )
 
-    def _is_due(self, message: Any) -> bool:
-        """Whether a message comes at its time; raises JsonRpcException for one that is none."""
+    def _check_due(self, message: Any) -> None:
+        """Raise JsonRpcException for what is no message, or does not come at its time."""
         if not _is_message(message):
             raise JsonRpcInvalidRequest("not a message of JSON-RPC 2.0")
         method = message.get("method", lsp.EXIT)
@@ -92,7 +92,6 @@ class SpecProtocol(LanguageServerProtocol):
             raise JsonRpcServerNotInitialized("the first request is `initialize`")
         if self._shutdown and method != lsp.EXIT:
             raise JsonRpcInvalidRequest("the server is shutting down")
-        return True
 
     def _structured(self, message: dict[str, Any]) -> Any:
         method = message.get("method")

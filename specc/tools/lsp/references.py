@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 
 from specc.frozen import frozen
 from specc.model.system import Subsystem, System
-from specc.model.types import Bool, Enum, Type
+from specc.model.types import Bool, Enum, Type, within
 from specc.model.wires import Wires
 from specc.resolve.context import Use
 from specc.schema.places import split
@@ -29,8 +29,9 @@ def enums_in_python(system: System) -> dict[str, str]:
     """Enums that reach Python code, which knows their members by name, each with that code."""
     found: dict[str, str] = {}
     for type_, code in _crossing(system):
-        for enum in _enums(type_):
-            found.setdefault(enum.name, code)
+        for part in within([type_]):
+            if isinstance(part, Enum):
+                found.setdefault(part.name, code)
     return found
 
 
@@ -47,18 +48,6 @@ def _crossing(system: System) -> Iterator[tuple[Type, str]]:
         for memory in subsystem.memory:
             if memory.name in watched:
                 yield memory.type, "the judge of the task"
-
-
-def _enums(part: object) -> Iterator[Enum]:
-    """The enums in a type, which is made of other types and of tuples of them."""
-    if isinstance(part, Enum):
-        yield part
-    elif isinstance(part, tuple):
-        for item in part:
-            yield from _enums(item)
-    elif is_dataclass(part):
-        for field in fields(part):
-            yield from _enums(getattr(part, field.name))
 
 
 # What the model adds to the text: types of symbols, the ends of connections, peers, the task.

@@ -9,8 +9,8 @@ import os
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
-from importlib import import_module
 from operator import index
+from pkgutil import resolve_name
 from typing import Any
 
 from specc.lang.evaluate import Environment, evaluate
@@ -233,11 +233,10 @@ class Moment:
 
     def _result(self, operator: Any, args: tuple[Value, ...]) -> Value:
         """What an operator gives, which is pure. Raises NotKnown, for no value of its type too."""
-        module, _, name = operator.python.partition(":")
         types = [type_ for _, type_ in operator.parameters]
         try:
             given = [self._given(t, v) for t, v in zip(types, args, strict=True)]
-            return _taken(operator.result, getattr(import_module(module), name)(*given))
+            return _taken(operator.result, resolve_name(operator.python)(*given))
         except NotKnown:
             raise
         except (Exception, SystemExit) as error:  # whatever the user's function raises
@@ -255,10 +254,7 @@ class Moment:
             else kind(type_).rebuilt(type_, value, self._given)
         )
         python = type_.python if isinstance(type_, Record) else ""
-        if not python:
-            return made
-        module, _, name = python.partition(":")
-        return getattr(import_module(module), name)(**vars(made))
+        return resolve_name(python)(**vars(made)) if python else made
 
 
 def _said(error: BaseException) -> str:
