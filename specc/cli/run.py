@@ -6,6 +6,7 @@ import os
 import traceback
 from argparse import Namespace
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from specc import output
 from specc.checks.plant import without_plant
-from specc.cli.inspect import judged, overrides_of
+from specc.cli.inspect import JudgedFindings, judged, overrides_of
 from specc.cli.recorded_spec import recorded_package, texts_of
 from specc.cli.streams import Refused, refuse, tell
 from specc.diagnostics import Diagnostic
@@ -36,15 +37,9 @@ def run(options: Namespace) -> int:
         is_read=False,
         tests_all_rows=options.real_time,
     )
-    left = judged(options.spec, built.result, overrides_of(options))
+    left = judged_to_run(options, built.result)
     findings = left.findings
-    if left.refused or not built.result.can("run"):
-        return tell(report(findings, [options.spec])) or 1
-    unmet = list(missing(built.result, options.spec, counts=options.cycles is not None))
-    if unmet:
-        codes = {found.code for found in unmet}
-        findings = [found for found in findings if found.diagnostic.code not in codes]
-        findings += resolve(unmet, built.result.sources)
+    if left.refused:
         return tell(report(findings, [options.spec])) or 1
     with TemporaryDirectory(prefix="specc-") as scratch:
         directory = Path(scratch, "generated", built.system)
@@ -63,7 +58,19 @@ def run(options: Namespace) -> int:
 # What a run needs that a specification can otherwise do without: a plant, and a task to count.
 
 
-def missing(result: Result, path: str, *, counts: bool) -> Iterator[Diagnostic]:
+def judged_to_run(options: Namespace, result: Result) -> JudgedFindings:
+    """What is left of the findings about a specification; refused if it cannot be run as asked."""
+    left = judged(options.spec, result, overrides_of(options))
+    if left.refused or not result.can("run"):
+        return replace(left, refused=True)
+    unmet = list(_missing(result, options.spec, counts=options.cycles is not None))
+    codes = {found.code for found in unmet}
+    findings = [found for found in left.findings if found.diagnostic.code not in codes]
+    findings += resolve(unmet, result.sources)
+    return replace(left, findings=findings, refused=bool(unmet))
+
+
+def _missing(result: Result, path: str, *, counts: bool) -> Iterator[Diagnostic]:
     """O0501 without a plant behind devices, O0503 where cycles are to be counted without a task."""
     system, place = result.system, Place(path, ("system",), "key")
     if system is None:

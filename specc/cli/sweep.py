@@ -18,12 +18,11 @@ from typing import TYPE_CHECKING, Any
 
 from specc import __version__
 from specc.cli import streams
-from specc.cli.inspect import judged, overrides_of
 from specc.cli.interruption import MESSAGE, code_of, held, terminable
 from specc.cli.parallel import cores, processes
-from specc.cli.run import missing
+from specc.cli.run import judged_to_run
 from specc.diagnostics.phrases import counted, few
-from specc.diagnostics.report import Report, report, resolve
+from specc.diagnostics.report import Report, report
 from specc.frozen import frozen
 from specc.tools.sweep import plots, summary
 from specc.tools.sweep.running import Bundle, Figures, SweepJob
@@ -148,14 +147,9 @@ def _built(options: Namespace, setting: Setting) -> Build:
     from specc import pipeline
 
     built = pipeline.build(options.spec, setting, stop_when=options.stop_when, is_read=False)
-    left = judged(options.spec, built.result, overrides_of(options))
-    findings, refused = left.findings, left.refused
-    if built.result.can("run"):
-        unmet = list(missing(built.result, options.spec, counts=options.cycles is not None))
-        findings += resolve(unmet, built.result.sources)
-        refused |= bool(unmet)
-    if refused or not built.result.can("run"):
-        raise _SettingRefused(setting, report(findings, [options.spec]))
+    left = judged_to_run(options, built.result)
+    if left.refused:
+        raise _SettingRefused(setting, report(left.findings, [options.spec]))
     return built
 
 
