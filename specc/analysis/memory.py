@@ -3,29 +3,190 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
+from typing import Any
 
-from specc.analysis.memory_bounds import MemoryBounds
+from specc.lang import ranges
+from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
-from specc.lang.ranges import Range
+from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
+    MIRRORED,
     Among,
     Builtin,
     Choice,
     Compare,
     Expr,
+    LetRef,
     Member,
     MemoryRef,
     Number,
     Truth,
+    Unary,
+    children,
+    walk,
 )
-from specc.model.logic import joined, negation
+from specc.model.logic import conjuncts, joined, negation, opposite
 from specc.model.system import Subsystem
-from specc.model.types import Bool, Enum
+from specc.model.types import Bool, Enum, Int, Real
 from specc.proof import Numbering
 from specc.reachable import reachable
+
+# What numbers in memory lie between.
+#
+# Intervals as an abstract domain: those of initial values grow by what may be written, until
+# nothing new comes; what goes on growing is widened to the next number that the subsystem names,
+# and at last to infinity. Inside a choice the test narrows what it compares.
+
+
+_GROWS = 3
+"""Rounds in which bounds may grow by as much as is written."""
+_WIDENED = 40
+"""Rounds in which they are widened to the next number that is named; then to infinity."""
+_MOST_STEPS = 100_000
+"""Parts of expressions, and bounds that are carried into choices, that are looked at in a search;
+of memory that takes more nothing is known."""
+
+_Now = dict[Expr, Range]
+"""What memory and lets lie between."""
+
+
+class MemoryBounds:
+    """The bounds of the memory of a subsystem, by name; of numbers alone."""
+
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        written: Mapping[str, Sequence[Expr]],
+        numbering: Numbering,
+    ) -> None:
+        """`written` has all that memory is ever given; `numbering` knows lets and constants."""
+        self._numbering = numbering
+        self._left = _MOST_STEPS
+        self._written: dict[Expr, Sequence[Expr]] = {
+            MemoryRef(item.name, type=item.type): written[item.name]
+            for item in subsystem.memory
+            if isinstance(item.type, (Int, Real))
+        }
+        lets = {LetRef(let.name, type=let.value.type): let.value for let in subsystem.lets}
+        read = reachable(
+            (let for values in self._written.values() for let in _names(values)),
+            lambda let: _names([lets[let]]) if let in lets else (),
+        )
+        self._lets = [(let, value) for let, value in lets.items() if let in read]
+        every = [*chain(*self._written.values()), *(value for _, value in self._lets)]
+        self._named = sorted({n for n in map(numbering.known, _parts(every)) if n is not None})
+        found = self._fixpoint() if self._written else {}
+        self._left = _MOST_STEPS
+        self._lets = [*lets.items()]
+        self._found = self._with_lets(found)
+
+    def of(self, expr: Expr, tests: Iterable[Expr] = ()) -> Range:
+        """What an expression of numbers, or a condition, lies between where `tests` hold."""
+        now, self._left = self._found, _MOST_STEPS
+        for test in tests:
+            now = self._narrowed(now, test)
+        return self._of(expr, now)
+
+    def _fixpoint(self) -> _Now:
+        now = {each: self._given(each, values[:1], {}) for each, values in self._written.items()}
+        for count in range(_GROWS + _WIDENED + 2 * len(self._written)):
+            here = self._with_lets(now)
+            after = {
+                memory: ranges.union(now[memory], self._given(memory, values, here))
+                for memory, values in self._written.items()
+            }
+            if after == now:
+                return now
+            named = self._named if count < _GROWS + _WIDENED else ()
+            now = {m: r if count < _GROWS else _widened(now[m], r, named) for m, r in after.items()}
+        return {}
+
+    def _given(self, memory: Expr, values: Iterable[Expr], now: _Now) -> Range:
+        """What memory is given; a whole number becomes a real one in real memory."""
+        found = ((value.type, self._of(value, now)) for value in values)
+        is_real = isinstance(memory.type, Real)
+        each = (ranges.of_float(r) if is_real and isinstance(t, Int) else r for t, r in found)
+        return ranges.union(*each)
+
+    def _with_lets(self, now: _Now) -> _Now:
+        here = dict(now)
+        for let, value in self._lets:
+            here[let] = self._of(value, here)
+        return here
+
+    def _of(self, expr: Expr, now: _Now) -> Range:
+        """What a value lies between where memory and lets are within `now`."""
+        self._left -= 1
+        if self._left < 0:
+            return ANY
+        if (value := self._numbering.known(expr)) is not None:
+            return ranges.of_value(value)
+        match expr:
+            case MemoryRef() | LetRef():
+                return now.get(expr, ANY)
+            case Choice(test=test, then=then, otherwise=otherwise):
+                held = self._of(then, self._narrowed(now, test))
+                failed = self._of(otherwise, self._narrowed(now, negation(test)))
+                return bounds(expr, (self._of(test, now), held, failed))
+        return bounds(expr, [self._of(part, now) for part in children(expr)])
+
+    def _narrowed(self, now: _Now, condition: Expr) -> _Now:
+        """The bounds where a condition holds; unchanged where it never does."""
+        found = dict(now)
+        self._left -= len(now)
+        for part in conjuncts(self._numbering.looked_through(condition)):
+            if isinstance(part, Unary) and isinstance(part.operand, Compare):
+                part = opposite(part.operand)
+            if isinstance(part, Compare):
+                for said in (part, _turned(part)):
+                    self._narrow(found, said)
+        return found
+
+    def _narrow(self, found: _Now, said: Compare) -> None:
+        left = said.left
+        if left not in found:
+            return
+        (low, high), (least, greatest) = found[left], self._of(said.right, found)
+        whole = isinstance(left.type, Int) and isinstance(said.right.type, Int)
+        if said.op in ("<", "<=", "=="):
+            high = min(high, greatest - 1 if whole and said.op == "<" else greatest)
+        if said.op in (">", ">=", "=="):
+            low = max(low, least + 1 if whole and said.op == ">" else least)
+        if low <= high:
+            found[left] = low, high
+
+
+def _widened(before: Range, after: Range, named: Sequence[float]) -> Range:
+    """The bounds that grow as far as to the next number that is `named`, in order."""
+    low, high = after
+    if high > before[1]:
+        above = bisect_left(named, high)
+        high = named[above] if above < len(named) else math.inf
+    if low < before[0]:
+        below = bisect_right(named, low)
+        low = named[below - 1] if below else -math.inf
+    return low, high
+
+
+def _names(values: Iterable[Expr]) -> Iterable[Expr]:
+    return (part for value in values for part in walk(value) if isinstance(part, LetRef))
+
+
+def _turned(said: Compare) -> Compare:
+    op: Any = MIRRORED[said.op]
+    return Compare(op, said.right, said.left, type=said.type)
+
+
+def _parts(every: Iterable[Expr]) -> Iterable[Expr]:
+    return (part for value in every for part in walk(value) if isinstance(part.type, (Int, Real)))
+
+
+# What always holds of memory.
+
 
 _MOST_VALUES = 8
 _Literal = Truth | Member | Number

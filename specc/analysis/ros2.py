@@ -1,4 +1,4 @@
-"""Which messages of ROS 2 go with which types of elements, and what of a message is the value.
+"""Which messages of ROS 2 go with which types, what of them is the value, what others can watch.
 
 The units of messages are those of REP 103: an element in another unit is another quantity, since
 all numbers of a running system are SI's. How parts of messages are read and written is in the
@@ -7,17 +7,16 @@ runtime, by the names of shapes that are chosen here.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 
+from specc.diagnostics import nearest
 from specc.frozen import frozen
 from specc.lang.kinds import kind
-from specc.model.binding import Binding, Ros2
-from specc.model.types import (
-    Enum,
-    OptionalOf,
-    Pose,
-    Type,
-)
+from specc.model.binding import Binding, Published, Ros2
+from specc.model.system import Element, Subsystem, System
+from specc.model.types import Enum, OptionalOf, Pose, Text, Type
 from specc.model.units import (
     DIMENSIONLESS,
     METRE,
@@ -275,3 +274,86 @@ def named_frames(part: MessagePart, type_: Type, ros2: Ros2) -> tuple[tuple[str,
     """Fields of a message that hold a frame, and what ROS calls the frame of the element."""
     known = dict(ros2.frames)
     return tuple((at, known[name]) for at, name in frames_of(part, type_) if at and name in known)
+
+
+# What others in ROS can watch: which messages states of machines and outputs become.
+
+
+@frozen
+class PublishedValue:
+    """A state, or an output element, with the messages that it becomes.
+
+    `peer` is empty for a state.
+    """
+
+    name: str
+    subsystem: Subsystem
+    peer: str
+    element: str
+    message: str
+    part: MessagePart
+    type: Type
+
+    @property
+    def topic(self) -> str:
+        """Below the name of the node; ROS has no double underscores."""
+        return "~/" + "/".join(re.sub("_+", "_", word).strip("_") for word in self.name.split("."))
+
+
+def watched(published: Published, system: System) -> PublishedValue | MessageMisfit:
+    """What a name stands for, or why nobody can watch it."""
+    subsystems = {part.qualified_name: part for part in system.subsystems}
+    name = published.name
+    owner = ".".join(name.split(".")[:2])
+    subsystem = subsystems.get(owner)
+    if subsystem is None:
+        return _unknown("subsystem", owner, tuple(subsystems))
+    if name == owner:
+        return PublishedValue(
+            name, subsystem, "", "", "std_msgs/String", MessagePart("scalar", "data"), Text()
+        )
+    sent = {
+        f"{owner}.y.{port.peer}.{element.name}": (port.peer, element)
+        for port in subsystem.ports
+        if port.direction == "y"
+        for element in port.elements
+    }
+    if name not in sent:
+        return _unknown("output", name, tuple(sent))
+    return _output(name, subsystem, *sent[name])
+
+
+def _unknown(kind: str, name: str, known: tuple[str, ...]) -> MessageMisfit:
+    close = nearest(name, known)
+    listed = ", ".join(f"`{one}`" for one in (close or known)[:6])
+    help = f"did you mean {listed}?" if close else f"there are {listed}" if listed else "delete it"
+    return MessageMisfit("E0523", f"there is no {kind} `{name}` to publish", help)
+
+
+def _output(
+    name: str, subsystem: Subsystem, peer: str, element: Element
+) -> PublishedValue | MessageMisfit:
+    type_ = element.type.value if isinstance(element.type, OptionalOf) else element.type
+    found = _message(type_)
+    if found is None:
+        help = "publish a part of it: send that as an element of its own"
+        return MessageMisfit("E0523", f"{type_} becomes no message that is known", help)
+    return PublishedValue(name, subsystem, peer, element.name, *found, type_)
+
+
+_PUBLISHED_AS = (
+    "std_msgs/Float64MultiArray", "std_msgs/Int64MultiArray", "geometry_msgs/PointStamped",
+    "geometry_msgs/PoseStamped", "geometry_msgs/TwistStamped", "geometry_msgs/WrenchStamped",
+    "sensor_msgs/Image",
+)  # fmt: skip
+"""Messages of what is no scalar."""
+
+
+def _message(type_: Type) -> tuple[str, MessagePart] | None:
+    """The type of messages, and where in them the value is."""
+    for shape in kind(type_).shapes(type_)[:1]:
+        for message in (f"std_msgs/{shape}", *_PUBLISHED_AS):
+            for part in MESSAGES.get(message, ()):
+                if part.shape in (shape, "scalar"):
+                    return message, replace(part, frame=part.frame if type_.frames else "")
+    return None

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, first_key
-from specc.analysis.published import watched
-from specc.analysis.ros2 import JOINT_STATE, MessageMisfit, frames_of, part_of, short
+from specc.analysis.ros2 import JOINT_STATE, MessageMisfit, frames_of, part_of, short, watched
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
 from specc.model.binding import PLANT

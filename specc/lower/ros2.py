@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis.plant import BoundElement, bound_elements
-from specc.analysis.published import watched
-from specc.analysis.ros2 import MessageMisfit, frames_of, named_frames, part_of, short
+from specc.analysis.ros2 import MessageMisfit, frames_of, named_frames, part_of, short, watched
 from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal
 from specc.model.binding import Published, Ros2

@@ -32,7 +32,7 @@ VALUES = {
 FACTS = {
     "analysis/constancy.py": "which parts of it are constant",
     "analysis/guards.py": "what holds where a part of it is computed",
-    "analysis/memory_bounds.py": "between which numbers it lies",
+    "analysis/memory.py": "between which numbers it lies",
     "analysis/pointless.py": "where it was written",
     "checks/usage.py": "whether it is used",
     "checks/waiting.py": "which arrivals make it true",

@@ -38,7 +38,6 @@ OTHER_WORDS = {
     "messages of ROS 2 and their fields": {
         "analysis/ros2.py": {"position", "pose"},
         "lang/kinds.py": {"pose"},
-        "analysis/published.py": {"pose"},
         "tools/starting/graph.py": {"position", "pose"},
     },
     "fields of other formats and protocols": {
