@@ -113,8 +113,8 @@ def is_used_up(work: Work) -> bool:
 
 def spend(work: Work, steps: int) -> bool:
     """Whether the steps were allowed; they count as spent either way."""
-    before = left(work)
     spent = _spent.get()
-    if spent is not None:
-        spent[work] = spent.get(work, 0) + steps
-    return steps <= before
+    if spent is None:
+        return steps <= ALLOWED[work]
+    spent[work] = spent.get(work, 0) + steps
+    return spent[work] <= ALLOWED[work]

@@ -98,8 +98,8 @@ def parse(text: str, *, own: bool = False) -> ast.expr:
 
 def count_parts(parts: int, start: int, end: int) -> None:
     """Count what is about to be given a meaning; raises `ExprError` for all from the first on."""
-    is_first = left("parts") >= 0
     if not spend("parts", parts):
+        is_first = left("parts") + parts >= 0
         code = "E0017" if is_first else FOLLOW_UP
         raise ExprError(OUT_OF_PARTS, start, end, DESCRIBE_LESS, code)
 

@@ -32,10 +32,10 @@ _USES = {
 
 def spread(tree: ast.expr, groups: Mapping[str, Members], root: Root = "x") -> ast.expr:
     """The expression without groups; raises `ExprError` where one is used otherwise."""
+    if not groups:
+        return tree
     spreading = _Spreading(groups, root)
-    if not groups or not any(
-        isinstance(n, ast.expr) and spreading.group(n) for n in nodes_of(tree)
-    ):
+    if not any(isinstance(n, ast.expr) and spreading.group(n) for n in nodes_of(tree)):
         return tree
     found: ast.expr = spreading.visit(deepcopy(tree))
     return found

@@ -35,10 +35,10 @@ class Where:
 
     def __getitem__(self, key: str | int) -> Where:
         whole, route = self.raw, (*self.route, key)
-        if isinstance(whole, dict):
-            if type(whole) is not dict:
-                route = route_below(whole, key, self.route)
+        if type(whole) is dict:  # as nearly all are
             return Where(self.file, route, whole.get(key))
+        if isinstance(whole, dict):
+            return Where(self.file, route_below(whole, key, self.route), whole.get(key))
         is_there = isinstance(whole, list) and isinstance(key, int) and key < len(whole)
         return Where(self.file, route, whole[key] if is_there else None)  # type: ignore[index]  # it is a list
 

@@ -229,9 +229,9 @@ class Expressions:
 
         One with the name of a constant, of memory or of a let is reported.
         """
+        if not each:
+            return {}, scope
         indices = indices_of(each, where)
-        if not indices:
-            return indices, scope
         constants = {n: ("a constant", c.place) for n, c in self.definitions.constants.items()}
         taken = constants | self._later
         for index in indices.values():

@@ -28,7 +28,7 @@ from specc.model.logic import joined, negation
 from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool
-from specc.resolve.context import Where, nobody_knows, trace_of
+from specc.resolve.context import Findings, Where, nobody_knows, trace_of
 from specc.resolve.definitions import inlined
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import targets_of
@@ -56,6 +56,7 @@ class MachineResolver:
     ports: tuple[Port, ...]
     memory: tuple[Memory, ...]
     expressions: Expressions
+    _findings: Findings = field(init=False)
     _memory: dict[str, Memory] = field(init=False)
     _sent: dict[tuple[str, str], Element] = field(init=False)
     _events: dict[str, tuple[str, str]] = field(init=False)
@@ -64,6 +65,7 @@ class MachineResolver:
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self._findings = self.expressions.findings
         ports = [port for port in self.ports if port.direction == "y"]
         self._memory = {item.name: item for item in self.memory}
         inputs = [(p.peer, e) for p in self.ports if p.direction == "x" for e in p.elements]
@@ -112,25 +114,23 @@ class MachineResolver:
         return None
 
     def _open(self, code: str, message: str, where: Where, help_text: str) -> None:
-        self.expressions.findings.report(code, message, where.key, help=help_text)
+        self._findings.report(code, message, where.key, help=help_text)
 
     def _condition(self, kind: ConditionKind, name: str, where: Where) -> Condition:
-        fixed: dict[str, Expr] = {"always": TRUE, "never": FALSE}
-        if kind == "initial":
-            fixed[OTHERWISE] = TRUE  # of the other rows, once they are known
         if known := self._conditions.get((kind, name)):
-            self.expressions.findings.use(known.place, where)
+            self._findings.use(known.place, where)
             return known
+        fixed = _FIXED[kind]
         if name in fixed:
-            return Condition(name, kind, fixed[name], "", Trace(), where.place)
+            return Condition(name, kind, fixed[name], "", _UNTRACED, where.place)
         others = [k for k, n in self._conditions if n == name]
         if others:
             message = f"`{name}` is the name of {_article(others[0])} condition only"
             help_text = f"declare it under `conditions:` as {_article(kind)} condition as well"
-            self.expressions.findings.report("E0212", message, where.place, help=help_text)
+            self._findings.report("E0212", message, where.place, help=help_text)
             return _vague(name, kind, where, where)
         names = [n for k, n in self._conditions if k == kind] + list(fixed)
-        self.expressions.findings.unknown("E0212", f"{kind} condition", name, names, where.place)
+        self._findings.unknown("E0212", f"{kind} condition", name, names, where.place)
         return _vague(name, kind, where, where)
 
     def _resolve_functions(self) -> None:
@@ -179,25 +179,25 @@ class MachineResolver:
         parts = target.split(".")
         if len(parts) == 3 and parts[0] == "y":
             sent = self._sent.get((parts[1], parts[2]))
-            note_target(self.expressions.findings, at, self.where, sent)
+            note_target(self._findings, at, self.where, sent)
             if sent is None and target.rpartition(".")[0] in self.expressions.meant:
-                self.expressions.findings.withheld += 1
+                self._findings.withheld += 1
             elif sent is None and parts[2] not in self.expressions.broken:
                 lacks = self.expressions.element(*parts)
-                self.expressions.findings.unknown(
+                self._findings.unknown(
                     "E0214", "output target", target, self._outputs(), at.key, lacks
                 )
             return parts[1], parts[2], sent
         if target.startswith("x."):
             message = f"`{target}` is an input: it cannot be assigned"
             help = "assign an output, `y.peer.element`, or a memory element"
-            self.expressions.findings.report("E0214", message, at.key, help=help)
+            self._findings.report("E0214", message, at.key, help=help)
             return "", target, None
         kept = self._memory.get(target)
-        self.expressions.findings.use(declared_at(self.where, "memory", target), at, part="key")
+        self._findings.use(declared_at(self.where, "memory", target), at, part="key")
         if kept is None and target not in self.expressions.broken:
             known = [*self._memory, *self._outputs()]
-            self.expressions.findings.unknown("E0214", "memory target", target, known, at.key)
+            self._findings.unknown("E0214", "memory target", target, known, at.key)
         return "", target, kept
 
     def _outputs(self) -> list[str]:
@@ -210,7 +210,7 @@ class MachineResolver:
             functions = [
                 function
                 for index, used in enumerate(item.functions)
-                if (function := self._used(name, index, used, at["functions"][index]))
+                if (function := self._used(name, index, used, at))
             ]
             terminal = self._terminal(name, item.terminal, at)
             error = self._end("error", name, item.error or ErrorDef(condition="never"), at["error"])
@@ -220,9 +220,15 @@ class MachineResolver:
             )
 
     def _used(
-        self, behaviour: str, index: int, used: UsedFunctionDef, at: Where
+        self, behaviour: str, index: int, used: UsedFunctionDef, inside: Where
     ) -> Function | None:
         """A function of a behaviour: one that is declared, or one that stands there."""
+        known = self.definition.functions
+        found = self._functions.get(used.function or "")
+        if found is not None and used.function in known and not used.targets:
+            self._findings.use(found.place, inside, "functions", index, "function")
+            return found
+        at = inside["functions"][index]
         if used.function is None:
             name = f"{behaviour}.functions[{index}]"
             self._functions[name] = self._function(name, used, at)
@@ -230,13 +236,11 @@ class MachineResolver:
         if used.targets:
             message = f"`{used.function}` is declared, so it has its targets there"
             hint = "make two items of the list: the name, and the function that stands in place"
-            self.expressions.findings.report("E0104", message, at.place, help=hint)
-        known = self.definition.functions
+            self._findings.report("E0104", message, at.place, help=hint)
         if used.function not in known:
             place = at.scalar("function").place
-            self.expressions.findings.unknown("E0215", "function", used.function, known, place)
-        found = self._functions.get(used.function)
-        self.expressions.findings.use(found.place if found else None, at, "function")
+            self._findings.unknown("E0215", "function", used.function, known, place)
+        self._findings.use(found.place if found else None, at, "function")
         return found
 
     def _terminal(self, behaviour: str, given: TerminalDef | None, at: Where) -> Condition:
@@ -257,7 +261,7 @@ class MachineResolver:
         if given.when is not None:
             message = f"`{given.condition}` has its expression where it is declared"
             hint = "write the name alone, or leave it out"
-            self.expressions.findings.report("E0104", message, at.place, help=hint)
+            self._findings.report("E0104", message, at.place, help=hint)
         return self._condition(kind, given.condition, at.scalar("condition"))
 
     def _states(self) -> tuple[State, ...]:
@@ -271,8 +275,8 @@ class MachineResolver:
             if behaviour is None:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
             else:
-                self.expressions.findings.use(behaviour.place, at, "behaviour")
-            ignored = tuple(self._ignored(item.ignores, at["ignores"]))
+                self._findings.use(behaviour.place, at, "behaviour")
+            ignored = tuple(self._ignored(item.ignores, at["ignores"])) if item.ignores else ()
             states.append(State(name, behaviour, item.title, trace_of(item), at.key, ignored))
         return tuple(states)
 
@@ -281,11 +285,11 @@ class MachineResolver:
         for index, name in enumerate(names):
             if name in self._events:
                 declared = self.scope.inputs[self._events[name]]
-                note_event(self.expressions.findings, name, where[index], self.where, declared)
+                note_event(self._findings, name, where[index], self.where, declared)
                 yield self._events[name]
             elif name not in self.expressions.meant and not self.expressions.broken:
                 place = where[index].place
-                self.expressions.findings.unknown("E0223", "event", name, self._events, place)
+                self._findings.unknown("E0223", "event", name, self._events, place)
 
     def _unknown_behaviour(self, state: str, name: str | None, at: Where) -> Behaviour:
         known = self._behaviours
@@ -294,7 +298,7 @@ class MachineResolver:
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
         elif known:
             place = at.scalar("behaviour").place
-            self.expressions.findings.unknown("E0216", "behaviour", name, known, place)
+            self._findings.unknown("E0216", "behaviour", name, known, place)
         called = name or state
         terminal = _vague(called, "terminal", at["terminal"], at)
         error = _vague(called, "error", at["error"], at)
@@ -306,7 +310,7 @@ class MachineResolver:
             at = table[index]
             sources = self._sources(item.sources, at)
             known = self._is_state(item.target, at, "to", 3)
-            note_row(self.expressions.findings, item, at, self.where, self._conditions)
+            note_row(self._findings, item, at, self.where, self._conditions)
             condition = self._conditions.get(("initial", item.when)) or self._condition(
                 "initial", item.when, at.cell("when", 2)
             )
@@ -329,7 +333,7 @@ class MachineResolver:
         known = self.definition.states
         if known and name not in known:
             place = row.cell(key, index).place
-            self.expressions.findings.unknown("E0217", "state", name, known, place)
+            self._findings.unknown("E0217", "state", name, known, place)
         return name in known
 
     def _axioms(self) -> tuple[Axiom, ...]:
@@ -363,6 +367,16 @@ def _spelled_out(rows: Sequence[Transition]) -> Iterator[Transition]:
 def none_of(conditions: Sequence[Expr]) -> Expr:
     """The condition that none of some holds."""
     return negation(joined("or", conditions))
+
+
+_UNTRACED = Trace()
+_ENDS: dict[str, Expr] = {"always": TRUE, "never": FALSE}
+# `otherwise` is of the other rows, once they are known.
+_FIXED: dict[ConditionKind, dict[str, Expr]] = {
+    "initial": {**_ENDS, OTHERWISE: TRUE},
+    "terminal": _ENDS,
+    "error": _ENDS,
+}
 
 
 def _article(kind: str) -> str:
