@@ -54,7 +54,7 @@ def _pairs(names: Mapping[str, object], groups: Groups) -> Iterator[tuple[str, s
 
 def targets_of(target: str, groups: Mapping[str, Members]) -> list[str]:
     """The targets that `y.group.element` stands for; any other target is itself."""
-    match target.split("."):
+    match target.split(".") if groups else ():
         case ["y", group, element] if group in groups:
             return [f"y.{member}.{element}" for member in groups[group].values()]
     return [target]

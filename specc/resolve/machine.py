@@ -32,7 +32,7 @@ from specc.resolve.context import Findings, Where, nobody_knows, trace_of
 from specc.resolve.definitions import inlined
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import targets_of
-from specc.resolve.uses import declared_at, note_event, note_row, note_target
+from specc.resolve.uses import note_event, note_row, note_target
 from specc.schema.subsystem import (
     AssignmentDef,
     ConditionDef,
@@ -42,6 +42,9 @@ from specc.schema.subsystem import (
     TerminalDef,
     UsedFunctionDef,
 )
+
+_Target = tuple[str, str, Element | Memory]
+"""Peer and name of an output, or "" and the name of memory; and what it is."""
 
 # The machine of a subsystem: conditions, functions, behaviours, states and transitions.
 
@@ -57,8 +60,8 @@ class MachineResolver:
     memory: tuple[Memory, ...]
     expressions: Expressions
     _findings: Findings = field(init=False)
-    _memory: dict[str, Memory] = field(init=False)
-    _sent: dict[tuple[str, str], Element] = field(init=False)
+    _targets: dict[str, _Target] = field(init=False)
+    """What can be assigned, as it is written: memory before outputs."""
     _events: dict[str, tuple[str, str]] = field(init=False)
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
     _functions: dict[str, Function] = field(default_factory=dict)
@@ -66,11 +69,11 @@ class MachineResolver:
 
     def __post_init__(self) -> None:
         self._findings = self.expressions.findings
-        ports = [port for port in self.ports if port.direction == "y"]
-        self._memory = {item.name: item for item in self.memory}
+        outputs = [(p.peer, e) for p in self.ports if p.direction == "y" for e in p.elements]
+        self._targets = {item.name: ("", item.name, item) for item in self.memory}
+        self._targets |= {f"y.{peer}.{e.name}": (peer, e.name, e) for peer, e in outputs}
         inputs = [(p.peer, e) for p in self.ports if p.direction == "x" for e in p.elements]
         self._events = {f"x.{peer}.{e.name}": (peer, e.name) for peer, e in inputs if e.event}
-        self._sent = {(port.peer, e.name): e for port in ports for e in port.elements}
 
     def resolve(self) -> dict[str, Any]:
         """The parts of a subsystem that make its machine, by their names in the model.
@@ -162,46 +165,44 @@ class MachineResolver:
         )
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
-        peer, name, found = self._target(target, at)
+        found = self._target(target, at)
         here = at.scalar("is")
         indices, scope = self.expressions.indexed(item.each, at, self.scope)
         if found is None:
             self.expressions.inside(here, item.value, scope)
             return None
-        value = self.expressions.value(here, item.value, scope, found.type, found.place)
+        peer, name, of = found
+        value = self.expressions.value(here, item.value, scope, of.type, of.place)
         if value is None:
-            value = nobody_knows(at, found.type)
+            value = nobody_knows(at, of.type)
         value = inlined(value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
-    def _target(self, target: str, at: Where) -> tuple[str, str, Element | Memory | None]:
-        """Peer and name of `y.peer.element` or, with the peer "", of memory; and what they name."""
-        parts = target.split(".")
-        if len(parts) == 3 and parts[0] == "y":
-            sent = self._sent.get((parts[1], parts[2]))
-            note_target(self._findings, at, self.where, sent)
-            if sent is None and target.rpartition(".")[0] in self.expressions.meant:
-                self._findings.withheld += 1
-            elif sent is None and parts[2] not in self.expressions.broken:
-                lacks = self.expressions.element(*parts)
-                self._findings.unknown(
-                    "E0214", "output target", target, self._outputs(), at.key, lacks
-                )
-            return parts[1], parts[2], sent
-        if target.startswith("x."):
-            message = f"`{target}` is an input: it cannot be assigned"
-            help = "assign an output, `y.peer.element`, or a memory element"
-            self._findings.report("E0214", message, at.key, help=help)
-            return "", target, None
-        kept = self._memory.get(target)
-        self._findings.use(declared_at(self.where, "memory", target), at, part="key")
-        if kept is None and target not in self.expressions.broken:
-            known = [*self._memory, *self._outputs()]
-            self._findings.unknown("E0214", "memory target", target, known, at.key)
-        return "", target, kept
+    def _target(self, target: str, at: Where) -> _Target | None:
+        """What a target is, `y.peer.element` or memory; None after reporting."""
+        found = self._targets.get(target)
+        if self._findings.kept is not None:
+            note_target(self._findings, target, at, self.where, found[2] if found else None)
+        if found is None:
+            self._no_target(target, at)
+        return found
 
-    def _outputs(self) -> list[str]:
-        return [f"y.{peer}.{name}" for peer, name in self._sent]
+    def _no_target(self, target: str, at: Where) -> None:
+        known = list(self._targets)
+        match target.split("."):
+            case ["y", peer, name]:
+                if f"y.{peer}" in self.expressions.meant:
+                    self._findings.withheld += 1
+                elif name not in self.expressions.broken:
+                    lacks = self.expressions.element("y", peer, name)
+                    outputs = known[len(self.memory) :]
+                    self._findings.unknown("E0214", "output target", target, outputs, at.key, lacks)
+            case ["x", _, *_]:
+                message = f"`{target}` is an input: it cannot be assigned"
+                help = "assign an output, `y.peer.element`, or a memory element"
+                self._findings.report("E0214", message, at.key, help=help)
+            case _ if target not in self.expressions.broken:
+                self._findings.unknown("E0214", "memory target", target, known, at.key)
 
     def _resolve_behaviours(self) -> None:
         where = self.where["behaviours"]

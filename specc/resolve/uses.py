@@ -15,7 +15,7 @@ from specc.lang import RESERVED, Declared
 from specc.lang.mentioned import NameKind, NameMention, names_of
 from specc.model import expr as m
 from specc.model.fsm import Condition
-from specc.model.system import Definition, Element
+from specc.model.system import Definition, Element, Memory
 from specc.model.types import Enum, Record, Type
 from specc.resolve.context import Findings, Meaning, TypeText, Use, Where
 from specc.schema import SpecFile
@@ -26,18 +26,25 @@ from specc.source import Place
 # Names in the machine of a subsystem, noted where they are looked up.
 
 
-def note_target(findings: Findings, at: Where, home: Where, sent: Element | None) -> None:
-    """Note peer and element of the key `y.peer.element`; the peer may stand for many.
+def note_target(
+    findings: Findings, target: str, at: Where, home: Where, found: Element | Memory | None
+) -> None:
+    """Note a memory element, or peer and element of `y.peer.element`; the peer may be many.
 
     A target that `through` writes is no key of the file.
     """
-    if findings.kept is None or at.raw is None:
-        return
-    written = str(at.route[-1])
+    match target.split("."):
+        case ["y", _, _] if at.raw is not None:
+            written = str(at.route[-1])
+        case [_]:
+            findings.use(declared_at(home, "memory", target), at, part="key")
+            return
+        case _:
+            return
     begin, middle = 2, written.rindex(".")
     buffer = _buffer_of(home, "y", written[begin:middle])
     findings.use(buffer, at, part="key", start=begin, end=middle)
-    element = sent.place if sent else declared_at(home, "y", *written[begin:].split("."))
+    element = found.place if found else declared_at(home, "y", *written[begin:].split("."))
     findings.use(element, at, part="key", start=middle + 1, end=len(written))
 
 
