@@ -17,16 +17,15 @@ from specc.lang.errors import (
     or_else,
 )
 from specc.lang.evaluate import Environment, evaluate
-from specc.lang.interfaces import parse_interface
 from specc.lang.parse import CUT_SHORT, count_parts, parse, parse_syntax
 from specc.lang.peer_groups import Members, spread
 from specc.lang.show import show
+from specc.lang.signatures import parse_interface, parse_signature
 from specc.lang.types import (
     A_SIZE,
     TYPE_WORDS,
     TypeNames,
     is_size,
-    parse_signature,
     parse_type,
 )
 from specc.lang.typing import check, expression

@@ -219,10 +219,7 @@ def quantifier(kind: Literal["all", "any"]) -> Rule:
     """A condition on every item, or on some item, of a vector or a list."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
-        body, comprehension = _comprehension(ctx, node)
-        variable = _variable(ctx, comprehension)
-        over = ctx.infer(comprehension.iter)
-        element = _element(ctx, comprehension.iter, over)
+        body, variable, over, element = _over_items(ctx, node)
         test = ctx.inside(ctx.scope.binding(variable, element)).truth(body)
         return Quantifier(kind, variable, over, test, type=Bool(), span=span(node))
 
@@ -233,17 +230,26 @@ def extreme(kind: Literal["argmax", "argmin"]) -> Rule:
     """The item of a list for which a number is largest or smallest; the list must have one."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
-        body, comprehension = _comprehension(ctx, node)
-        variable = _variable(ctx, comprehension)
-        over = not_empty(ctx.infer(comprehension.iter))
-        element = _element(ctx, comprehension.iter, over)
+        body, variable, over, element = _over_items(ctx, node)
         number = ctx.inside(ctx.scope.binding(variable, element)).infer(body)
         if scalar_unit(number.type) is None:
             message = f"`{ctx.quote(body)}` is `{number.type}`; items are compared by a number"
             raise ctx.error(body, message, code="E0315").because(ctx.origins(number))
-        return Quantifier(kind, variable, over, number, type=element, span=span(node))
+        return Quantifier(kind, variable, not_empty(over), number, type=element, span=span(node))
 
     return rule
+
+
+def _over_items(ctx: Context, node: ast.Call) -> tuple[ast.expr, str, Expr, Type]:
+    """What is said of each item, the variable for it, the items, and their type."""
+    body, comprehension = _comprehension(ctx, node)
+    variable = _variable(ctx, comprehension)
+    over = ctx.infer(comprehension.iter)
+    if isinstance(over.type, (Vector, ListOf)):
+        return body, variable, over, over.type.element
+    text = ctx.quote(comprehension.iter)
+    message = f"`{text}` is `{over.type}`; a quantifier goes over a vector or a list"
+    raise ctx.error(comprehension.iter, message, code="E0313").because(ctx.origins(over))
 
 
 def stray_generator(ctx: Context, node: ast.GeneratorExp, hint: Type | None) -> NoReturn:
@@ -278,10 +284,3 @@ def _variable(ctx: Context, comprehension: ast.comprehension) -> str:
         message = f"the variable `{target.id}` hides a name that is already in use"
         raise ctx.error(target, message, "choose another name for the variable", "E0232")
     return target.id
-
-
-def _element(ctx: Context, node: ast.expr, over: Expr) -> Type:
-    if isinstance(over.type, (Vector, ListOf)):
-        return over.type.element
-    message = f"`{ctx.quote(node)}` is `{over.type}`; a quantifier goes over a vector or a list"
-    raise ctx.error(node, message, code="E0313").because(ctx.origins(over))

@@ -9,7 +9,8 @@ from typing import Literal
 from specc.frozen import frozen
 from specc.lang.errors import ExprError
 from specc.lang.parse import parse_syntax, span
-from specc.lang.types import SHAPES, signature_parts
+from specc.lang.signatures import signature_parts
+from specc.lang.types import SHAPES, applied
 
 NameKind = Literal["type", "interface", "frame", "argument", "size"]
 
@@ -56,16 +57,15 @@ def names_of_signature(text: str, types: Collection[str]) -> Iterator[NameMentio
 
 def names_of_interface(text: str, types: Collection[str]) -> Iterator[NameMention]:
     """The interface that a buffer names, and the frames and types that it is given."""
-    match _tree(text):
-        case ast.Name() as head:
-            yield _named("interface", head)
-        case ast.Subscript(value=ast.Name() as head, slice=inner):
-            yield _named("interface", head)
-            for item in _items(inner):
-                if isinstance(item, ast.Name):
-                    yield _named("argument", item)
-                else:
-                    yield from _in_type(item, types)
+    tree = _tree(text)
+    name, items = applied(tree) if tree is not None else ("", [])
+    if tree is not None and name:
+        yield _head("interface", tree, name)
+    for item in items:
+        if isinstance(item, ast.Name):
+            yield _named("argument", item)
+        else:
+            yield from _in_type(item, types)
 
 
 _READ = {"type": names_of_type, "signature": names_of_signature, "interface": names_of_interface}
@@ -79,24 +79,22 @@ def _tree(text: str) -> ast.expr | None:
 
 
 def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[NameMention]:
-    match node:
-        case ast.Name(id=name) if name in types:
-            yield _named("type", node)
-        case ast.Subscript(value=ast.Name(id=name) as head, slice=inner):
-            items = _items(inner)
-            if name in types:
-                yield _named("type", head)
-                yield from (m for item in items for m in _plain("frame", item))
-            elif name in SHAPES:
-                for taken, item in zip(SHAPES[name].takes, items, strict=False):
-                    if taken == "frame" or taken == "size":
-                        yield from _plain(taken, item)
-                    else:
-                        yield from _in_type(item, types)
+    name, items = applied(node)
+    if name in types:
+        yield _head("type", node, name)
+        yield from (m for item in items for m in _plain("frame", item))
+    elif name in SHAPES:
+        for taken, item in zip(SHAPES[name].takes, items, strict=False):
+            if taken == "frame" or taken == "size":
+                yield from _plain(taken, item)
+            else:
+                yield from _in_type(item, types)
 
 
-def _items(node: ast.expr) -> list[ast.expr]:
-    return node.elts if isinstance(node, ast.Tuple) and node.elts else [node]
+def _head(kind: NameKind, node: ast.expr, name: str) -> NameMention:
+    """The name with which a text begins."""
+    start = span(node)[0]
+    return NameMention(kind, name, start, start + len(name))
 
 
 def _plain(kind: NameKind, node: ast.expr) -> Iterator[NameMention]:

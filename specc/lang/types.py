@@ -1,26 +1,21 @@
-"""Texts of types and signatures."""
+"""Texts of types: `vector[6, rad]`, `pose[B, E]`, `enum[u, c]`, `list[Object[K]]`, `Motors`."""
 
 from __future__ import annotations
 
 import ast
-import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import field
 from functools import partial
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 from specc.diagnostics.nearest import nearest
 from specc.frozen import frozen, remembering
 from specc.lang.builtins import RESERVED
 from specc.lang.errors import ExprError, did_you_mean, unknown
 from specc.lang.literals import unit_error
-from specc.lang.parse import LONGEST, parse_syntax, span
+from specc.lang.parse import parse_syntax, span
 from specc.model import types as t
-from specc.model.types import Type
 from specc.model.units import UNITS, Unit, UnitError, unit_of
-
-# The texts of types: `vector[6, rad]`, `pose[B, E]`, `enum[u, c]`, `list[Object[K]]`, `Motors`.
-
 
 MakeType = Callable[[tuple[t.Frame, ...]], t.Type]
 """Makes a named type for the frames given to it; raises `ExprError` if they do not suit it."""
@@ -99,6 +94,18 @@ def _about_types(error: ExprError) -> ExprError:
     return ExprError("this is not a type", error.start, error.end, help, "E0306")
 
 
+def applied(node: ast.expr) -> tuple[str, list[ast.expr]]:
+    """A name and what it has in brackets, as in `pose[B, E]`; no name if it is anything else."""
+    match node:
+        case ast.Name(id=name):
+            return name, []
+        case ast.Subscript(value=ast.Name(id=name), slice=ast.Tuple(elts=items)):
+            return name, items
+        case ast.Subscript(value=ast.Name(id=name), slice=item):
+            return name, [item]
+    return "", []
+
+
 @frozen
 class TypeReader:
     """Reads the trees of types."""
@@ -107,15 +114,13 @@ class TypeReader:
 
     def type(self, node: ast.expr) -> t.Type:
         """The type that a tree spells."""
-        match node:
-            case ast.Name(id=name):
-                return self._named(node, name, ())
-            case ast.Subscript(value=ast.Name(id=name), slice=inner):
-                args = tuple(inner.elts) if isinstance(inner, ast.Tuple) else (inner,)
-                return self._applied(node, name, args)
-        raise self._error(node, "this is not a type", f"for example `{_USAGE['vector']}`")
+        name, args = applied(node)
+        if not name:
+            raise self._error(node, "this is not a type", f"for example `{_USAGE['vector']}`")
+        is_plain = isinstance(node, ast.Name)
+        return self._named(node, name, args) if is_plain else self._applied(node, name, args)
 
-    def _named(self, node: ast.expr, name: str, args: tuple[ast.expr, ...]) -> t.Type:
+    def _named(self, node: ast.expr, name: str, args: list[ast.expr]) -> t.Type:
         if name in _PLAIN and not args:
             return _PLAIN[name]
         make = self.names.types.get(name)
@@ -127,7 +132,7 @@ class TypeReader:
         except ExprError as error:
             raise ExprError(error.message, *span(node), error.help, error.code) from None
 
-    def _applied(self, node: ast.Subscript, name: str, args: tuple[ast.expr, ...]) -> t.Type:
+    def _applied(self, node: ast.expr, name: str, args: list[ast.expr]) -> t.Type:
         if name == "enum":
             return self._enum(args)
         shape = SHAPES.get(name)
@@ -163,7 +168,7 @@ class TypeReader:
 
     def _element(self, node: ast.expr) -> t.Real | t.Enum | t.Int | t.Bool:
         name = node.id if isinstance(node, ast.Name) else ""
-        if name in self.names.types or name in _PLAIN or _is_enum(node):
+        if name in self.names.types or name in _PLAIN or applied(node)[0] == "enum":
             type = self.type(node)
             if isinstance(type, (t.Real, t.Enum, t.Int, t.Bool)):
                 return type
@@ -213,7 +218,7 @@ class TypeReader:
         message = f"`{name}` is not a size: that is {A_SIZE}, or a parameter"
         return ExprError(message, *span(node), help, "E0306").meant(name, close)
 
-    def _enum(self, nodes: tuple[ast.expr, ...]) -> t.Enum:
+    def _enum(self, nodes: list[ast.expr]) -> t.Enum:
         members: list[str] = []
         for node in nodes:
             if not isinstance(node, ast.Name):
@@ -249,13 +254,6 @@ _SIZE_PARAMETER = f"write the number; {_NAMED_SIZE}"
 def is_size(number: float) -> bool:
     """Whether a vector may have so many components."""
     return number == int(number) and 0 < number <= LARGEST_SIZE
-
-
-def _is_enum(node: ast.expr) -> bool:
-    match node:
-        case ast.Subscript(value=ast.Name(id="enum")):
-            return True
-    return False
 
 
 Taken = Literal["frame", "size", "layers", "unit", "element", "type", "present", "complete"]
@@ -299,101 +297,3 @@ _READERS: dict[Taken, Callable[[TypeReader, ast.expr], Any]] = {
     "present": TypeReader._present,
     "complete": TypeReader._complete,
 }
-
-
-# Signatures of operators: `(q: vector[6, rad], arm: Arm) -> pose[B, E]`.
-
-
-_EXAMPLE = "for example `(q: vector[6, rad]) -> pose[B, E]`"
-_MARKS = re.compile(r"[\[\](){},]")
-
-
-class Signature(NamedTuple):
-    """Named parameters and the result; frame variables start with a question mark."""
-
-    parameters: tuple[tuple[str, Type], ...]
-    result: Type
-
-
-def parse_signature(text: str, names: TypeNames) -> Signature:
-    """The signature that a text spells; raises `ExprError` with offsets into it."""
-    stretches, (start, end) = signature_parts(text)
-    parameters: dict[str, Type] = {}
-    for first, last in stretches:
-        name, type = _parameter(text, first, last, names)
-        if name in parameters:
-            raise _error(f"parameter `{name}` stands twice", first, last)
-        parameters[name] = type
-    result = _type(text, start, end, names)
-    _check_variables(parameters, result, start, end)
-    return Signature(tuple(parameters.items()), result)
-
-
-def signature_parts(text: str) -> tuple[list[tuple[int, int]], tuple[int, int]]:
-    """Where the parameters of a signature stand and where its result; raises `ExprError`."""
-    if len(text) > LONGEST:
-        message = f"the signature has {len(text)} characters; at most {LONGEST} are read"
-        raise _error(message, LONGEST, len(text))
-    opening = len(text) - len(text.lstrip())
-    closing = _closing(text, opening)
-    arrow = closing + 1 + len(text[closing + 1 :]) - len(text[closing + 1 :].lstrip())
-    if not text.startswith("->", arrow):
-        raise _error("a signature has its result after `->`", arrow, len(text))
-    return list(_separated(text, opening + 1, closing)), (arrow + 2, len(text))
-
-
-def _error(message: str, start: int, end: int) -> ExprError:
-    return ExprError(message, min(start, end), end, _EXAMPLE, "E0307")
-
-
-def _closing(text: str, opening: int) -> int:
-    """Where the bracket that opens a signature is closed."""
-    if not text.startswith("(", opening):
-        raise _error("a signature starts with its parameters in brackets", opening, len(text))
-    for place, _, depth in _levels(text, opening, len(text)):
-        if depth == 0:
-            return place
-    raise _error("the bracket is not closed", opening, len(text))
-
-
-def _levels(text: str, start: int, end: int) -> Iterator[tuple[int, str, int]]:
-    """Every bracket and comma with the number of brackets that are open behind it."""
-    depth = 0
-    for found in _MARKS.finditer(text, start, end):
-        char = found[0]
-        depth += (char in "[({") - (char in "])}")
-        yield found.start(), char, depth
-
-
-def _separated(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
-    """The stretches between commas that stand in no bracket."""
-    if not text[start:end].strip():
-        return
-    for place, char, depth in _levels(text, start, end):
-        if char == "," and depth == 0:
-            yield start, place
-            start = place + 1
-    yield start, end
-
-
-def _parameter(text: str, start: int, end: int, names: TypeNames) -> tuple[str, Type]:
-    name, colon, _ = text[start:end].partition(":")
-    if not colon or not name.strip().isidentifier():
-        raise _error("a parameter is a name, a colon and a type", start, end)
-    return name.strip(), _type(text, start + len(name) + 1, end, names)
-
-
-def _type(text: str, start: int, end: int, names: TypeNames) -> Type:
-    try:
-        return parse_type(text[start:end], names)
-    except ExprError as error:
-        raise error.moved(start) from None
-
-
-def _check_variables(parameters: dict[str, Type], result: Type, start: int, end: int) -> None:
-    given = {frame for type in parameters.values() for frame in type.frames}
-    for frame in result.frames:
-        if frame.startswith("?") and frame not in given:
-            message = f"frame `{frame[1:]}` is neither declared nor in a parameter"
-            help = "declare it under `frames:`, or use it in the type of a parameter"
-            raise ExprError(message, start, end, help, "E0308")

@@ -20,7 +20,7 @@ from specc.source import Place
 
 MOST_NODES = 5000
 """Parts of a formula in which all names are written out."""
-Read = Callable[["Lets", str, str, Where], FormulaLet | None]
+Read = Callable[[str, str, Where], FormulaLet | None]
 """Resolves a let by its name and text, or None after reporting."""
 
 
@@ -43,7 +43,7 @@ class Lets:
             self.places[name] = where[name].key
         for name in self._ordered(items, where, findings):
             text, at = items[name].value, where[name].scalar("is")
-            made = read(self, name, text, at)
+            made = read(name, text, at)
             self._trees[name] = None
             if made is not None:
                 self.found.append(made)

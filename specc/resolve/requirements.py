@@ -75,8 +75,9 @@ class FormulaResolver:
             help = "choose another name"
             findings.report("E0221", message, places[name], related=related, help=help)
         known = {name: item for name, item in items.items() if name not in refused}
-        lets.define(known, where, findings, self._named)
-        return FormulaResolver(self.world, self.expressions, lets)
+        inside = FormulaResolver(self.world, self.expressions, lets)
+        lets.define(known, where, findings, inside._named)
+        return inside
 
     def requirement(self, text: str, because: str, at: Where, name: str = "") -> Requirement | None:
         """The requirement of a text; None after reporting an error."""
@@ -89,18 +90,19 @@ class FormulaResolver:
         readings, names = tuple(reader.readings.values()), reader.names
         return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
-    def _named(self, lets: Lets, name: str, text: str, at: Where) -> FormulaLet | None:
-        reader = _RequirementReader(text, FormulaResolver(self.world, self.expressions, lets))
+    def _named(self, name: str, text: str, at: Where) -> FormulaLet | None:
+        """What a let stands for; None after reporting an error."""
+        reader = _RequirementReader(text, self)
         found = self._meant(reader, at, reader.named)
         if found is None:
             return None
-        FormulaResolver(self.world, self.expressions, lets)._note(reader, at, found)
-        names = reader.names
+        self._note(reader, at, found)
+        names, place = reader.names, self.lets.places[name]
         if not isinstance(found, TickCondition | Junction | Temporal):
-            return FormulaLet(name, None, found, names, lets.places[name])
+            return FormulaLet(name, None, found, names, place)
         readings = tuple(reader.readings.values())
         said = Requirement(text, "", found, True, readings, at.place, name, names)
-        return FormulaLet(name, said, None, names, lets.places[name])
+        return FormulaLet(name, said, None, names, place)
 
     def _meant(self, reader: _RequirementReader, at: Where, read: Callable[[], T]) -> T | None:
         try:

@@ -19,19 +19,14 @@ from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Interface
 from specc.resolve.ends import devices_of, used_by, word_of
 from specc.schema.files import AgentDef, DeviceDef
+from specc.schema.making import made
 from specc.schema.subsystem import (
-    AssignmentDef,
-    BehaviourDef,
     BufferDef,
     CommandDef,
     ElementDef,
-    FunctionDef,
     InputBufferDef,
     InputDef,
-    StateDef,
     SubsystemDef,
-    TerminalDef,
-    UsedFunctionDef,
 )
 from specc.schema.unfold import Unfolded, route_below
 
@@ -176,24 +171,21 @@ def with_machine(
             help_text = f"delete one of the two; `{NAME}` is for a subsystem with one state"
             findings.report("E0104", message, where[key].key, help=help_text)
     passed = dict(_passed_on(definition, interfaces)) if through.rule else {}
-    targets = {name: AssignmentDef(value=text) for name, text in passed.items()} | through.targets
-    definition = copy.copy(definition)
-    definition.functions = {NAME: FunctionDef(**_traced(through), targets=targets)}
-    never, used = TerminalDef(condition="never"), UsedFunctionDef(function=NAME)
-    definition.behaviours = {NAME: BehaviourDef(functions=[used], terminal=never)}
-    definition.states, definition.initial_state = {NAME: StateDef(behaviour=NAME)}, NAME
-    made: dict[str, Any] = {
-        "functions": passed | here.mapping,
+    said = {key: value for key, value in here.mapping.items() if key != "rule"}
+    parts: dict[str, Any] = {
+        "functions": passed | said,
         "behaviours": {"functions": [NAME], "terminal": "never"},
         "states": NAME,
     }
-    raw = {key: value for key, value in where.mapping.items() if key not in _SAID}
-    raw |= {key: Unfolded({NAME: part}, {NAME: here.route}) for key, part in made.items()}
-    return definition, where.having(raw | {"initial_state": NAME})
-
-
-def _traced(through: FunctionDef) -> dict[str, Any]:
-    return {key: getattr(through, key) for key in ("title", "eq", "table", "fig")}
+    new: dict[str, Any] = {
+        key: Unfolded({NAME: part}, {NAME: here.route}) for key, part in parts.items()
+    }
+    new["initial_state"] = NAME
+    meant, definition = made(SubsystemDef, new), copy.copy(definition)
+    for key in new:
+        setattr(definition, key, getattr(meant, key))
+    rest = {key: value for key, value in where.mapping.items() if key not in _SAID}
+    return definition, where.having(rest | new)
 
 
 def _passed_on(
