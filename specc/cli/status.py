@@ -14,6 +14,7 @@ from specc.frozen import frozen
 from specc.lang.show import show
 from specc.model.requirement import Requirement
 from specc.model.system import Subsystem, System
+from specc.reachable import grouped
 from specc.schema.places import along
 from specc.source import Place
 
@@ -85,18 +86,17 @@ def progress(
 ) -> list[Progress]:
     """The system, then each agent with its subsystems; of a part its definitions stand for both."""
     told = [finding for finding in findings if finding.severity != "warning"]
-    parts = {s.qualified_name: s for s in system.subsystems}
-    owner = {id(finding): _owner(finding, system) for finding in told}
+    own = grouped((owner, finding) for finding in told for owner in _owners(finding, system))
     own_steps = SIMULATED_STEPS if system.plant or system.task else SYSTEM_STEPS
     steps: tuple[str, ...] = PART_STEPS if is_part else own_steps
-    found = [_of("system", steps, _missing_of_system(system), _own("", told, owner))]
+    found = [_of("system", steps, _missing_of_system(system), own.get("", []))]
     for agent in system.agents:
         missing = () if agent.subsystems else ("control",)
         if not is_part:
-            found.append(_of(agent.name, AGENT_STEPS, missing, _own(agent.name, told, owner)))
-        for name in (s.qualified_name for s in agent.subsystems):
-            own = _own(name, told, owner)
-            found.append(_of(name, SUBSYSTEM_STEPS, tuple(_missing(parts[name])), own))
+            found.append(_of(agent.name, AGENT_STEPS, missing, own.get(agent.name, [])))
+        for part in agent.subsystems:
+            name = part.qualified_name
+            found.append(_of(name, SUBSYSTEM_STEPS, tuple(_missing(part)), own.get(name, [])))
     return found
 
 
@@ -159,13 +159,7 @@ def _step_of(finding: Diagnostic, steps: tuple[str, ...]) -> str:
     return "behaviours" if "behaviours" in steps else steps[-1]
 
 
-def _own(
-    name: str, findings: list[Diagnostic], owner: dict[int, frozenset[str]]
-) -> list[Diagnostic]:
-    return [finding for finding in findings if name in owner[id(finding)]]
-
-
-def _owner(finding: Diagnostic, system: System) -> frozenset[str]:
+def _owners(finding: Diagnostic, system: System) -> frozenset[str]:
     """Qualified names of what a finding is about; a file that is used twice has two owners."""
     at = finding.primary
     subsystems = [s for s in system.subsystems if any(place.holds(at) for place in _places(s))]

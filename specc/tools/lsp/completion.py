@@ -53,61 +53,67 @@ PARAMETER_TYPES = {"frame": "", "agent": ""}
 
 
 @frozen
-class Item:
-    """A proposal; `word` is what it goes on from, where that is not the word at the cursor."""
+class Completion:
+    """A proposal, and how many characters before the cursor it replaces.
+
+    With `name_only` these are the name there, else also the path that the name ends.
+    """
 
     label: str
     kind: str
     detail: str = ""
     words: str = ""
-    word: str | None = None
+    name_only: bool = False
+    replaces: int = 0
+    suffix: str = ""
+    """What follows it."""
+
+
+_BUFFERS = Completion("x", "inputs", "input buffers")
 
 
 def complete_expression(
     index: Index, path: str, owner: Route, form: Form, before: str
-) -> Iterator[Item]:
+) -> Iterator[Completion]:
     """Proposals behind `before`, the beginning of an expression."""
     inputs = form in ("initial", "full")
-    if found := _UNIT.search(before):
-        yield from (Item(unit, "unit", word=found.group(1)) for unit in UNITS)
+    if _UNIT.search(before):
+        yield from (Completion(unit, "unit") for unit in UNITS)
     elif found := _ELEMENT.search(before):
         if inputs:
-            yield from _elements(index, path, owner, *found.groups())
-    elif found := _PEER.search(before):
+            yield from _elements(index, path, owner, found.group(1))
+    elif _PEER.search(before):
         if inputs:
-            yield from _peers(index, path, owner, found.group(1))
+            yield from _peers(index, path, owner)
     elif found := _PART.search(before):
         value = _postfix(before[: found.start()])
         type_ = _type_of(index, path, owner, value) if value else None
-        yield from _parts(type_, found.group(1))
-    elif inputs and (found := _ASKED.search(before)):
-        yield _buffers(found.group(1))
+        yield from _parts(type_)
+    elif inputs and _ASKED.search(before):
+        yield _BUFFERS
     else:
         if found := _COMPARED.search(before):
             value = _postfix(before[: found.start()].rstrip())
-            yield from _members(index, path, owner, value, found.group(1))
-        found = _NAME.search(before)
-        yield from _names(index, path, owner, form, found.group() if found else "")
+            yield from _members(index, path, owner, value)
+        yield from _names(index, path, owner, form)
 
 
-def complete_type(index: Index, path: str, before: str) -> Iterator[Item]:
+def complete_type(index: Index, path: str, before: str) -> Iterator[Completion]:
     """Proposals behind `before`, the beginning of a type or a signature."""
     head = _HEAD.search(before)
-    name = _NAME.search(before)
-    word = name.group() if name else ""
     around = head.group(1) if head else ""
     symbols = list(index.visible(path, ()))
     if around in ("real", "spatial", "vector"):
-        yield from (Item(unit, "unit", word=word) for unit in UNITS)
+        yield from (Completion(unit, "unit") for unit in UNITS)
     if around in ("vector", "image"):
         sizes = [symbol for symbol in symbols if _may_be_size(index, symbol)]
-        yield from _of_kind(index, sizes, ("parameter",), word)
+        yield from _of_kind(index, sizes, ("parameter",))
     if around not in ("real", "enum", "image"):
         frames = around not in ("", "vector", "list", "nonempty", "optional", "partial")
-        yield from _of_kind(index, symbols, ("frame",) if frames else ("type",), word)
+        yield from _of_kind(index, symbols, ("frame",) if frames else ("type",))
         if not frames:
             for label, usage in (SPELT | PARAMETER_TYPES).items():
-                yield Item(label, "type", usage, word=word)
+                yield Completion(label, "type", usage)
 
 
 def _may_be_size(index: Index, symbol: Symbol) -> bool:
@@ -115,62 +121,55 @@ def _may_be_size(index: Index, symbol: Symbol) -> bool:
     return symbol.kind == "parameter" and node is not None and may_be_size(node.scalar or "")
 
 
-def _elements(index: Index, path: str, owner: Route, peer: str, word: str) -> Iterator[Item]:
+def _elements(index: Index, path: str, owner: Route, peer: str) -> Iterator[Completion]:
     for symbol in index.visible(path, owner):
         if symbol.kind == "element" and symbol.qualified.startswith(f"x.{peer}."):
-            yield _item(index, symbol, word)
+            yield _item(index, symbol)
 
 
-def _peers(index: Index, path: str, owner: Route, word: str) -> Iterator[Item]:
+def _peers(index: Index, path: str, owner: Route) -> Iterator[Completion]:
     inputs = [s.qualified for s in index.visible(path, owner) if s.kind == "element"]
     peers = [name.split(".")[1] for name in inputs if name.startswith("x.")]
-    yield from (Item(peer, "subsystem", word=word) for peer in dict.fromkeys(peers))
+    yield from (Completion(peer, "subsystem") for peer in dict.fromkeys(peers))
 
 
-def _names(index: Index, path: str, owner: Route, form: Form, word: str) -> Iterator[Item]:
-    yield from _of_kind(index, index.visible(path, owner), _VISIBLE[form], word)
-    yield from (Item(name, "builtin", word=word) for name in BUILTIN_NAMES)
+def _names(index: Index, path: str, owner: Route, form: Form) -> Iterator[Completion]:
+    yield from _of_kind(index, index.visible(path, owner), _VISIBLE[form])
+    yield from (Completion(name, "builtin") for name in BUILTIN_NAMES)
     if form == "full":
-        yield from (Item(name, "clock", word=word) for name in CLOCK_NAMES)
+        yield from (Completion(name, "clock") for name in CLOCK_NAMES)
     if form in ("full", "initial"):
-        yield _buffers(word)
+        yield _BUFFERS
 
 
-def _buffers(word: str) -> Item:
-    return Item("x", "inputs", "input buffers", word=word)
-
-
-def _members(index: Index, path: str, owner: Route, value: str, word: str) -> Iterator[Item]:
+def _members(index: Index, path: str, owner: Route, value: str) -> Iterator[Completion]:
     """The members that a value can be compared with; all of them if its type is not known yet."""
     type_ = _type_of(index, path, owner, value) if value else None
     for symbol in index.visible(path, owner):
         enum = symbol.qualified.partition(".")[0]
         fits = not isinstance(type_, Enum) or enum == type_.name
         if symbol.kind == "member" and fits:
-            yield _item(index, symbol, word)
+            yield _item(index, symbol)
 
 
 def _of_kind(
-    index: Index,
-    symbols: Iterable[Symbol],
-    kinds: tuple[SymbolKind | None, ...],
-    word: str | None = None,
-) -> Iterator[Item]:
+    index: Index, symbols: Iterable[Symbol], kinds: tuple[SymbolKind | None, ...]
+) -> Iterator[Completion]:
     for symbol in symbols:
         if symbol.kind in kinds:
-            yield _item(index, symbol, word)
+            yield _item(index, symbol)
 
 
-def _item(index: Index, symbol: Symbol, word: str | None = None) -> Item:
+def _item(index: Index, symbol: Symbol) -> Completion:
     detail = str(symbol.type or "")
-    return Item(symbol.name, symbol.kind, detail, describe_symbol(index, symbol), word)
+    return Completion(symbol.name, symbol.kind, detail, describe_symbol(index, symbol))
 
 
-def _parts(type_: Type | None, word: str) -> Iterator[Item]:
+def _parts(type_: Type | None) -> Iterator[Completion]:
     if isinstance(type_, Record):
-        yield from (Item(name, "field", str(inner), word=word) for name, inner in type_.fields)
+        yield from (Completion(name, "field", str(inner)) for name, inner in type_.fields)
     elif type_ is not None:
-        yield from (Item(name, "component", word=word) for name in type_.names)
+        yield from (Completion(name, "component") for name in type_.names)
 
 
 def _postfix(before: str) -> str:
@@ -207,21 +206,12 @@ def _type_of(index: Index, path: str, owner: Route, text: str) -> Type | None:
 # What can be written at the cursor: keys, values and names of the structure.
 
 
-_WORD = re.compile(r"[\w.]*$")
+_PATH = re.compile(r"[\w.]*$")
 _FIXED = {
     "initial condition": ("always", "otherwise"),
     "terminal condition": ("always", "never"),
     "error condition": ("never",),
 }
-
-
-@frozen
-class Completion:
-    """An item, how many characters before the cursor it replaces, and what follows it."""
-
-    item: Item
-    replaces: int
-    suffix: str = ""
 
 
 def complete(index: Index | None, path: str, text: str, offset: int) -> list[Completion]:
@@ -230,55 +220,56 @@ def complete(index: Index | None, path: str, text: str, offset: int) -> list[Com
     for cursor in cursors(text, offset):
         suffix = ": " if cursor.is_key and not text[offset:].lstrip(" ").startswith(":") else ""
         for item in _items(index, path, cursor):
-            word = item.word if item.word is not None else _word(cursor.before)
-            found.setdefault((item.label, item.kind), Completion(item, len(word), suffix))
+            word = (_NAME if item.name_only else _PATH).search(cursor.before)
+            whole = replace(item, replaces=len(word.group()) if word else 0, suffix=suffix)
+            found.setdefault((item.label, item.kind), whole)
     return list(found.values())
 
 
-def _word(before: str) -> str:
-    found = _WORD.search(before)
-    return found.group() if found else ""
-
-
-def _items(index: Index | None, path: str, cursor: Cursor) -> Iterator[Item]:
+def _items(index: Index | None, path: str, cursor: Cursor) -> Iterator[Completion]:
     if cursor.is_key:
         if index is not None:
             taken = set(cursor.siblings)
             yield from (i for i in _named_keys(index, path, cursor) if i.label not in taken)
         for key, words in keys_at(cursor.route).items():
             if key not in cursor.siblings and defined_by((*cursor.route, key)) is None:
-                yield Item(key, "key", "", words)
+                yield Completion(key, "key", "", words)
         return
     for value in values_at(cursor.route):
-        yield Item(value, "value")
+        yield Completion(value, "value")
     role = role_of(cursor.route)
     if index is not None and role is not None:
         yield from _values(index, path, cursor, role)
 
 
-def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Item]:
+def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Completion]:
     owner = split(cursor.route)[0]
     if role.form in ("type", "signature"):
-        yield from complete_type(index, path, cursor.before)
+        yield from _names_only(complete_type(index, path, cursor.before))
     elif role.form == "interface":
         inside = "[" in cursor.before
         kinds: tuple[SymbolKind, ...] = ("frame", "type") if inside else ("interface",)
         yield from _of_kind(index, index.visible(path, ()), kinds)
     elif role.form == "name":
         for word in _FIXED.get(role.kind or "", ()):
-            yield Item(word, "value")
+            yield Completion(word, "value")
         yield from _of_kind(index, index.visible(path, owner), (role.kind,))
     elif role.form == "task":
         yield from _task(index, role)
     elif role.form == "formula":
         yield from _formula(index, path, cursor.before)
     elif role.form != "path":
-        yield from complete_expression(index, path, owner, role.form, cursor.before)
+        found = complete_expression(index, path, owner, role.form, cursor.before)
+        yield from _names_only(found)
         if role.form == "argument":
             yield from _of_kind(index, index.visible(path, ()), ("frame", "agent"))
 
 
-def _task(index: Index, role: Role) -> Iterator[Item]:
+def _names_only(found: Iterator[Completion]) -> Iterator[Completion]:
+    return (replace(item, name_only=True) for item in found)
+
+
+def _task(index: Index, role: Role) -> Iterator[Completion]:
     """Subsystems; states and memory of the one whose cycles are counted."""
     subsystems = index.system.subsystems if index.system else ()
     task = index.system.task if index.system else None
@@ -289,23 +280,23 @@ def _task(index: Index, role: Role) -> Iterator[Item]:
         "memory": [memory.name for s in counted for memory in s.memory],
     }
     for name in names[role.kind or ""]:
-        yield Item(name, role.kind or "")
+        yield Completion(name, role.kind or "")
 
 
-def _formula(index: Index, path: str, before: str) -> Iterator[Item]:
+def _formula(index: Index, path: str, before: str) -> Iterator[Completion]:
     """What may follow in a requirement."""
     paths = index.links.paths
     if (found := following(before, paths)) is not None:
-        yield from (Item(name, "value", word=found[1]) for name in found[0])
+        yield from (Completion(name, "value", name_only=True) for name in found)
         return
-    yield from complete_expression(index, path, (), "constant", before)
+    yield from _names_only(complete_expression(index, path, (), "constant", before))
     if not _UNIT.search(before):
         yield from _of_kind(index, index.visible(path, ()), ("let",))
-        yield from (Item(name, "agent") for name in paths.below(()))
-        yield from (Item(name, "operator") for name in WORDS)
+        yield from (Completion(name, "agent") for name in paths.below(()))
+        yield from (Completion(name, "operator") for name in WORDS)
 
 
-def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
+def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Completion]:
     """Keys that are names: targets of functions, elements of the other end, parameters."""
     owner, rest = split(cursor.route)
     symbols = list(index.visible(path, owner))
@@ -323,7 +314,7 @@ def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
             yield from _device_elements(index)
 
 
-def _far_elements(index: Index, path: str, route: tuple[str | int, ...]) -> Iterator[Item]:
+def _far_elements(index: Index, path: str, route: tuple[str | int, ...]) -> Iterator[Completion]:
     """Elements that the other end of a connection has."""
     far = index.links.peers.get((path, route))
     direction = "y" if route[-2] == "x" else "x"
@@ -334,18 +325,18 @@ def _far_elements(index: Index, path: str, route: tuple[str | int, ...]) -> Iter
         if symbol.kind == "element" and (device or not same_side):
             if device and not symbol.qualified.startswith(f"{direction}."):
                 continue
-            yield Item(symbol.name, "element", str(symbol.type or ""))
+            yield Completion(symbol.name, "element", str(symbol.type or ""))
 
 
-def _parameters(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
+def _parameters(index: Index, path: str, cursor: Cursor) -> Iterator[Completion]:
     user = index.node(path, cursor.route[:-1])
     used = user.values.get("use") if user else None
     file = index.files.get(beside(path, used.scalar)) if used and used.scalar else None
     yield from _of_kind(index, file.top.values() if file else (), ("parameter",))
 
 
-def _device_elements(index: Index) -> Iterator[Item]:
+def _device_elements(index: Index) -> Iterator[Completion]:
     for device in index.system.devices if index.system else ():
         for element in (*device.x, *device.y):
             name = f"{device.qualified_name}.{element.name}"
-            yield Item(name, "element", str(element.type), element.title)
+            yield Completion(name, "element", str(element.type), element.title)

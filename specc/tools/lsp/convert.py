@@ -223,9 +223,8 @@ def completions(
     )
 
 
-def _item(texts: Texts, path: str, offset: int, found: Completion, rank: int) -> lsp.CompletionItem:
-    item = found.item
-    where = range_of(texts, Stretch(path, offset - found.replaces, offset))
+def _item(texts: Texts, path: str, offset: int, item: Completion, rank: int) -> lsp.CompletionItem:
+    where = range_of(texts, Stretch(path, offset - item.replaces, offset))
     words = lsp.MarkupContent(lsp.MarkupKind.Markdown, item.words) if item.words else None
     return lsp.CompletionItem(
         label=item.label,
@@ -234,7 +233,7 @@ def _item(texts: Texts, path: str, offset: int, found: Completion, rank: int) ->
         documentation=words,
         sort_text=f"{rank:05}",
         filter_text=item.label,
-        text_edit=lsp.TextEdit(where, item.label + found.suffix),
+        text_edit=lsp.TextEdit(where, item.label + item.suffix),
     )
 
 

@@ -70,16 +70,12 @@ _DOTTED = re.compile(r"(?<![\w.])((?:[^\W\d]\w*\.)+)(\w*)$")
 WORDS = (*USAGE, STATE, "present")
 
 
-def following(before: str, paths: Paths) -> tuple[list[str], str] | None:
-    """The names that can follow the beginning of a formula, and the part of one that is there.
-
-    None where no path leads on.
-    """
+def following(before: str, paths: Paths) -> list[str] | None:
+    """The names that can follow the beginning of a formula; None where no path leads on."""
     if found := _OF_STATE.search(before):
         path = tuple(found[1].split("."))
-        names = [known[-1] for known in paths.known if known[:-1] == (*path, STATE)]
-        return names, found[2]
+        return [known[-1] for known in paths.known if known[:-1] == (*path, STATE)]
     if found := _DOTTED.search(before):
         first, *more = found[1].rstrip(".").split(".")
-        return paths.below((*paths.members.get((first,), (first,)), *more)), found[2]
+        return paths.below((*paths.members.get((first,), (first,)), *more))
     return None

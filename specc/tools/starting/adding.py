@@ -10,7 +10,7 @@ from specc.tools.fmt import formatted
 from specc.tools.fmt.tree import Collection, Entry
 from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, to_yaml
 from specc.tools.starting.channels import noted
-from specc.tools.starting.document import Robot, sections, wrapped
+from specc.tools.starting.document import AgentSections, Robot, wrapped
 
 _NAMED = ("types", "interfaces", "constants", "operators", "files", "frames", "parameters")
 
@@ -31,15 +31,15 @@ def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command:
         LayoutError: what is there would not survive.
     """
     taken = {name for key in _NAMED for name in _mapping(data, key)}
-    parts = sections(robot, SpecNames({*taken, *PEERS}), _mapping(data, "constants"))
-    remarks = wrapped(f"Made by `{command}`.", *parts.remarks)
+    parts = AgentSections(robot, SpecNames({*taken, *PEERS}), _mapping(data, "constants"))
+    remarks = wrapped(f"Made by `{command}`.", *parts.remarks())
     has_task = "task" in data
-    scene = {k: v for k, v in parts.scene.items() if k not in _mapping(_task(data), "scene")}
+    scene = {k: v for k, v in parts.scene().items() if k not in _mapping(_task(data), "scene")}
     new: dict[str, Data] = {
-        **parts.named(),
-        "agents": {robot.name: noted(parts.agents[robot.name], remarks)},
-        "plant": {"model": plant, "bind": parts.bind},
-        "task": {"scene": scene} if has_task and scene else "" if has_task else parts.task,
+        **parts.definitions(),
+        "agents": {robot.name: noted(parts.agent(), remarks)},
+        "plant": {"model": plant, "bind": parts.bind()},
+        "task": {"scene": scene} if has_task and scene else "" if has_task else parts.task(),
     }
     written = to_yaml(filled(new), fold=True)
     return formatted(text.rstrip("\n") + "\n" + written, _merge)

@@ -176,7 +176,7 @@ class ChannelWriter:
         draft.device["y"][name] = type_
         draft.outputs[name] = type_
         draft.tell[f"y.c.{name}"] = f"x.E.{name}"
-        draft.bind[f"E.{name}"] = {"joints": [joint.name for joint in joints]}
+        draft.bind[name] = {"joints": [joint.name for joint in joints]}
         most = NEAR[unit][1]
         if all(self._facts.strayed.get(joint.name, 0.0) < most for joint in joints):
             draft.near[name] = self._start(name, unit, joints), self._near[unit]
@@ -191,7 +191,7 @@ class ChannelWriter:
     def _command(self, name: str, unit: str, word: str, safe: Data) -> str:
         type_ = self._type(self._channel.size, unit, word)
         self._draft.device["x"][name] = {"type": type_, "safe": safe}
-        self._draft.bind[f"E.{name}"] = {"actuators": [a.name for a in self._own]}
+        self._draft.bind[name] = {"actuators": [a.name for a in self._own]}
         return type_
 
     def _ask(self, name: str, type_: str, rest: str) -> None:

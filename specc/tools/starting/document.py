@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -47,50 +46,21 @@ class Robot:
     refused: Mapping[str, str]
 
 
-@dataclass(slots=True)
-class Sections:
-    """The sections of a specification, each a mapping, and remarks on all of it."""
-
-    remarks: list[str]
-    types: dict[str, Data]
-    interfaces: dict[str, Data]
-    constants: dict[str, Data]
-    operators: dict[str, Data]
-    agents: dict[str, Data]
-    bind: dict[str, Data]
-    cycle: dict[str, Data]
-    scene: dict[str, Data]
-
-    @property
-    def task(self) -> dict[str, Data]:
-        """The task of a system that has no other one."""
-        return {"cycle": self.cycle, **({"scene": self.scene} if self.scene else {})}
-
-    def named(self) -> dict[str, Data]:
-        """The sections of definitions."""
-        return {
-            "types": self.types,
-            "interfaces": self.interfaces,
-            "constants": self.constants,
-            "operators": self.operators,
-        }
-
-
 def document(robot: Robot, system: str, plant: str, command: str) -> str:
     """The text of a whole specification, in the canonical layout."""
-    parts = sections(robot, SpecNames(PEERS))
+    parts = AgentSections(robot, SpecNames(PEERS))
     remarks = [
         f"Made by `{command}`. What the model does not say is called a guess.",
-        *parts.remarks,
+        *parts.remarks(),
     ]
     data: dict[str, Data] = {
         "specc": "1.2",
         "system": system,
         "title": f"Holds the pose of {pose(robot.facts)}",
-        **parts.named(),
-        "agents": parts.agents,
-        "plant": {"model": plant, "bind": parts.bind},
-        "task": parts.task,
+        **parts.definitions(),
+        "agents": {robot.name: parts.agent()},
+        "plant": {"model": plant, "bind": parts.bind()},
+        "task": parts.task(),
     }
     return written(remarks, data)
 
@@ -127,14 +97,6 @@ def not_held(facts: ModelFacts) -> str:
     return said if far else ""
 
 
-def sections(robot: Robot, names: SpecNames, known: Mapping[str, Any] | None = None) -> Sections:
-    """What the agent needs in every section; `names` gives those of types and constants.
-
-    `known` are the constants of a specification that has other agents.
-    """
-    return _Agent(robot, names, known).sections()
-
-
 @frozen
 class _Sensed:
     """A receptor with its name, the names of its elements, and their interface if it has one."""
@@ -150,8 +112,16 @@ class _Sensed:
         return self.interface or self.reports
 
 
-class _Agent:
-    def __init__(self, robot: Robot, names: SpecNames, known: Mapping[str, Any] | None) -> None:
+class AgentSections:
+    """What the agent of a robot needs in every section of a specification."""
+
+    def __init__(
+        self, robot: Robot, names: SpecNames, known: Mapping[str, Any] | None = None
+    ) -> None:
+        """`names` gives the names of types and constants.
+
+        `known` are the constants of a specification that has other agents.
+        """
         self._robot, self._names = robot, names
         self._before = "" if known is None else f"{robot.name}_"
         self._known = {
@@ -183,34 +153,45 @@ class _Agent:
         interface = self._names.new(camel(self._before + name)) if len(reports) > 1 else ""
         return _Sensed(name, receptor, elements, reports, interface)
 
-    def sections(self) -> Sections:
+    def definitions(self) -> dict[str, Data]:
+        """The sections of definitions."""
         drafts = [draft for _, _, draft in self._effectors]
-        name = self._robot.name
-        agent: dict[str, Data] = {
-            "real_effectors": {n: self._device(g, d) for n, g, d in self._effectors},
-            "real_receptors": {each.name: {"y": each.buffer} for each in self._receptors},
-            "virtual_effectors": {n: self._moving(n, g, d) for n, g, d in self._effectors},
-            "virtual_receptors": {each.name: self._sensing(each) for each in self._receptors},
-            "control": self._control(),
+        interfaces = {each.interface: each.reports for each in self._receptors if each.interface}
+        constants = {k: v for draft in drafts for k, v in draft.constants.items()}
+        return {
+            "types": {k: v for draft in drafts for k, v in draft.types.items()},
+            "interfaces": interfaces,
+            "constants": self._tolerances() | constants,
+            "operators": {k: v for draft in drafts for k, v in draft.operators.items()},
         }
+
+    def agent(self) -> dict[str, Data]:
+        """Its devices, virtual effectors and receptors, and control subsystem."""
+        return filled(
+            {
+                "real_effectors": {n: self._device(g, d) for n, g, d in self._effectors},
+                "real_receptors": {each.name: {"y": each.buffer} for each in self._receptors},
+                "virtual_effectors": {n: self._moving(g, d) for n, g, d in self._effectors},
+                "virtual_receptors": {each.name: self._sensing(each) for each in self._receptors},
+                "control": self._control(),
+            }
+        )
+
+    def bind(self) -> dict[str, Data]:
+        """What stands behind the elements of its devices."""
+        name = self._robot.name
         bind: dict[str, Data] = {}
         for part, _, draft in self._effectors:
-            own = {key.removeprefix("E."): how for key, how in draft.bind.items()}
-            bind |= qualified(f"{name}.E.{part}", own)
+            bind |= qualified(f"{name}.E.{part}", draft.bind)
         for each in self._receptors:
             own = {key: self._bound(e, each.receptor) for key, e in each.elements.items()}
             bind |= qualified(f"{name}.R.{each.name}", own)
-        return Sections(
-            list(self._remarks()),
-            {k: v for draft in drafts for k, v in draft.types.items()},
-            {each.interface: each.reports for each in self._receptors if each.interface},
-            self._tolerances() | {k: v for draft in drafts for k, v in draft.constants.items()},
-            {k: v for draft in drafts for k, v in draft.operators.items()},
-            {name: filled(agent)},
-            bind,
-            {"of": f"{name}.c", "from": "hold", "to": "hold"},
-            self._scene(),
-        )
+        return bind
+
+    def task(self) -> dict[str, Data]:
+        """The task of a system that has no other one."""
+        cycle = {"of": f"{self._robot.name}.c", "from": "hold", "to": "hold"}
+        return filled({"cycle": cycle, "scene": self.scene()})
 
     def _tolerances(self) -> dict[str, Data]:
         used = {near for _, _, draft in self._effectors for _, near in draft.near.values()}
@@ -220,7 +201,7 @@ class _Agent:
             if name in used and unit not in self._known
         }
 
-    def _scene(self) -> dict[str, Data]:
+    def scene(self) -> dict[str, Data]:
         """Positions at the start: of joints as they are written, by their units."""
         units = {joint.name: joint.unit for joint in self._robot.facts.joints}
         return {
@@ -228,7 +209,8 @@ class _Agent:
             for name, value in self._robot.facts.scene.items()
         }
 
-    def _remarks(self) -> Iterator[str]:
+    def remarks(self) -> Iterator[str]:
+        """What is to be said of all of it."""
         facts = self._robot.facts
         if facts.settled:
             yield (
@@ -251,7 +233,7 @@ class _Agent:
         lines = [f"A guess: {group.why}."] if group.why else []
         return noted({"x": draft.device["x"], "y": draft.device["y"]}, lines)
 
-    def _moving(self, name: str, group: ActuatorGroup, draft: Draft) -> Data:
+    def _moving(self, group: ActuatorGroup, draft: Draft) -> Data:
         x: dict[str, Data] = {"c": draft.inputs, "E": draft.device["y"]}
         y: dict[str, Data] = {
             "c": draft.outputs,

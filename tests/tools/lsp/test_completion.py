@@ -27,7 +27,7 @@ def labels(project: Project, path: str, text: str, old: str, new: str) -> set[st
     finally:
         project.put(path, text)
         project.analyse(path)
-    return {completion.item.label for completion in found}
+    return {completion.label for completion in found}
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ def test_proposes_below_an_error_in_a_file_that_was_never_understood(
     project.put(system, before + after)
     for root in project.roots(system, search=True):
         project.analyse(root)
-    found = {c.item.label for c in answers.completions(project, system, len(before))}
+    found = {c.label for c in answers.completions(project, system, len(before))}
     assert set(there.split()) <= found
 
 
@@ -150,7 +150,7 @@ def test_proposes_parameters_of_a_reused_file(workspace: tuple[Project, str, str
     project, _, library = workspace
     offset = place(LIBRARY, 'x.E.d_m, |tolerance)", still')
     project.put(library, LIBRARY)
-    found = {c.item.label for c in answers.completions(project, library, offset)}
+    found = {c.label for c in answers.completions(project, library, offset)}
     assert {"tolerance", "d_p"} <= found
     assert "limit" not in found
 
@@ -160,7 +160,7 @@ def test_a_proposal_replaces_what_was_begun(tmp_path: Path) -> None:
     text = SYSTEM.replace("near(q_p,", "near(q_p, li")
     project.put(system, text)
     offset = place(text, "near(q_p, li|")
-    (limit,) = (c for c in answers.completions(project, system, offset) if c.item.label == "limit")
+    (limit,) = (c for c in answers.completions(project, system, offset) if c.label == "limit")
     assert text[offset - limit.replaces : offset] == "li"
 
 

@@ -82,7 +82,7 @@ def test_an_interface_and_its_elements_are_proposed(project: tuple[Project, str]
         analysed.put(path, SYSTEM[:start] + before + after + SYSTEM[start + len(old) :])
         proposed = answers.completions(analysed, path, start + len(before))
         analysed.put(path, SYSTEM)
-        assert label in {completion.item.label for completion in proposed}, new
+        assert label in {completion.label for completion in proposed}, new
 
 
 def test_renaming_an_element_renames_it_wherever_it_is_used(project: tuple[Project, str]) -> None:

@@ -80,7 +80,7 @@ def test_renaming_a_size_renames_it_in_types_signatures_and_users(tmp_path: Path
 def test_proposes_parameters_that_may_be_sizes(tmp_path: Path) -> None:
     project, path = opened(tmp_path)
     offset = place(JOINTS, 'y: {E: {v: "vector[|n')
-    labels = {c.item.label: c.item.kind for c in answers.completions(project, path, offset)}
+    labels = {c.label: c.kind for c in answers.completions(project, path, offset)}
     assert {name for name, kind in labels.items() if kind == "parameter"} == {"n", "k"}
 
 
