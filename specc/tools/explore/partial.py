@@ -29,12 +29,12 @@ from specc.model.types import (
 from specc.proof import InputName
 from specc.proof.clock import Turns
 from specc.tools.explore.lines import EXACT, Line, lined
-from specc.tools.explore.regions import Region, leaves
+from specc.tools.explore.regions import Region, Within, leaves
 
 SOME: Final = "some"
 """An unknown value that is present (not None)."""
-Value = m.Expr | Region | Line | str
-"""A literal, or a region or line of numbers, or SOME."""
+Value = m.Expr | Region | Within | Line | str
+"""A literal, a region or line of numbers, what unknown ones lie within, or SOME."""
 
 
 @dataclass(slots=True)
@@ -82,7 +82,7 @@ class Known:
     def range_of(self, expr: m.Expr) -> Range | None:
         """The known region of an input or of memory, or the range of a line, if any."""
         value = self.value_of(expr)
-        if isinstance(value, Region):
+        if isinstance(value, (Region, Within)):
             return value.low, value.high
         if self.times and isinstance(expr, m.Compare):  # two lines may never meet
             return self._compared(expr)
@@ -104,9 +104,16 @@ class Known:
 
     def is_unclear(self, expr: m.Expr) -> bool:
         """Whether it reads an input or memory of which only the region is known."""
+        return self._reads(expr, Region)
+
+    def is_ranged(self, expr: m.Expr) -> bool:
+        """Whether it reads an input or memory of which a range is known, and not the value."""
+        return self._reads(expr, (Region, Within))
+
+    def _reads(self, expr: m.Expr, kind: type | tuple[type, ...]) -> bool:
         values = (*self.inputs.values(), *self.memory.values())
-        return any(isinstance(value, Region) for value in values) and any(
-            isinstance(self.value_of(leaf), Region) for leaf in leaves(expr)
+        return any(isinstance(value, kind) for value in values) and any(
+            isinstance(self.value_of(leaf), kind) for leaf in leaves(expr)
         )
 
 
@@ -130,7 +137,7 @@ def is_literal(expr: m.Expr) -> bool:
 
 def is_known(value: Value | None) -> TypeGuard[m.Expr]:
     """Whether the value itself is known, not only its presence or region."""
-    return value is not None and not isinstance(value, (Region, Line, str))
+    return value is not None and not isinstance(value, (Region, Within, Line, str))
 
 
 _LITERALS = (m.Number, m.Truth, m.TextLiteral, m.Member, m.Nothing, m.Unused)
@@ -207,7 +214,7 @@ def _clock(expr: m.Clock, known: Known) -> m.Expr:
 
 def _compare(expr: m.Compare, known: Known) -> m.Expr:
     made = _computed(m.mapped(expr, lambda part: filled(part, known)))
-    if isinstance(made, m.Compare) and (known.is_unclear(made) or known.runs(made)):
+    if isinstance(made, m.Compare) and (known.is_ranged(made) or known.runs(made)):
         least, greatest = bounded(made, known.range_of)
         return truth(bool(least)) if least == greatest else made
     return made

@@ -11,8 +11,10 @@ from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from specc.frozen import frozen
+from specc.lang.ranges import ANY, Range
 from specc.model import expr as m
-from specc.model.types import Int, Real
+from specc.model.types import Int, Real, Vector
 
 
 class Region(NamedTuple):
@@ -20,6 +22,19 @@ class Region(NamedTuple):
 
     low: float
     high: float
+
+
+@frozen
+class Within:
+    """An unknown number, or vector of numbers, between two numbers whatever is measured."""
+
+    low: float
+    high: float
+
+
+def within(range_: Range) -> Within | None:
+    """What is known of a number by its range, if anything."""
+    return None if range_ == ANY else Within(*range_)
 
 
 class Regions:
@@ -58,6 +73,12 @@ def _inside(low: float, high: float, *, whole: bool) -> Region:
 def is_number(expr: m.Expr) -> bool:
     """Whether the values of an expression are single numbers."""
     return isinstance(expr.type, (Int, Real))
+
+
+def has_range(expr: m.Expr) -> bool:
+    """Whether the values of an expression are numbers, or vectors of numbers."""
+    of = expr.type.element if isinstance(expr.type, Vector) else expr.type
+    return isinstance(of, (Int, Real))
 
 
 def leaves(expr: m.Expr) -> Iterator[m.Input | m.MemoryRef]:

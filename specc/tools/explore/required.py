@@ -147,7 +147,8 @@ def judged(
         verdict = _verdict(graphs, index, requirement, way)
         place = len(group.requirements) + [*probes].index(index) if index in probes else -1
         is_asked = not (verdict == "proved" and place >= 0 and _is_proved(graphs, place))
-        said.append(RequirementVerdict(requirement, verdict, way, asked=is_asked))
+        why = _absent(graphs, index) if verdict == "not decided" else ""
+        said.append(RequirementVerdict(requirement, verdict, way, why, asked=is_asked))
         if way is not None and verdict != "open":
             findings.append(replace(way, is_confirmed=exactly or way.way.is_decided))
     return said, findings, [graph for graph, _ in told]
@@ -193,6 +194,17 @@ def _verdict(
     if _is_proved(graphs, index):
         return "proved"
     return "not decided" if any(graph.complete for graph in graphs) else "not explored"
+
+
+def _absent(graphs: Sequence[Graph], index: int) -> str:
+    """Which values of a requirement are absent, if it would be decided with them."""
+    watches = [graph.composition.watch for graph in graphs if graph.complete]
+    for names in (watch.lacking[index] for watch in watches if watch is not None):
+        if names and "" not in names:
+            are = "is" if len(names) == 1 else "are"
+            named = listed([f"`{name}`" for name in sorted(names)], "and")
+            return f"{named} {are} absent at some time: write `present({min(names)}) implies ...`"
+    return ""
 
 
 def _probe(requirement: Requirement) -> Requirement | None:

@@ -11,7 +11,7 @@ from specc.lang.bounds import bounded
 from specc.model import expr as m
 from specc.model.types import Int
 from specc.tools.explore.partial import SOME, Known, Value, has_more, is_known, is_literal, is_some
-from specc.tools.explore.regions import Region, Regions, is_number
+from specc.tools.explore.regions import Region, Regions, has_range, is_number, within
 
 MOST_VALUES = 32
 """Values that are followed of one element; of later ones only the region is known."""
@@ -19,6 +19,9 @@ MOST_PARTS = 500
 """Parts of a value that is followed: a list may grow in every period."""
 MOST_OPTIONS = 16
 """Branches of a period that come from values of which only the region is known."""
+
+MOST_RANGES = 4
+"""Ranges of unknown values that are followed of one output; in a circle they may grow for ever."""
 
 UNKNOWN, ABSENT = 0, 1
 """Numbers of an unknown and an absent value; other numbers stand for literals and SOME."""
@@ -51,6 +54,7 @@ class ValueNumbers:
         for reserved in ("unknown", "absent", SOME):
             self._numbers.of(reserved)
         self._seen: dict[str, set[int]] = {}
+        self._ranges: dict[str, set[int]] = {}
         self.widened: set[str] = set()
         """Targets whose region is not enough for a decision."""
 
@@ -59,8 +63,14 @@ class ValueNumbers:
         (number, *_) = self.options(target, expr, known)
         return number
 
-    def options(self, target: str, expr: m.Expr, known: Known) -> tuple[int, ...]:
-        """The numbers of the values that may be assigned to a target."""
+    def options(
+        self, target: str, expr: m.Expr, known: Known, *, sent: bool = False
+    ) -> tuple[int, ...]:
+        """The numbers of the values that may be assigned to a target.
+
+        Of an unknown one that is `sent` it is kept what it lies within; of memory `MemoryBounds`
+        knows it for all times.
+        """
         if is_literal(expr):
             number = self._numbers.of(expr)
             if self.follows(target, number):
@@ -73,6 +83,12 @@ class ValueNumbers:
             if is_number(expr):
                 return self._in(target, expr, *bounded(expr, known.range_of))
             self.widened.add(target)
+        elif sent and has_range(expr) and (found := within(bounded(expr, known.range_of))):
+            number = self._numbers.of(found)
+            ranges = self._ranges.setdefault(target, set())
+            if number in ranges or len(ranges) < MOST_RANGES:
+                ranges.add(number)
+                return (number,)
         return (self._numbers.of(SOME) if is_some(expr, known) else UNKNOWN,)
 
     def follows(self, target: str, number: int) -> bool:

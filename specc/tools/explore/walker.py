@@ -17,8 +17,8 @@ from specc.model import expr as m
 from specc.model.logic import conjuncts, negation
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
-from specc.tools.explore.partial import Known, filled, static
-from specc.tools.explore.regions import leaves
+from specc.tools.explore.partial import SOME, Known, Value, filled, static
+from specc.tools.explore.regions import Within, has_range, leaves, within
 from specc.tools.explore.symmetry import renamed
 from specc.tools.explore.timing import Clocks
 from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers
@@ -92,6 +92,8 @@ class Walker:
         self._ignores = {state.name: frozenset(state.ignores) for state in self.subsystem.states}
         self._memory = tuple(i for i in self.subsystem.memory if i.name in kept.memory)
         self.memory_slots = {item.name: slot for slot, item in enumerate(self._memory)}
+        self.within = dict(self._within())
+        """What unknown memory lies within at all times."""
         self.static = static(self.subsystem, abstraction.facts.system)
         self.clocks = Clocks(kept, self.static, exact=exact)
         others = [key for key in self.subsystem.inputs if key not in kept.inputs]
@@ -264,7 +266,8 @@ class Walker:
             self.clocks.set(known, branch.target, clock)
         written = dict[InputName, tuple[int, ...]]()
         for key, value in self.written(branch.target, known):
-            written[key] = self.values.options(self._target(key), value, known)
+            target = self._target(key)
+            written[key] = self.values.options(target, value, known, sent=bool(key[0]))
             if not key[0]:
                 answers = self._without(answers, key[1])
         if len(answers) > MOST_REMEMBERED:
@@ -363,9 +366,21 @@ class Walker:
         for key in self._measured:
             present[key] = True
         known.fresh, known.present, known.inputs = fresh, present, inputs
-        values = ((name, self.values.value(number)) for name, number in memory.items())
+        values = ((name, self.valued(name, number)) for name, number in memory.items())
         known.memory = {name: value for name, value in values if value is not None}
         return known
+
+    def valued(self, memory: str, number: int) -> Value | None:
+        """What is known of memory by the number of its value."""
+        value = self.values.value(number)
+        return (self.within.get(memory) or value) if value in (None, SOME) else value
+
+    def _within(self) -> Iterator[tuple[str, Within]]:
+        bounds = self.kept.machine.memory_facts.bounds
+        for item in self._memory:
+            memory = m.MemoryRef(item.name, type=item.type)
+            if has_range(memory) and (found := within(bounds.of(memory))):
+                yield item.name, found
 
     # Answers about unknown values.
 

@@ -59,6 +59,8 @@ class Watch:
         self._required = len(required)
         self.monitors = [Monitor(requirement, tick_s) for requirement in requirements]
         self.said: list[set[Truth]] = [set() for _ in requirements]
+        self.lacking: list[set[str]] = [set() for _ in requirements]
+        """Of each: values that were absent where a condition was unknown; "" if it was for more."""
         self._walkers = {walker.name: walker for walker in walkers}
         self._system = system
         self._index = {walker.name: index for index, walker in enumerate(walkers)}
@@ -198,7 +200,14 @@ class Watch:
 
     def _judged(self, now: tuple[object, ...]) -> tuple[tuple[Truth, ...], ...]:
         known = self._known_of(now)
-        return tuple(tuple(self._truth(a, known) for a in mon.atoms) for mon in self.monitors)
+        truths = [tuple(self._truth(a, known) for a in mon.atoms) for mon in self.monitors]
+        absent = {x.name for x, found in zip(self._readings, now, strict=True) if found == ABSENT}
+        for lacking, monitor, said in zip(self.lacking, self.monitors, truths, strict=True):
+            for atom, truth in zip(monitor.atoms, said, strict=True):
+                if truth is None:
+                    named = {leaf.name for leaf in leaves(atom) if isinstance(leaf, m.MemoryRef)}
+                    lacking |= named & absent or {""}
+        return tuple(truths)
 
     def _known_of(self, now: tuple[object, ...]) -> Known:
         memory: dict[str, Value] = {}
@@ -215,6 +224,8 @@ class Watch:
             return None
         if reading.asks_presence:
             return m.FALSE if found == ABSENT else m.TRUE
+        if reading.kind == "memory":
+            return self._walkers[reading.subsystem].valued(reading.element[0], found)
         return self._values.value(found)
 
     def _truth(self, that: m.Expr, known: Known) -> Truth:
