@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from specc.frozen import frozen
+from specc.lang.kinds import kind
 from specc.lang.ranges import ANY, Range
 from specc.model import expr as m
 from specc.model.types import Int, Real, Vector
@@ -78,7 +79,7 @@ def is_number(expr: m.Expr) -> bool:
 def has_range(expr: m.Expr) -> bool:
     """Whether the values of an expression are numbers, or vectors of numbers."""
     of = expr.type.element if isinstance(expr.type, Vector) else expr.type
-    return isinstance(of, (Int, Real))
+    return kind(of).sort in ("whole", "real")
 
 
 def leaves(expr: m.Expr) -> Iterator[m.Input | m.MemoryRef]:
