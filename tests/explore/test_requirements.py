@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from random import Random
@@ -15,8 +15,10 @@ from mcap.reader import make_reader
 from specc_runtime import temporal
 
 from specc.cli import main
+from specc.lang.kinds import kind
 from specc.model import requirement as r
 from specc.model.expr import TRUE
+from specc.model.types import Type
 from specc.pipeline import Result, compile_spec
 from specc.source import Place
 from specc.tools.explore.abstraction import Abstraction
@@ -181,7 +183,29 @@ def test_what_looks_ahead_from_the_past_is_not_followed() -> None:
 # Systems.
 
 
-def required(seed: int, folder: Path) -> Result | None:
+LIMITS = (-1, 0, 1, 3, 50)
+
+
+def bounds(result: Result, rng: Random) -> Iterator[str]:
+    """Requirements on numbers in memory and on numbers that are sent, whether known or not."""
+    assert result.system is not None
+    names = {s.qualified_name for s in result.system.subsystems}
+    found: list[tuple[Type, str, str]] = []
+    for subsystem in result.system.subsystems:
+        of = subsystem.qualified_name
+        found += [(item.type, f"{of}.{item.name}", "") for item in subsystem.memory]
+        for port in (port for port in subsystem.ports if port.direction == "y"):
+            peer = f"{of}.y.{port.peer}" if port.other_end in names else port.other_end
+            sent = [(element.type, f"{peer}.{element.name}") for element in port.elements]
+            found += [(type_, name, f"not present({name}) or ") for type_, name in sent]
+    for type_, value, absent in found:
+        if kind(type_).sort in ("whole", "real"):
+            unit = str(type_).removeprefix("real").removeprefix("int")
+            op = rng.choice(("<=", ">=", "<", ">"))
+            yield f"always({absent}{value} {op} {rng.choice(LIMITS)}{unit})"
+
+
+def required(seed: int, folder: Path, *, of_numbers: bool = False) -> Result | None:
     """A random system with random requirements about its states and buffers."""
     rng = Random(seed)
     tree = specification(Random(seed))
@@ -201,24 +225,24 @@ def required(seed: int, folder: Path) -> Result | None:
     ]
     asked += rng.sample(there, min(len(there), len(asked)))
     tree["specc"] = 1.1
-    tree["require"] = [
-        {"that": form.format(rng.choice(asked), rng.choice(asked)), "because": "it is so"}
-        for form in (
-            "always(not ({} and {}))",
-            "always(not ({} and {}))",
-            "always({} implies within(0.2[s], {}))",
-            "always({} implies once(0.2[s], {}))",
-            "always({} or not since({}, True))",
-        )
+    forms = [
+        "always(not ({} and {}))",
+        "always(not ({} and {}))",
+        "always({} implies within(0.2[s], {}))",
+        "always({} implies once(0.2[s], {}))",
+        "always({} or not since({}, True))",
     ]
+    said = [form.format(rng.choice(asked), rng.choice(asked)) for form in forms]
+    said = list(bounds(result, rng)) if of_numbers else said
+    tree["require"] = [{"that": that, "because": "it is so"} for that in said]
     return compiled(tree, folder)
 
 
-def said_of(seeds: Sequence[int], folder: Path) -> Counter[str]:
+def said_of(seeds: Sequence[int], folder: Path, *, of_numbers: bool = False) -> Counter[str]:
     """How often each verdict was given; raises where a run contradicts one."""
     said = Counter[str]()
     for seed in seeds:
-        result = required(seed, folder)
+        result = required(seed, folder, of_numbers=of_numbers)
         if result is not None and result.ok:
             found = explore(result.proofs, 6_000)
             assert misjudged(result, found, range(2), TICKS) == [], seed
@@ -231,6 +255,11 @@ def test_what_is_said_of_random_requirements_holds(seeds: Sequence[int], tmp_pat
     said = said_of(seeds, tmp_path)
     assert said["proved"]
     assert said["violated"] + said["may be violated"]
+
+
+@pytest.mark.parametrize("seeds", blocks(range(4), long=120, each=30))
+def test_what_is_said_of_random_numbers_holds(seeds: Sequence[int], tmp_path: Path) -> None:
+    assert said_of(seeds, tmp_path, of_numbers=True)["proved"]
 
 
 @pytest.mark.long
