@@ -10,7 +10,7 @@ from specc.model.fsm import Assignment, Behaviour, Cause, Condition, State, Tran
 from specc.model.system import Subsystem
 from specc.proof.formula import Formula
 from specc.tools.diff.meaning import Equivalence
-from specc.tools.diff.record import Book, Pairs, paired
+from specc.tools.diff.record import Book, Compared, Pairs, paired
 
 # Changes of a transition table, and of what is assumed of a subsystem.
 
@@ -22,18 +22,18 @@ Named = TypeVar("Named", Condition, Behaviour)
 def compare_rows(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """Rows of one state, cause and target are one arc: any of their conditions leads there."""
     both = book.matched("row", _arcs(old), _arcs(new), lambda rows: _arc_name(rows[0]), _names)
-    for name, before, after in both:
-        book.remark("row", name, "trace", _traces(before), _traces(after))
+    for arc, before, after in both:
+        arc.remark("trace", _traces(before), _traces(after))
         if {r.condition.name for r in before} == {r.condition.name for r in after}:
             # A condition of one name in both is compared where it is declared.
             if len(before) != len(after):
-                book.changed("row", name, "number", len(before), len(after))
+                arc.changed("number", len(before), len(after))
             continue
         given = _given(old, new, before[0], meaning)
         verdict = meaning.asked.compare(
             [r.condition.when for r in before], [r.condition.when for r in after], given
         )
-        book.verdict("row", name, verdict, (_names(before), _names(after)), "condition")
+        arc.verdict(verdict, (_names(before), _names(after)), "condition")
 
 
 def _given(old: Subsystem, new: Subsystem, row: Transition, meaning: Equivalence) -> list[Formula]:
@@ -76,9 +76,9 @@ def compare_axioms(old: Subsystem, new: Subsystem, meaning: Equivalence, book: B
             book.alone("removed", "assumption", "", text, guarantee="weaker", note=note)
             continue
         left.remove(again)
-        name = show(again.that)
-        book.remark("assumption", name, "text", show(before.that), name)
-        book.remark("assumption", name, "reason", before.because, again.because)
+        assumption = book.both("assumption", show(again.that))
+        assumption.remark("text", show(before.that), show(again.that))
+        assumption.remark("reason", before.because, again.because)
     for after in left:
         note = "proofs rest on it from now on"
         book.alone("added", "assumption", "", show(after.that), guarantee="weaker", note=note)
@@ -93,8 +93,9 @@ def compare_conditions(old: Subsystem, new: Subsystem, meaning: Equivalence, boo
     for before, after in pairs.both.values():
         verdict = meaning.asked.compare([before.when], [after.when])
         texts = show(before.when), show(after.when)
-        book.verdict(f"{before.kind} condition", before.name, verdict, texts, "meaning")
-        book.rest(f"{before.kind} condition", before.name, before, after)
+        condition = book.both(f"{before.kind} condition", before.name)
+        condition.verdict(verdict, texts, "meaning")
+        condition.rest(before, after)
 
     def same(old: Condition, new: Condition) -> bool:
         return old.kind == new.kind and meaning.asked.compare([old.when], [new.when]).same
@@ -120,7 +121,8 @@ def _renamed(
         if again is None:
             book.alone("removed", part(before), before.name, text(before), semantic=semantic)
         else:
-            book.remark(part(before), before.name, "name", before.name, left.pop(again).name)
+            renamed = book.both(part(before), before.name)
+            renamed.remark("name", before.name, left.pop(again).name)
     for after in left.values():
         book.alone("added", part(after), after.name, text(after), semantic=semantic)
 
@@ -129,9 +131,10 @@ def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Equivalence, boo
     """A behaviour that has only another name is the same."""
     pairs = paired(old.behaviours, new.behaviours, lambda b: b.name)
     for name, (before, after) in pairs.both.items():
-        _ends(name, before, after, meaning, book)
-        _effects(name, before, after, meaning, book)
-        book.rest("behaviour", name, before, after, "whole")
+        behaviour = book.both("behaviour", name)
+        _ends(behaviour, before, after, meaning)
+        _effects(behaviour, before, after, meaning)
+        behaviour.rest(before, after, "whole")
 
     def same(old: Behaviour, new: Behaviour) -> bool:
         return same_behaviour(old, new, meaning)
@@ -139,7 +142,7 @@ def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Equivalence, boo
     _renamed(pairs, same, lambda _: "behaviour", _text, book, True)
 
 
-def _ends(name: str, old: Behaviour, new: Behaviour, meaning: Equivalence, book: Book) -> None:
+def _ends(behaviour: Compared, old: Behaviour, new: Behaviour, meaning: Equivalence) -> None:
     """A condition of one name in both is compared where it is declared."""
     for cause, before, after in (
         ("terminal", old.terminal, new.terminal),
@@ -148,23 +151,23 @@ def _ends(name: str, old: Behaviour, new: Behaviour, meaning: Equivalence, book:
         if before.name != after.name:
             verdict = meaning.asked.compare([before.when], [after.when])
             texts = before.name, after.name
-            book.verdict("behaviour", name, verdict, texts, f"{cause} condition")
+            behaviour.verdict(verdict, texts, f"{cause} condition")
 
 
-def _effects(name: str, old: Behaviour, new: Behaviour, meaning: Equivalence, book: Book) -> None:
+def _effects(behaviour: Compared, old: Behaviour, new: Behaviour, meaning: Equivalence) -> None:
     """What a behaviour assigns, whichever functions do it."""
     pairs = paired(_effects_of(old), _effects_of(new), lambda effect: effect[1].target)
     declared = {f.name for f in old.functions} & {f.name for f in new.functions}
     for target, (function, assignment) in pairs.removed.items():
         if function not in declared:
-            book.changed("behaviour", name, target, show(assignment.value), "not assigned")
+            behaviour.changed(target, show(assignment.value), "not assigned")
     for target, (function, assignment) in pairs.added.items():
         if function not in declared:
-            book.changed("behaviour", name, target, "not assigned", show(assignment.value))
+            behaviour.changed(target, "not assigned", show(assignment.value))
     for target, (before, after) in pairs.both.items():
         in_one_function = before[0] == after[0]
         if not in_one_function and not meaning.same_value(before[1].value, after[1].value):
-            book.changed("behaviour", name, target, show(before[1].value), show(after[1].value))
+            behaviour.changed(target, show(before[1].value), show(after[1].value))
 
 
 def _effects_of(behaviour: Behaviour) -> list[tuple[str, Assignment]]:
@@ -198,15 +201,15 @@ def compare_states(old: Subsystem, new: Subsystem, meaning: Equivalence, book: B
     both = book.matched(
         "state", old.states, new.states, lambda s: s.name, lambda s: s.behaviour.name
     )
-    for name, before, after in both:
+    for state, before, after in both:
         names = before.behaviour.name, after.behaviour.name
         same = names[0] != names[1] and same_behaviour(before.behaviour, after.behaviour, meaning)
-        book.changed("state", name, "behaviour", *names, semantic=not same)
+        state.changed("behaviour", *names, semantic=not same)
         texts, ignored = (
             (_ignored(before), _ignored(after)),
             (set(before.ignores), set(after.ignores)),
         )
         less, more = ignored[1] - ignored[0], ignored[0] - ignored[1]
-        book.guarded("state", name, "ignored events", texts, bool(less), bool(more))
-        book.rest("state", name, before, after, "ignores")
-    book.changed("initial state", "", "", old.initial_state, new.initial_state)
+        state.guarded("ignored events", texts, bool(less), bool(more))
+        state.rest(before, after, "ignores")
+    book.both("initial state", "").changed("", old.initial_state, new.initial_state)

@@ -89,7 +89,7 @@ def _compare_parts(name: str, old: Parts, new: Parts, book: Book) -> None:
         elif key not in new:
             book.alone("removed", "type", name, f"{key} {old[key]}".strip())
         else:
-            book.changed("type", name, key, old[key], new[key])
+            book.both("type", name).changed(key, old[key], new[key])
 
 
 def _with_several_meanings(types: Mapping[tuple[str, str], Parts]) -> set[str]:

@@ -122,7 +122,7 @@ class Book:
         text: Callable[[Thing], str],
         *,
         semantic: bool = True,
-    ) -> list[tuple[str, Thing, Thing]]:
+    ) -> list[tuple[Compared, Thing, Thing]]:
         """Things of one kind by their names: those of one system alone are taken down.
 
         Returns those that both have, which are to be compared; `semantic` is about the others.
@@ -132,12 +132,23 @@ class Book:
             self.alone("removed", part, key, text(thing), semantic=semantic)
         for key, thing in pairs.added.items():
             self.alone("added", part, key, text(thing), semantic=semantic)
-        return [(key, *both) for key, both in pairs.both.items()]
+        return [(self.both(part, key), *both) for key, both in pairs.both.items()]
+
+    def both(self, part: str, name: str) -> Compared:
+        """Something that both systems have."""
+        return Compared(self, part, name)
+
+
+@frozen
+class Compared:
+    """A thing that both systems have: takes down what is different about it."""
+
+    book: Book
+    part: str
+    name: str
 
     def changed(
         self,
-        part: str,
-        name: str,
         aspect: str,
         old: object,
         new: object,
@@ -145,28 +156,25 @@ class Book:
         semantic: bool = True,
         guarantee: Guarantee = "",
     ) -> None:
-        """An aspect of something; nothing is taken down where it is the same."""
+        """An aspect of it; nothing is taken down where it is the same."""
         if old != new:
-            texts = str(old), str(new)
             change = Difference(
-                self.where, part, name, "changed", aspect, *texts, semantic=semantic,
-                guarantee=guarantee,
+                self.book.where, self.part, self.name, "changed", aspect, str(old), str(new),
+                semantic=semantic, guarantee=guarantee,
             )  # fmt: skip
-            self.changes.append(change)
+            self.book.changes.append(change)
 
-    def guarded(
-        self, part: str, name: str, aspect: str, texts: tuple[str, str], less: bool, more: bool
-    ) -> None:
+    def guarded(self, aspect: str, texts: tuple[str, str], less: bool, more: bool) -> None:
         """An aspect that guarantees less or more than before."""
         guarantee: Guarantee = "weaker" if less else "stronger" if more else ""
-        self.changed(part, name, aspect, *texts, guarantee=guarantee)
+        self.changed(aspect, *texts, guarantee=guarantee)
 
-    def remark(self, part: str, name: str, aspect: str, old: object, new: object) -> None:
+    def remark(self, aspect: str, old: object, new: object) -> None:
         """An aspect that has no influence on what an agent does."""
-        self.changed(part, name, aspect, old, new, semantic=False)
+        self.changed(aspect, old, new, semantic=False)
 
-    def rest(self, part: str, name: str, old: Any, new: Any, *told: str) -> None:
-        """All fields of two things that are plain values, but those that are `told` otherwise.
+    def rest(self, old: Any, new: Any, *told: str) -> None:
+        """All its fields that are plain values, but those that are `told` otherwise.
 
         Words have no influence on what an agent does.
         """
@@ -176,24 +184,16 @@ class Book:
                 stem, _, unit = item.name.rpartition("_")
                 aspect = stem if unit in ("hz", "s") else _SPELT.get(item.name, item.name)
                 if item.name in _WORDS:
-                    self.remark(part, name, aspect, *both)
+                    self.remark(aspect, *both)
                 else:
-                    self.changed(part, name, aspect, *(shown(v, unit) for v in both))
+                    self.changed(aspect, *(shown(v, unit) for v in both))
 
-    def equality(
-        self, part: str, name: str, aspect: str, texts: tuple[str, str], same: bool
-    ) -> None:
+    def equality(self, aspect: str, texts: tuple[str, str], same: bool) -> None:
         """Two expressions that have, or have not, the same value."""
-        self.verdict(part, name, Verdict(same), texts, aspect, "the same value")
+        self.verdict(Verdict(same), texts, aspect, "the same value")
 
     def verdict(
-        self,
-        part: str,
-        name: str,
-        verdict: Verdict,
-        texts: tuple[str, str],
-        aspect: str,
-        equal: str = "proved equal",
+        self, verdict: Verdict, texts: tuple[str, str], aspect: str, equal: str = "proved equal"
     ) -> None:
         """How two conditions relate; nothing if neither their texts nor their meanings differ."""
         same_text = texts[0] == texts[1]
@@ -207,10 +207,10 @@ class Book:
         if verdict.same and aspect == "meaning":
             aspect = "text"
         change = Difference(
-            self.where, part, name, "changed", aspect, *texts, note,
+            self.book.where, self.part, self.name, "changed", aspect, *texts, note,
             verdict.only_old, verdict.only_new, not verdict.same,
         )  # fmt: skip
-        self.changes.append(change)
+        self.book.changes.append(change)
 
 
 _WORDS = ("title", "trace")

@@ -19,7 +19,7 @@ from specc.tools.diff.machine import (
     compare_states,
 )
 from specc.tools.diff.meaning import Constants, Equivalence, Version, compare_types, type_text
-from specc.tools.diff.record import Book, Comparison, Difference, Thing, paired, shown
+from specc.tools.diff.record import Book, Compared, Comparison, Difference, Thing, paired, shown
 from specc.tools.diff.values import (
     compare_buffers,
     compare_elements,
@@ -38,12 +38,12 @@ Part = TypeVar("Part", Device, Subsystem)
 
 def compare_plants(old: System, new: System, book: Book) -> None:
     """The model and what stands behind the devices."""
-    for _, one, other in _single("plant", old.plant, new.plant, _made, book):
-        book.rest("plant", "", one, other)
-        for _, node, again in _single("ros2", one.ros2, other.ros2, lambda r: r.node, book):
-            book.rest("ros2", "", node, again)
+    for whole, one, other in _single("plant", old.plant, new.plant, _made, book):
+        whole.rest(one, other)
+        for ros2, node, again in _single("ros2", one.ros2, other.ros2, lambda r: r.node, book):
+            ros2.rest(node, again)
         names = [shown(tuple(p.name for p in plant.published)) for plant in (one, other)]
-        book.changed("plant", "", "publish", *names)
+        whole.changed("publish", *names)
         both = book.matched(
             "binding",
             one.bindings,
@@ -51,12 +51,12 @@ def compare_plants(old: System, new: System, book: Book) -> None:
             lambda b: f"{b.device}.{b.element}",
             lambda _: "",
         )
-        for name, before, after in both:
-            book.rest("binding", name, before, after)
+        for binding, before, after in both:
+            binding.rest(before, after)
         types = [{item.name: item.type for item in plant.observed} for plant in (one, other)]
         for name in types[0].keys() & types[1].keys():
             texts = [type_text(of[name]) for of in types]
-            book.changed("binding", f"{PLANT}.{name}", "type", *texts)
+            book.both("binding", f"{PLANT}.{name}").changed("type", *texts)
 
 
 def _made(plant: Plant) -> str:
@@ -66,34 +66,32 @@ def _made(plant: Plant) -> str:
 def compare_tasks(old: System, new: System, book: Book) -> None:
     """What a run counts and judges."""
     values = Constants(old.constants, new.constants)
-    for _, before, after in _single(
+    for task, before, after in _single(
         "task", old.task, new.task, lambda t: f"{t.subsystem}: {t.source} to {t.target}", book
     ):
-        book.rest("task", "", before, after)
+        task.rest(before, after)
         starts = book.matched("start", before.starts, after.starts, lambda s: s.name, _drawn)
         for joint, start, now_at in starts:
-            _equality("start", joint, "", _draw(start), _draw(now_at), book)
+            _equality(joint, "", _draw(start), _draw(now_at))
         one, other = _counted(before.disturbances), _counted(after.disturbances)
         both = book.matched("disturbance", one, other, lambda c: c[0], lambda c: c[1].because)
-        for name, (_, old_one), (_, new_one) in both:
+        for each, (_, old_one), (_, new_one) in both:
             was, now = _said(old_one, values, 0), _said(new_one, values, 1)
             for aspect in sorted({*was, *now}):
-                _equality("disturbance", name, aspect, was.get(aspect), now.get(aspect), book)
-            book.remark("disturbance", name, "because", old_one.because, new_one.because)
+                _equality(each, aspect, was.get(aspect), now.get(aspect))
+            each.remark("because", old_one.because, new_one.because)
 
 
 _Said = tuple[object, str, frozenset[str]]
 """A meaning, its text, and the names for parts of formulas in the text."""
 
 
-def _equality(
-    part: str, name: str, aspect: str, old: _Said | None, new: _Said | None, book: Book
-) -> None:
+def _equality(each: Compared, aspect: str, old: _Said | None, new: _Said | None) -> None:
     """Constants that are used have their own changes: what is written in the same way is equal."""
     nothing = None, "none", frozenset[str]()
     (meant, *text), (now, *written) = old or nothing, new or nothing
     same = meant == now or text == written
-    book.equality(part, name, aspect, (str(text[0]), str(written[0])), same)
+    each.equality(aspect, (str(text[0]), str(written[0])), same)
 
 
 def _counted(disturbances: Iterable[Disturbance]) -> list[tuple[str, Disturbance]]:
@@ -143,15 +141,15 @@ def compare_requirements(old: System, new: System, book: Book) -> None:
     for name, after in pairs.added.items():
         book.alone("added", "requirement", name, after.because, guarantee="stronger")
     for name, (before, after) in pairs.both.items():
+        requirement = book.both("requirement", name)
         if before.that == after.that:
             # Constants, and what names for parts stand for, have their own changes.
             same = before.names == after.names or values.said(before, 0) == values.said(after, 1)
-            book.equality("requirement", name, "formula", (before.that, after.that), same)
+            requirement.equality("formula", (before.that, after.that), same)
         else:
-            that = again.get(after.that, after.that)
-            book.changed("requirement", name, "formula", before.that, that)
-        book.remark("requirement", name, "name", before.name, after.name)
-        book.remark("requirement", name, "because", before.because, after.because)
+            requirement.changed("formula", before.that, again.get(after.that, after.that))
+        requirement.remark("name", before.name, after.name)
+        requirement.remark("because", before.because, after.because)
     _formula_lets(old, new, values, book)
 
 
@@ -168,14 +166,14 @@ def _again(
 def _formula_lets(old: System, new: System, values: Constants, book: Book) -> None:
     """Names for parts of formulas; what becomes of formulas without one is said of these."""
     lets = old.formula_lets, new.formula_lets
-    for name, one, other in book.matched(
+    for let, one, other in book.matched(
         "let", *lets, lambda item: item.name, _stands_for, semantic=False
     ):
         if one.said and other.said:
             same = values.said(one.said, 0) == values.said(other.said, 1)
         else:
             same = bool(one.value and other.value and values.same(one.value, other.value))
-        book.equality("let", name, "formula", (_stands_for(one), _stands_for(other)), same)
+        let.equality("formula", (_stands_for(one), _stands_for(other)), same)
 
 
 def _stands_for(item: FormulaLet) -> str:
@@ -184,7 +182,7 @@ def _stands_for(item: FormulaLet) -> str:
 
 def _single(
     part: str, old: Thing | None, new: Thing | None, text: Callable[[Thing], str], book: Book
-) -> list[tuple[str, Thing, Thing]]:
+) -> list[tuple[Compared, Thing, Thing]]:
     """The part of both systems, of which each has at most one."""
     before, after = ([thing] if thing else [] for thing in (old, new))
     return book.matched(part, before, after, lambda _: "", text)
@@ -196,7 +194,7 @@ def _single(
 def compare(old: System, new: System) -> Comparison:
     """All changes from `old` to `new`; neither has errors in it."""
     book = Book()
-    book.rest("system", "", old, new, "file", "frames", "files", "folders")
+    book.both("system", "").rest(old, new, "file", "frames", "files", "folders")
     _texts("frame", old.frames, new.frames, book, semantic=False)
     _texts("file", old.files, new.files, book, semantic=True)
     _constants(old, new, book)
@@ -204,8 +202,8 @@ def compare(old: System, new: System) -> Comparison:
     _operators(old.operators, new.operators, book)
     changes = book.changes
     both = book.matched("agent", old.agents, new.agents, lambda a: a.name, lambda a: a.title)
-    for name, before, after in both:
-        changes += _agent(name, (old, before), (new, after))
+    for agent, before, after in both:
+        changes += _agent(agent.name, (old, before), (new, after))
     plant = Book()
     compare_plants(old, new, plant)
     compare_tasks(old, new, plant)
@@ -222,8 +220,8 @@ def _texts(
     semantic: bool,
 ) -> None:
     both = book.matched(part, old, new, lambda t: _told(t[0]), lambda t: t[1], semantic=False)
-    for name, (_, before), (_, after) in both:
-        book.changed(part, name, "", before, after, semantic=semantic)
+    for text, (_, before), (_, after) in both:
+        text.changed("", before, after, semantic=semantic)
 
 
 def _told(name: str) -> str:
@@ -233,18 +231,18 @@ def _told(name: str) -> str:
 
 def _constants(old: System, new: System, book: Book) -> None:
     values = Constants(old.constants, new.constants)
-    for name, before, after in named_values("constant", old.constants, new.constants, book):
+    for constant, before, after in named_values("constant", old.constants, new.constants, book):
         texts = show(before.value), show(after.value)
-        book.equality("constant", name, "value", texts, values.same(before.value, after.value))
-        book.rest("constant", name, before, after)
+        constant.equality("value", texts, values.same(before.value, after.value))
+        constant.rest(before, after)
 
 
 def _operators(old: Iterable[Operator], new: Iterable[Operator], book: Book) -> None:
     both = book.matched("operator", old, new, lambda o: _told(o.name), _signature, semantic=False)
-    for name, before, after in both:
-        book.changed("operator", name, "signature", _signature(before), _signature(after))
-        book.changed("operator", name, "function", before.python, after.python)
-        book.rest("operator", name, before, after, "name", "python")
+    for operator, before, after in both:
+        operator.changed("signature", _signature(before), _signature(after))
+        operator.changed("function", before.python, after.python)
+        operator.rest(before, after, "name", "python")
 
 
 def _signature(operator: Operator) -> str:
@@ -256,8 +254,9 @@ def _signature(operator: Operator) -> str:
 def _agent(name: str, old: tuple[System, Agent], new: tuple[System, Agent]) -> list[Difference]:
     book = Book(name)
     (old_system, before), (new_system, after) = old, new
-    book.remark("agent", name, "kind", before.kind, after.kind)
-    book.rest("agent", name, before, after, "kind")
+    agent = book.both("agent", name)
+    agent.remark("kind", before.kind, after.kind)
+    agent.rest(before, after, "kind")
     changes = book.changes
     for _, first, second in _parts("device", before.devices, after.devices, book):
         changes += _device((old_system, first), (new_system, second))
@@ -268,7 +267,7 @@ def _agent(name: str, old: tuple[System, Agent], new: tuple[System, Agent]) -> l
 
 def _parts(
     part: str, old: Iterable[Part], new: Iterable[Part], book: Book
-) -> list[tuple[str, Part, Part]]:
+) -> list[tuple[Compared, Part, Part]]:
     return book.matched(
         part, old, new, lambda p: p.qualified_name, lambda p: p.kind.replace("_", " ")
     )
@@ -281,28 +280,29 @@ def _device(one: tuple[System, Device], other: tuple[System, Device]) -> list[Di
     values = Constants(
         (*old_system.constants, *old.constants), (*new_system.constants, *new.constants)
     )
-    book.rest("device", name, old, new, "silence_s")
+    device = book.both("device", name)
+    device.rest(old, new, "silence_s")
     for parameter, was, now in named_values("parameter", old.constants, new.constants, book):
         texts = show(was.value), show(now.value)
         same = values.same(was.value, now.value)
-        book.equality("parameter", parameter, "value", texts, same)
+        parameter.equality("value", texts, same)
     before, after = (
         [(f"{side}.{e.name}", e) for side in ("x", "y") for e in getattr(device, side)]
         for device in (old, new)
     )
     compare_elements(before, after, values.same, book)
-    _silence(old, new, book)
+    _silence(device, old, new)
     return book.changes
 
 
-def _silence(old: Device, new: Device, book: Book) -> None:
+def _silence(device: Compared, old: Device, new: Device) -> None:
     """For how long the agent may be silent; nobody knows whether the default is longer or not."""
-    name, first, second = old.qualified_name, old.silence_s, new.silence_s
+    first, second = old.silence_s, new.silence_s
     was, now = ("the default" if s is None else f"{float(s):g} s" for s in (first, second))
     if first is None or second is None:
-        book.changed("device", name, "silence", was, now)
+        device.changed("silence", was, now)
     elif first != second:
-        book.guarded("device", name, "silence", (was, now), second > first, second < first)
+        device.guarded("silence", (was, now), second > first, second < first)
 
 
 def _subsystem(old: Version, new: Version) -> list[Difference]:
@@ -310,8 +310,9 @@ def _subsystem(old: Version, new: Version) -> list[Difference]:
     name = before.qualified_name
     book, meaning = Book(name), Equivalence(old, new)
     rates = (f"{s.rate_hz} Hz" if s.rated else "not known" for s in (before, after))
-    book.changed("subsystem", name, "rate", *rates)
-    book.rest("subsystem", name, before, after, "rate_hz", "rated", "begun", "initial_state")
+    subsystem = book.both("subsystem", name)
+    subsystem.changed("rate", *rates)
+    subsystem.rest(before, after, "rate_hz", "rated", "begun", "initial_state")
     for part in (
         compare_buffers, compare_parameters, compare_memory, compare_lets, compare_conditions,
         compare_functions, compare_behaviours, compare_states, compare_rows, compare_axioms,

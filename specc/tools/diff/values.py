@@ -12,7 +12,7 @@ from specc.model.fsm import Function
 from specc.model.system import Constant, Element, Let, Subsystem
 from specc.model.types import Bool
 from specc.tools.diff.meaning import Equivalence, type_text
-from specc.tools.diff.record import Book, Guarantee, paired
+from specc.tools.diff.record import Book, Compared, Guarantee, paired
 
 Same = Callable[[Expr, Expr], bool]
 Named = TypeVar("Named", Constant, Let)
@@ -27,7 +27,7 @@ def compare_buffers(old: Subsystem, new: Subsystem, meaning: Equivalence, book: 
         for subsystem in (old, new)
     ]
     for peer in sorted(ends[0].keys() & ends[1].keys()):
-        book.changed("buffer", peer, "other end", ends[0][peer], ends[1][peer])
+        book.both("buffer", peer).changed("other end", ends[0][peer], ends[1][peer])
 
 
 def compare_elements(
@@ -35,28 +35,28 @@ def compare_elements(
 ) -> None:
     """Elements by their names, which come first in each pair."""
     both = book.matched("element", old, new, lambda e: e[0], lambda e: type_text(e[1].type))
-    for name, (_, before), (_, after) in both:
-        book.changed("element", name, "type", type_text(before.type), type_text(after.type))
+    for element, (_, before), (_, after) in both:
+        element.changed("type", type_text(before.type), type_text(after.type))
         inits = before.init, after.init
-        _optional(name, "initial value", inits, "no initial value", same, book)
-        _guaranteed(name, before, after, book)
+        _optional(element, "initial value", inits, "no initial value", same)
+        _guaranteed(element, before, after)
         for aspect, key in (("safe value", "value"), ("safe value if that fails", "otherwise")):
             values = (getattr(before.safe, key, None), getattr(after.safe, key, None))
             if None in values and key == "otherwise" and None in (before.safe, after.safe):
                 continue  # told of the safe value
             less, more = values[1] is None, values[0] is None
-            _optional(name, aspect, values, "none", same, book, less, more)
-        book.rest("element", name, before, after, "max_age_s", "event")
+            _optional(element, aspect, values, "none", same, less, more)
+        element.rest(before, after, "max_age_s", "event")
 
 
-def _guaranteed(name: str, old: Element, new: Element, book: Book) -> None:
+def _guaranteed(element: Compared, old: Element, new: Element) -> None:
     """How old values may be, and whether none of them may be missed."""
     ages = [math.inf if e.max_age_s is None else e.max_age_s for e in (old, new)]
     texts = _age(old), _age(new)
     if ages[0] != ages[1]:
-        book.guarded("element", name, "greatest age", texts, ages[1] > ages[0], ages[1] < ages[0])
+        element.guarded("greatest age", texts, ages[1] > ages[0], ages[1] < ages[0])
     texts = str(old.event), str(new.event)
-    book.guarded("element", name, "event", texts, old.event, new.event)
+    element.guarded("event", texts, old.event, new.event)
 
 
 def _age(element: Element) -> str:
@@ -64,12 +64,11 @@ def _age(element: Element) -> str:
 
 
 def _optional(
-    name: str,
+    element: Compared,
     aspect: str,
     values: tuple[Expr | None, Expr | None],
     absent: str,
     same: Same,
-    book: Book,
     less: bool = False,
     more: bool = False,
 ) -> None:
@@ -83,10 +82,7 @@ def _optional(
     if texts[0] != texts[1] or not equal:
         # The same text may have another value, by what it refers to.
         note = "" if texts[0] != texts[1] else "; what it refers to has changed"
-        book.changed(
-            "element", name, aspect, texts[0], texts[1] + note, semantic=not equal,
-            guarantee=guarantee,
-        )  # fmt: skip
+        element.changed(aspect, texts[0], texts[1] + note, semantic=not equal, guarantee=guarantee)
 
 
 def _elements(subsystem: Subsystem) -> dict[str, Element]:
@@ -102,30 +98,30 @@ def compare_memory(old: Subsystem, new: Subsystem, meaning: Equivalence, book: B
     both = book.matched(
         "memory", old.memory, new.memory, lambda m: m.name, lambda m: type_text(m.type)
     )
-    for name, before, after in both:
-        book.changed("memory", name, "type", type_text(before.type), type_text(after.type))
-        _values("memory", name, "initial value", (before.init, after.init), meaning, book)
-        book.rest("memory", name, before, after)
+    for memory, before, after in both:
+        memory.changed("type", type_text(before.type), type_text(after.type))
+        _values(memory, "initial value", (before.init, after.init), meaning)
+        memory.rest(before, after)
 
 
 def compare_lets(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """A let is a name for an expression; only adding or removing it changes nothing."""
-    for name, before, after in named_values("let", old.lets, new.lets, book):
-        _values("let", name, "value", (before.value, after.value), meaning, book)
-        book.rest("let", name, before, after)
+    for let, before, after in named_values("let", old.lets, new.lets, book):
+        _values(let, "value", (before.value, after.value), meaning)
+        let.rest(before, after)
 
 
 def named_values(
     part: str, old: Iterable[Named], new: Iterable[Named], book: Book
-) -> list[tuple[str, Named, Named]]:
+) -> list[tuple[Compared, Named, Named]]:
     """Names for expressions, which matter where they are used; returns those in both systems."""
     return book.matched(part, old, new, lambda n: n.name, lambda n: show(n.value), semantic=False)
 
 
 def compare_parameters(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
     """What a reused description was given."""
-    for name, before, after in named_values("parameter", old.constants, new.constants, book):
-        _values("parameter", name, "value", (before.value, after.value), meaning, book)
+    for parameter, before, after in named_values("parameter", old.constants, new.constants, book):
+        _values(parameter, "value", (before.value, after.value), meaning)
 
 
 def compare_functions(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
@@ -133,28 +129,26 @@ def compare_functions(old: Subsystem, new: Subsystem, meaning: Equivalence, book
     both = book.matched(
         "function", old.functions, new.functions, lambda f: f.name, _targets, semantic=False
     )
-    for name, before, after in both:
+    for function, before, after in both:
         targets = paired(before.assignments, after.assignments, lambda a: a.target)
         for target, assignment in targets.removed.items():
-            book.changed("function", name, target, show(assignment.value), "not assigned")
+            function.changed(target, show(assignment.value), "not assigned")
         for target, assignment in targets.added.items():
-            book.changed("function", name, target, "not assigned", show(assignment.value))
+            function.changed(target, "not assigned", show(assignment.value))
         for target, (first, second) in targets.both.items():
-            _values("function", name, target, (first.value, second.value), meaning, book)
-        book.rest("function", name, before, after, "whole")
+            _values(function, target, (first.value, second.value), meaning)
+        function.rest(before, after, "whole")
 
 
 def _targets(function: Function) -> str:
     return ", ".join(sorted(a.target for a in function.assignments))
 
 
-def _values(
-    part: str, name: str, aspect: str, values: tuple[Expr, Expr], meaning: Equivalence, book: Book
-) -> None:
+def _values(thing: Compared, aspect: str, values: tuple[Expr, Expr], meaning: Equivalence) -> None:
     """Two expressions of one thing."""
     old, new = values
     texts = show(old), show(new)
     if isinstance(old.type, Bool) and isinstance(new.type, Bool):
-        book.verdict(part, name, meaning.compare_values(old, new), texts, aspect)
+        thing.verdict(meaning.compare_values(old, new), texts, aspect)
         return
-    book.equality(part, name, aspect, texts, meaning.same_value(old, new))
+    thing.equality(aspect, texts, meaning.same_value(old, new))

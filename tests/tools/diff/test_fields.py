@@ -200,6 +200,6 @@ def test_a_field_that_nothing_else_tells_of_is_compared() -> None:
     old = kind("an arm", Fraction(1, 2), "slow", object(), (object(),))
     new = kind("the arm", Fraction(1, 4), "fast", object(), (object(),))
     book = Book()
-    book.rest("device", "arm", old, new, "kind")
+    book.both("device", "arm").rest(old, new, "kind")
     found = [(each.aspect, each.old, each.new, each.semantic) for each in book.changes]
     assert found == [("title", "an arm", "the arm", False), ("wait", "500 ms", "250 ms", True)]
