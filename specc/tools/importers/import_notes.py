@@ -32,9 +32,14 @@ class Imported:
 
 @dataclass(slots=True)
 class Notes:
-    """Findings about the files that are imported, in the order in which they were made."""
+    """The files that are imported, and findings about them in the order in which they were made."""
 
+    sources: Sources = field(default_factory=Sources)
     diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    def imported(self, text: str = "") -> Imported:
+        """What an import gives."""
+        return Imported(text, tuple(self.diagnostics), self.sources)
 
     def error(self, code: str, message: str, place: Place, help: str) -> None:
         """Something without which there is no specification."""
@@ -85,14 +90,12 @@ class Notes:
             self.lost(words, elements[0].place)
 
 
-def document(
-    command: str, parts: Iterable[str], notes: Notes, sources: Sources, data: Mapping[str, Data]
-) -> str:
+def document(command: str, parts: Iterable[str], notes: Notes, data: Mapping[str, Data]) -> str:
     """The text of a specification with what was lost or changed at its head."""
     lines = [f"Made by `{command}`.", *parts]
     if notes.diagnostics:
         lines.append("What differs from the files, or is assumed:")
-    spans = [(sources.span(item.primary), item) for item in notes.diagnostics]
+    spans = [(notes.sources.span(item.primary), item) for item in notes.diagnostics]
     for span, item in sorted(spans, key=lambda pair: (pair[0].file, pair[0].line, pair[0].col)):
         name = span.file.replace("\\", "/").rsplit("/", 1)[-1]
         lines.append(f"- {item.code} {name}:{span.line}: {item.message}")
@@ -110,7 +113,7 @@ def _wrapped(text: str) -> list[str]:
 # Files of other formats: from a path to a tree, with findings for what is wrong on the way.
 
 
-def read_markup(path: str, root: str, notes: Notes, sources: Sources) -> XmlElement | None:
+def read_markup(path: str, root: str, notes: Notes) -> XmlElement | None:
     """The root of the XML file at `path`, or None with the reason in `notes`.
 
     A text without a tag `root` is another's, and nothing of it is shown.
@@ -124,7 +127,7 @@ def read_markup(path: str, root: str, notes: Notes, sources: Sources) -> XmlElem
         message = f"the file has no <{root}>"
         notes.error("E0803", message, Place(path), "is this the right file, and the right format?")
         return None
-    sources.add(SourceFile(path, text))
+    notes.sources.add(SourceFile(path, text))
     try:
         return parse_markup(path, text)
     except MarkupError as refusal:

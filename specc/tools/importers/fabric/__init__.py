@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-from specc.source import Sources
 from specc.tools.importers.fabric.reader import FabricSubsystem, read_definition
 from specc.tools.importers.fabric.subsystem import AgentMaker
 from specc.tools.importers.fabric.wiring import End, Ends, SharedDefinitions, Wiring, connect
@@ -47,10 +46,10 @@ def import_fabric(
     `name` is that of the system; `period`, in seconds, replaces the periods in the files; `wires`
     are pairs of buffers that are connected, beyond what is evident.
     """
-    notes, sources = Notes(), Sources()
+    notes = Notes()
     definitions: list[FabricSubsystem] = []
     for path in dict.fromkeys(paths):
-        root = read_markup(path, "subsystem_definition", notes, sources)
+        root = read_markup(path, "subsystem_definition", notes)
         definition = read_definition(root, notes) if root is not None else None
         if definition is not None:
             if any(d.name == definition.name for d in definitions):
@@ -59,12 +58,12 @@ def import_fabric(
                 notes.error("E0806", message, definition.root.place, help)
             definitions.append(definition)
     if notes.failed:
-        return Imported("", tuple(notes.diagnostics), sources)
+        return notes.imported()
     wiring = connect(definitions, wires, notes)
     if notes.failed:
-        return Imported("", tuple(notes.diagnostics), sources)
-    text = _text(definitions, name, period, wiring, notes, sources)
-    return Imported(text, tuple(notes.diagnostics), sources)
+        return notes.imported()
+    text = _text(definitions, name, period, wiring, notes)
+    return notes.imported(text)
 
 
 def _text(
@@ -73,7 +72,6 @@ def _text(
     period: Fraction | None,
     wiring: Wiring,
     notes: Notes,
-    sources: Sources,
 ) -> str:
     names, library = SpecNames(PEERS), SharedDefinitions()
     for definition in definitions:
@@ -90,7 +88,7 @@ def _text(
     data |= {"operators": library.operators, "agents": agents}
     modules = ", ".join(library.modules)
     provided = f"What `specc build` makes of it imports, and you provide, the modules {modules}."
-    return document("specc import fabric", [provided], notes, sources, data)
+    return document("specc import fabric", [provided], notes, data)
 
 
 def _assumed(definition: FabricSubsystem, notes: Notes) -> None:

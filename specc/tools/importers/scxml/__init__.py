@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from fractions import Fraction
 
-from specc.source import Sources
 from specc.tools.importers.import_notes import Imported, Notes, document, read_markup
 from specc.tools.importers.logic import atoms
 from specc.tools.importers.scxml.chart import Chart, ChartState, read_chart
@@ -33,11 +32,11 @@ _REASONS = {
 
 def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -> Imported:
     """The specification of the chart in a file; `period` is in seconds."""
-    notes, sources = Notes(), Sources()
-    root = read_markup(path, "scxml", notes, sources)
+    notes = Notes()
+    root = read_markup(path, "scxml", notes)
     chart = read_chart(root, notes) if root is not None else None
     if chart is None:
-        return Imported("", tuple(notes.diagnostics), sources)
+        return notes.imported()
     if period is None:
         message = "a chart has no period; 10 ms is assumed"
         notes.changed(message, chart.root.place, "give one with `--period`")
@@ -46,9 +45,7 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
     agents = _SystemMaker(chart, own, period or DEFAULT_PERIOD_S, notes).agents()
     notes.leftovers(chart.root, _REASONS)
     data: dict[str, Data] = {"specc": "1", "system": own, **agents}
-    return Imported(
-        document("specc import scxml", [], notes, sources, data), tuple(notes.diagnostics), sources
-    )
+    return notes.imported(document("specc import scxml", [], notes, data))
 
 
 class _SystemMaker:
