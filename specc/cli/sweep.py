@@ -105,7 +105,6 @@ def _sweep(options: Namespace) -> int:
     first = _built(options, asked.settings[0])
     assert first.result.system is not None
     inputs = inputs_of(options.spec, first.result.sources, first.result.system)
-    extent = {name: getattr(options, name) for name in _EXTENT}
     about = {
         "specc": __version__,
         "specification": inputs.fingerprint,
@@ -118,7 +117,7 @@ def _sweep(options: Namespace) -> int:
         shutil.rmtree(work, ignore_errors=True)
         interrupted = False
         try:
-            code = _run(options, asked, folder, inputs, extent, first)
+            code = _run(options, asked, folder, inputs, first)
         except KeyboardInterrupt as interrupt:
             code, interrupted = code_of(interrupt), True
         finally:
@@ -203,12 +202,7 @@ def _check_unchanged(options: Namespace, inputs: InputFiles) -> None:
 
 
 def _run(
-    options: Namespace,
-    asked: _Asked,
-    folder: Folder,
-    inputs: InputFiles,
-    extent: Mapping[str, Any],
-    first: Build,
+    options: Namespace, asked: _Asked, folder: Folder, inputs: InputFiles, first: Build
 ) -> int:
     """Make the runs that are missing."""
     left = [
@@ -229,6 +223,7 @@ def _run(
     # The same one each time: what workers have of a sweep that was killed gives way to it.
     whose = f"{platform.node()} {uuid.getnode()} {folder.path.absolute()}"
     name = f"specc-{uuid.uuid5(uuid.NAMESPACE_URL, whose)}"
+    extent = {option: getattr(options, option) for option in _EXTENT}
     jobs = [
         SweepJob(name, directories[n], asked.settings[n], seed, extent, options.limit)
         for n, seed in left
