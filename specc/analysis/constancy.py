@@ -78,14 +78,14 @@ class Constancy:
 
     def parts(self, condition: Condition) -> Iterator[ConstantPart]:
         """The innermost parts of a condition that are constant; the condition itself may be."""
-        return self._parts(ExpressionText(condition.when, condition.place, "when"), condition)
+        return self._parts(text_of(condition), condition)
 
     def parts_elsewhere(self) -> Iterator[ConstantPart]:
         """Those of functions, and of the lets that no condition names, as truth tables tell."""
         self._in_conditions = False
         for function in self._subsystem.functions:
             for item in function.assignments:
-                yield from self._parts(ExpressionText(item.value, item.place, "is"))
+                yield from self._parts(text_of(item))
         for let in self._subsystem.lets:
             self._found = []
             self._of_lets[let.name]

@@ -12,21 +12,12 @@ from specc.analysis.graph import CAUSES
 from specc.analysis.guards import said
 from specc.analysis.reads import Dependences
 from specc.analysis.unknown_parts import possibly
-from specc.model.expr import (
-    Clock,
-    Compare,
-    Expr,
-    Number,
-    has_unknown,
-)
+from specc.model.expr import Expr, has_unknown
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
 from specc.model.logic import joined
 from specc.model.system import Subsystem
-from specc.model.types import Bool, Real
-from specc.model.units import SECOND
 from specc.proof import Prover, RowVerdict
 
-_ELAPSED = Clock("elapsed", type=Real(SECOND))
 _MOST_TURNS = 24
 """Most periods of one state in which it is checked whether it has ended."""
 
@@ -149,25 +140,19 @@ class Durations:
     def _found(self, behaviour: Behaviour) -> _Ending | None:
         error, terminal = behaviour.error, behaviour.terminal
         either = joined("or", (error.when, terminal.when))
-        for time_s in self._candidates(either):
-            now = Compare("==", _ELAPSED, _seconds(time_s), type=Bool())
+        for periods in self._candidates(either):
+            now = self._prover.lasted("==", periods)
             if self._prover.implies([now], either):
                 alone = self._prover.implies([now], error.when)
                 other = not alone and self._prover.implies([now], terminal.when)
-                by_then = Compare("<=", _ELAPSED, _seconds(time_s), type=Bool())
+                by_then = self._prover.lasted("<=", periods)
                 return _Ending(
-                    time_s,
+                    periods / self._subsystem.rate_hz,
                     (not other, not alone),
                     {cause: [*said(behaviour.ended(cause)), by_then] for cause in CAUSES},
                 )
         return None
 
-    def _candidates(self, ends: Expr) -> list[Fraction]:
+    def _candidates(self, ends: Expr) -> list[int]:
         """The first period, and those at which time turns a part of what ends a state."""
-        period_s = 1 / self._subsystem.rate_hz
-        turns = sorted(self._prover.turning(ends))[:_MOST_TURNS]
-        return [count * period_s for count in sorted({1, *turns})]
-
-
-def _seconds(time_s: Fraction) -> Number:
-    return Number(float(time_s), type=Real(SECOND))
+        return sorted({1, *sorted(self._prover.turning(ends))[:_MOST_TURNS]})

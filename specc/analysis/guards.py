@@ -182,17 +182,15 @@ def uses(subsystem: Subsystem, rows: Iterable[Transition]) -> Iterator[Evaluatio
     for memory in subsystem.memory:
         yield Evaluation(text_of(memory), memory)
     for axiom in subsystem.axioms:
-        yield Evaluation(ExpressionText(axiom.that, axiom.place, ""), axiom)
+        yield Evaluation(text_of(axiom), axiom)
     leaving = grouped((row.source, row) for row in rows)
     for state in subsystem.states:
         for function in state.behaviour.functions:
             for item in function.assignments:
-                yield Evaluation(ExpressionText(item.value, item.place, "is"), function, state)
+                yield Evaluation(text_of(item), function, state)
         for tests, conditions in asked(state, leaving.get(state.name, ())):
             for condition in conditions:
-                yield Evaluation(
-                    ExpressionText(condition.when, condition.place, "when"), condition, state, tests
-                )
+                yield Evaluation(text_of(condition), condition, state, tests)
 
 
 # Conditions that say that something is there.

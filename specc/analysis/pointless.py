@@ -170,7 +170,7 @@ class PointlessParts:
         for item in (item for item in assigned if not item.peer):
             value, memory = item.value, MemoryRef(item.name, type=item.value.type)
             if number(value) == number(memory):
-                text = ExpressionText(value, item.place, "is")
+                text = text_of(item)
                 yield PointlessPart("unchanged", value, text, (memory,), (text, value))
 
     def _tolerances(

@@ -21,6 +21,7 @@ from specc.model.expr import (
     children,
     walk,
 )
+from specc.model.fsm import Assignment, Axiom, Condition
 from specc.model.requirement import expressions
 from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import InputName
@@ -48,11 +49,16 @@ class ExpressionText(NamedTuple):
         return text.within(*node.span)
 
 
-def text_of(named: Constant | Let | Memory) -> ExpressionText:
-    """The text of what has a name in expressions."""
-    if isinstance(named, Memory):
-        return ExpressionText(named.init, named.place, "init")
-    return ExpressionText(named.value, named.place, "is")
+def text_of(part: Constant | Let | Memory | Condition | Assignment | Axiom) -> ExpressionText:
+    """The expression of a part, and its text."""
+    match part:
+        case Memory(init=init):
+            return ExpressionText(init, part.place, "init")
+        case Condition(when=when):
+            return ExpressionText(when, part.place, "when")
+        case Axiom(that=that):
+            return ExpressionText(that, part.place, "")
+    return ExpressionText(part.value, part.place, "is")
 
 
 def texts(owner: Subsystem | System) -> Iterator[ExpressionText]:
@@ -71,12 +77,10 @@ def texts(owner: Subsystem | System) -> Iterator[ExpressionText]:
         )
     yield from map(text_of, owner.memory)
     yield from map(text_of, owner.lets)
-    yield from (
-        ExpressionText(condition.when, condition.place, "when") for condition in owner.conditions
-    )
+    yield from map(text_of, owner.conditions)
     for function in owner.functions:
-        yield from (ExpressionText(item.value, item.place, "is") for item in function.assignments)
-    yield from (ExpressionText(axiom.that, axiom.place, "") for axiom in owner.axioms)
+        yield from map(text_of, function.assignments)
+    yield from map(text_of, owner.axioms)
 
 
 def nodes(subsystem: Subsystem) -> Sequence[Expr]:

@@ -156,7 +156,7 @@ def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
                 f"`{node.short}` is fresh sometimes after {few} and sometimes "
                 f"after {few + 1} periods of `{reader.qualified_name}`",
                 element.place,
-                f"{float(sender.rate_hz):g} Hz does not divide {float(reader.rate_hz):g} Hz",
+                f"{_rate(sender)} does not divide {_rate(reader)}",
                 tuple(_with_rate(s) for s in (sender, reader)),
                 (
                     "choose rates of which one divides the other, or say with "
@@ -172,7 +172,7 @@ def _sender(node: InputNode, facts: Facts) -> Subsystem | None:
 
 
 def _with_rate(subsystem: Subsystem) -> Related:
-    words = f"`{subsystem.qualified_name}`, {float(subsystem.rate_hz):g} Hz"
+    words = f"`{subsystem.qualified_name}`, {_rate(subsystem)}"
     return Related(subsystem.place.below("rate"), words)
 
 
@@ -215,7 +215,7 @@ def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
         reader = facts.wires.subsystems.get(hop.node.reader)
         if reader is None:
             continue
-        rate = f"`{reader.qualified_name}`, {float(reader.rate_hz):g} Hz"
+        rate = f"`{reader.qualified_name}`, {_rate(reader)}"
         read_s = hop.read_s - oldest.measured_s
         words = f"{rate}, reads it after {ms(read_s)}"
         if hop is not oldest:
@@ -313,8 +313,7 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
         for reader in misfit.readers:
             yield Diagnostic(
                 "E0509",
-                f"{float(rate):g} Hz does not fit the {float(reader.rate_hz):g} Hz of "
-                f"`{reader.qualified_name}`",
+                f"{float(rate):g} Hz does not fit the {_rate(reader)} of `{reader.qualified_name}`",
                 place,
                 related=(Related(reader.place.below("rate"), "reads it at this rate"),),
                 help="make one rate a whole multiple of the other",

@@ -166,7 +166,7 @@ def _parts(
     inputs = tuple(_attribute(module, module.inputs[k], e) for k, e in subsystem.inputs.items())
     outputs = tuple(_attribute(module, module.outputs[k], e) for k, e in subsystem.outputs.items())
     memory = tuple(_attribute(module, module.memory[m.name], m) for m in subsystem.memory)
-    flags, lags = tuple(_flags(module)), tuple(_lags(module))
+    flags, lags = (tuple(_beside(module, kinds)) for kinds in (("fresh", "present"), e.LAGS))
     return {
         "title": in_docstring(subsystem.title or subsystem.name),
         "inputs": inputs,
@@ -209,25 +209,21 @@ def _attribute(module: Module, name: str, item: Element | Memory) -> AttributePl
     return AttributePlan(name, module.annotations.of(item.type), said)
 
 
-def _flags(module: Module) -> Iterator[AttributePlan]:
-    """Flags that are asked for, in order of the buffer's elements."""
-    for kind in ("fresh", "present"):
-        for name in _asked(module, kind):
-            yield AttributePlan(name, "bool", "")
+_BESIDE = {
+    "fresh": ("bool", ""),
+    "present": ("bool", ""),
+    "age": ("float", "s"),
+    "late": ("int", "periods"),
+}
+"""Annotation and comment of what can be asked of an input beside its value."""
 
 
-def _lags(module: Module) -> Iterator[AttributePlan]:
-    """How far behind inputs are, where it is asked for."""
-    for name in _asked(module, "age"):
-        yield AttributePlan(name, "float", "s")
-    for name in _asked(module, "late"):
-        yield AttributePlan(name, "int", "periods")
-
-
-def _asked(module: Module, kind: str) -> Iterator[str]:
-    for (peer, element), name in module.inputs.items():
-        if (kind, peer, element) in module.beside_inputs:
-            yield f"{kind}_{name}"
+def _beside(module: Module, kinds: Iterable[str]) -> Iterator[AttributePlan]:
+    """Attributes for what is asked of inputs, in order of the buffer's elements."""
+    for kind in kinds:
+        for (peer, element), name in module.inputs.items():
+            if (kind, peer, element) in module.beside_inputs:
+                yield AttributePlan(f"{kind}_{name}", *_BESIDE[kind])
 
 
 def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> Iterator[str]:

@@ -116,11 +116,11 @@ class Timer:
             found |= self.decided(part)
         return found
 
-    def before(self, period: int) -> Expr:
-        """The condition that the state has lasted fewer periods."""
+    def lasted(self, op: Literal["<", "<=", "=="], periods: int) -> Expr:
+        """The condition that the state has lasted fewer periods, or as many."""
         assert self._numbering.exact_period_s is not None  # there are turns
-        time_s = float(period * self._numbering.exact_period_s)
-        return Compare("<", ELAPSED, Number(time_s, type=ELAPSED.type), type=Bool())
+        time_s = float(periods * self._numbering.exact_period_s)
+        return Compare(op, ELAPSED, Number(time_s, type=ELAPSED.type), type=Bool())
 
     def is_unsure(self, condition: Expr) -> bool:
         """Whether what a run computes from the time may not be what proofs make of it."""

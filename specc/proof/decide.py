@@ -80,13 +80,12 @@ class Question:
         """The `solver` is asked where the tables alone refute."""
         self._solver = solver
         self._conditions = conditions
-        given = conjuncts(context)
-        about = [*conditions, *given]
-        self._given = given
-        self._assumed = given + related(conjuncts(axioms), about)
-        self._more = related(
-            [a for a in conjuncts(axioms) if a not in self._assumed], about, solver.relations.things
-        )
+        self._given = conjuncts(context)
+        self.about = [*conditions, *self._given]
+        """What it is about, without the axioms."""
+        self._assumed = self._given + related(conjuncts(axioms), self.about)
+        others = [axiom for axiom in conjuncts(axioms) if axiom not in self._assumed]
+        self._more = related(others, self.about, solver.relations.things)
         """Axioms that are related only by what their numbers are computed from."""
         self.arrivals = frozenset(
             (variable.peer, variable.element)

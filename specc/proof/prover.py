@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import Literal
 
 from specc.model.expr import Expr
-from specc.model.fsm import Cause, Transition
+from specc.model.fsm import Behaviour, Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof.decide import Question, Solver, can_hold
 from specc.proof.formula import Formula
@@ -20,6 +20,9 @@ from specc.proof.witness import only
 Moment = Literal["conditions", "functions", "start"]
 """When something holds. Axioms hold except at the start of a run; `entered` and `elapsed` are known
 in conditions only, since these are not asked in the first period of a state."""
+
+
+Rows = tuple[Transition, ...]
 
 
 class Prover:
@@ -45,17 +48,13 @@ class Prover:
         self._solver = Solver(self.numbering)
         self._solvers = [self._solver]
         self._formula = self._translator.formula
-        self.turning = self._translator.timer.turning
+        self.turning, self.lasted = self._translator.timer.turning, self._translator.timer.lasted
         self._always_present = frozenset(always_present)
-        self._behaviours = {state.name: state.behaviour for state in subsystem.states}
-        self._rows: dict[tuple[str, Cause], tuple[Transition, ...]] = {}
-        for row in subsystem.transitions:
-            key = row.source, row.cause
-            self._rows[key] = (*self._rows.get(key, ()), row)
+        self._subsystem = subsystem
         self._assumed = tuple(axiom.that for axiom in subsystem.axioms)
         self._axioms = tuple(map(self._formula, self._assumed))
         self._questions: dict[object, Question] = {}
-        self._asked: dict[tuple[str, Cause, int | None], Question] = {}
+        self._asked: dict[tuple[str, Cause, int | None], tuple[Question, Rows]] = {}
         self._alike: dict[tuple[object, ...], Question] = {}
         """By the conditions that are asked, which most states have in common, by identity."""
         self._decisions: dict[object, Decision] = {}
@@ -85,8 +84,7 @@ class Prover:
         `present` and `fresh` name inputs that are known to have a value in the conditions of the
         state, or a new one; `without` leaves an axiom out, by its index.
         """
-        rows = self._rows.get((state, cause), ())
-        question = self._question(state, cause, without)
+        question, rows = self._question(state, cause, without)
         known = question.arrivals.intersection(present) - self._always_present
         new = question.arrivals.intersection(fresh)
         key = (question, known, new)
@@ -97,18 +95,22 @@ class Prover:
             self._decisions[key] = _where_fresh(decision, came)
         return RowVerdict(rows, _with_repair(self._decisions[key], rows))
 
-    def _question(self, state: str, cause: Cause, without: int | None) -> Question:
-        """What is asked about a state and cause; states whose conditions are the same share it."""
+    def _question(self, state: str, cause: Cause, without: int | None) -> tuple[Question, Rows]:
+        """What is asked about the rows of a state and cause, and these.
+
+        States whose conditions are the same share a question.
+        """
         place = state, cause, without
         if place not in self._asked:
-            rows, behaviour = self._rows.get((state, cause), ()), self._behaviours[state]
+            rows = tuple(row for _, row in self._subsystem.rows(state, cause))
+            behaviour = self._subsystem.state(state).behaviour
             ends = id(behaviour.error.when), id(behaviour.terminal.when)
             alike = cause, without, *ends, *[id(row.condition.when) for row in rows]
             if alike not in self._alike:
                 conditions = tuple(self._formula(row.condition.when) for row in rows)
-                key = conditions, self._context(state, cause), without
+                key = conditions, self._context(behaviour, cause), without
                 self._alike[alike] = self._questions.get(key) or self._new_question(*key)
-            self._asked[place] = self._alike[alike]
+            self._asked[place] = self._alike[alike], rows
         return self._asked[place]
 
     def _new_question(
@@ -121,9 +123,8 @@ class Prover:
 
     def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
         """Whether an axiom, by its index, has to do with the rows of a state and cause."""
-        rows = self._rows.get((state, cause), ())
-        about = [*(self._formula(row.condition.when) for row in rows), *self._context(state, cause)]
-        near = related(conjuncts(self._axioms), about, self._solver.relations.things)
+        question, _ = self._question(state, cause, None)
+        near = related(conjuncts(self._axioms), question.about, self._solver.relations.things)
         return any(part in near for part in conjuncts((self._axioms[axiom],)))
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
@@ -180,10 +181,10 @@ class Prover:
                 core = rest
         return tuple(core)
 
-    def _context(self, state: str, cause: Cause) -> tuple[Formula, ...]:
-        """What holds when a state ends by a cause."""
-        negation, ended = self._translator.make.negation, self._behaviours[state].ended(cause)
-        asked = ((self._formula(when), held) for when, held in ended)
+    def _context(self, behaviour: Behaviour, cause: Cause) -> tuple[Formula, ...]:
+        """What holds when a behaviour has ended by a cause."""
+        negation = self._translator.make.negation
+        asked = ((self._formula(when), held) for when, held in behaviour.ended(cause))
         return tuple(formula if held else negation(formula) for formula, held in asked)
 
     @cached_property
@@ -209,7 +210,7 @@ def _where_fresh(decision: Decision, came: Iterable[Expr]) -> Decision:
     return replace(decision, gap=gap, overlap=overlap) if known else decision
 
 
-def _with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
+def _with_repair(decision: Decision, rows: Rows) -> Decision:
     """The decision with a repair in terms of the other condition where none is short."""
     overlap = decision.overlap
     if overlap is None or overlap.repair is not None or overlap.repaired is None:

@@ -171,7 +171,7 @@ class Translator:
         formula = self.make.constant(holds)
         for turn in reversed(turns.at):
             holds = not holds
-            asked = (expr, holds) if len(turns.at) == 1 else (self.timer.before(turn), True)
+            asked = (expr, holds) if len(turns.at) == 1 else (self.timer.lasted("<", turn), True)
             periods = Quantity("periods", (), True, 1.0)
             before = self.make.atom(Atom(periods, ("<", float(turn)), *asked))
             formula = self.make.choice(before, self.make.constant(holds), formula)
