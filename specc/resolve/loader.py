@@ -90,7 +90,7 @@ class Loader:
         self.findings.diagnostics += [_at(finding, named_at) for finding in document.diagnostics]
         if not document.ok:
             return None
-        data, faults = unfolded(document.data, SpecFile, path)
+        data, faults = unfolded(document.data, path)
         spec, wrong = (None, []) if faults else shape(SpecFile, data, path)
         self.findings.diagnostics += (*faults, *wrong)
         if spec is None:

@@ -29,12 +29,13 @@ from specc.source import Route
 @frozen
 class Stand:
     """A value on the way down a file: its kind, None if the schema has none for it, the key that
-    it stands below, and what its own name defines.
+    it stands below, and what its own name defines. That may be a name which somebody has chosen.
     """
 
     kind: Kind | None
     key: Key | None = None
     defines: SymbolKind | None = None
+    is_chosen: bool = False
 
     def below(self, step: str | int) -> Stand:
         """What stands one step below."""
@@ -46,8 +47,20 @@ class Stand:
         if isinstance(kind, Named):
             inner = bare(kind.value)
             named = None if self.key is None or isinstance(inner, Named) else self.key.defines
-            return Stand(inner, self.key, named)
+            return Stand(inner, self.key, named, is_chosen=True)
         return UNKNOWN
+
+    @property
+    def alone(self) -> Stand:
+        """What a single value is that stands in place of the mapping or the list."""
+        if isinstance(self.kind, type) and self.kind.short:
+            return self.below(self.kind.short)
+        is_alone = isinstance(self.kind, Several) and bool(self.kind.how.alone)
+        return self.below(0) if is_alone else self
+
+    def takes(self, key: str) -> bool:
+        """Whether it is a mapping that has the key."""
+        return isinstance(self.kind, type) and key in self.kind.keys
 
     @property
     def is_table(self) -> bool:
@@ -103,11 +116,7 @@ def defined_by(route: Route) -> SymbolKind | None:
 
 def role_of(route: Route) -> Role | None:
     """What the value at a route is; rows of a table may be lists or mappings."""
-    kind = at(route).kind
-    if isinstance(kind, type) and kind.short:
-        kind = bare(kind.keys[kind.short].kind)
-    elif isinstance(kind, Several) and kind.how.alone:
-        kind = kind.item
+    kind = at(route).alone.kind
     return kind.role if isinstance(kind, Text) else None
 
 
@@ -123,8 +132,6 @@ def keys_at(route: Route) -> dict[str, str]:
 
 def values_at(route: Route) -> list[str]:
     """The values that the one at a route is chosen from; empty if it is free."""
-    kind = at(route).kind
-    if isinstance(kind, type) and kind.short:
-        kind = bare(kind.keys[kind.short].kind)
+    kind = at(route).alone.kind
     values = kind.values if isinstance(kind, OneOf) else ()
     return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ast
 import operator
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from keyword import iskeyword
@@ -20,7 +20,8 @@ from specc.diagnostics import Diagnostic
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import names_in
 from specc.limits import MAX_COPIES, MAX_VALUES
-from specc.schema.keys import OTHERS, Kind, Named, Part, Several, Text, bare
+from specc.schema.keys import Several, Text
+from specc.schema.places import FILE, Stand
 from specc.source import Place, Route
 
 FOR = "for"
@@ -41,13 +42,13 @@ def route_below(value: object, key: str | int, route: Route) -> Route:
     return routes.get(key) or (*route, key)
 
 
-def unfolded(data: Any, kind: type[Part], file: str) -> tuple[Any, list[Diagnostic]]:
+def unfolded(data: Any, file: str) -> tuple[Any, list[Diagnostic]]:
     """The data of a file without `for`, and what is wrong with those that it had."""
     if not _has_for(data):
         return data, []
     unfolding = _Unfolding(file)
     try:
-        made = unfolding.value(kind, data, (), {})
+        made = unfolding.value(FILE, data, (), {})
     except _TooManyError as error:
         unfolding.tell("E0017", str(error), error.route, _FEWER)
         made = data
@@ -86,48 +87,49 @@ class _Unfolding:
     findings: list[Diagnostic] = field(default_factory=list)
     values: int = 0
 
-    def value(self, kind: Kind, value: Any, route: Route, indices: Indices) -> Any:
+    def value(self, here: Stand, value: Any, route: Route, indices: Indices) -> Any:
         """What a value becomes for the values of the indices around it."""
         self.values += 1 + (len(value) // _LONG if isinstance(value, str) else 0)
         if self.values > MAX_VALUES:
             message = f"with its parts unfolded, the file has more than {MAX_VALUES} values"
             raise _TooManyError(message, route[:2])
-        kind = _shortened(bare(kind), value)
         if isinstance(value, dict):
-            return self._mapping(kind, value, route, indices)
+            return self._mapping(here, value, route, indices)
         if isinstance(value, list):
-            return self._list(kind, value, route, indices)
+            return self._list(here, value, route, indices)
         if isinstance(value, str) and indices:
+            kind = here.alone.kind
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
             return self._filled(value, indices, route, padded=form in _EXPRESSIONS)
         return value
 
-    def _list(self, kind: Kind, value: list[Any], route: Route, indices: Indices) -> list[Any]:
-        kinds = _of_items(kind, len(value))
-        for index, (inner, one) in enumerate(zip(kinds, value, strict=True)):
-            if isinstance(one, dict) and FOR in one and FOR in _keys(inner):
+    def _list(self, here: Stand, value: list[Any], route: Route, indices: Indices) -> list[Any]:
+        for index, one in enumerate(value):
+            if isinstance(one, dict) and FOR in one and here.below(index).takes(FOR):
                 words = "an item of a list has no name, so there is nothing for `for` to count"
                 at = (*route, index, FOR)
                 self.tell("E0108", words, at, "write `for` below a name", is_key=True)
-        items = enumerate(zip(kinds, value, strict=True))
-        return [self.value(k, one, (*route, n), indices) for n, (k, one) in items]
+        return [
+            self.value(here.below(index), one, (*route, index), indices)
+            for index, one in enumerate(value)
+        ]
 
-    def _mapping(self, kind: Kind, value: dict[Any, Any], route: Route, indices: Indices) -> Any:
+    def _mapping(self, here: Stand, value: dict[Any, Any], route: Route, indices: Indices) -> Any:
         made: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
+        here = _item(here)
         for key, one in value.items():
-            inner, is_chosen = _below(kind, key)
-            inner = _shortened(inner, one) if isinstance(one, dict) else inner
+            inner = here.below(key)
             at = route_below(value, key, route)
             copies: Iterator[tuple[Any, Any]]
-            is_many = isinstance(one, dict) and FOR in one and FOR in _keys(inner)
-            if is_many and not is_chosen:
+            is_many = isinstance(one, dict) and FOR in one and _item(inner).takes(FOR)
+            if is_many and not inner.is_chosen:
                 words = f"there is only one `{key}`, so there is nothing for `for` to count"
                 self.tell("E0108", words, (*at, FOR), "write `for` below a name", is_key=True)
-            if is_many and is_chosen:
+            if is_many and inner.is_chosen:
                 copies = self._copies(inner, str(key), one, at, indices)
             else:
-                name = self._name(key, indices, at) if indices and is_chosen else key
+                name = self._name(key, indices, at) if indices and inner.is_chosen else key
                 copies = iter([(name, self.value(inner, one, at, indices))])
             for name, copy in copies:
                 if name in made and not _BRACES.search(str(name)):
@@ -139,7 +141,7 @@ class _Unfolding:
         return Unfolded(made, routes) if routes else made
 
     def _copies(
-        self, kind: Kind, name: str, value: dict[Any, Any], at: Route, around: Indices
+        self, here: Stand, name: str, value: dict[Any, Any], at: Route, around: Indices
     ) -> Iterator[tuple[str, Any]]:
         """Name and value of each copy of a part; without braces, the indices end the name."""
         ranges = self._ranges(value[FOR], (*at, FOR), around)
@@ -156,7 +158,7 @@ class _Unfolding:
                 words = f"`{copy}` is no name: an index in it is negative"
                 self.tell("E0108", words, (*at, FOR), _NO_NEGATIVE)
                 return
-            yield copy, self.value(kind, {**value, FOR: own}, at, indices)
+            yield copy, self.value(here, {**value, FOR: own}, at, indices)
 
     def _ranges(self, value: Any, route: Route, around: Indices) -> dict[str, range] | None:
         """The values of each index, or None after reporting."""
@@ -287,41 +289,7 @@ _OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
 }
 
 
-# What stands below a value, by the schema.
-
-
-def _shortened(kind: Kind, value: Any) -> Kind:
-    """The kind of a scalar or a mapping that stands for a mapping or a list."""
-    if isinstance(value, str) and isinstance(kind, type) and kind.short:
-        return bare(kind.keys[kind.short].kind)
-    if not isinstance(kind, Several):
-        return kind
-    is_alone = isinstance(value, dict) and dict in kind.how.alone
-    return bare(kind.item) if is_alone or isinstance(value, str) else kind
-
-
-def _below(kind: Kind, key: Any) -> tuple[Kind, bool]:
-    """The kind of the value at a key, and whether the key is a name that somebody chose."""
-    if isinstance(kind, Named):
-        return bare(kind.value), True
-    if isinstance(kind, type):
-        if key in kind.keys:
-            return bare(kind.keys[key].kind), False
-        if OTHERS in kind.keys:
-            return _below(bare(kind.keys[OTHERS].kind), key)
-    return _ANYTHING, False
-
-
-def _of_items(kind: Kind, count: int) -> list[Kind]:
-    if isinstance(kind, Several):
-        return [bare(kind.item)] * count
-    if isinstance(kind, type) and len(kind.row) == count:
-        return [bare(kind.keys[key].kind) for key in kind.row]
-    return [_ANYTHING] * count
-
-
-def _keys(kind: Kind) -> Collection[str]:
-    return kind.keys if isinstance(kind, type) else ()
-
-
-_ANYTHING = Text()
+def _item(here: Stand) -> Stand:
+    """What a mapping is that stands here, perhaps in place of a list with one item."""
+    is_alone = isinstance(here.kind, Several) and dict in here.kind.how.alone
+    return here.alone if is_alone else here

@@ -46,7 +46,7 @@ def test_every_kind_of_value_is_made(key: str) -> None:
 
 def test_every_file_of_the_corpus_is_made_or_told() -> None:
     for path in (*SPECS[::3], *CASES[::12]):
-        data, faults = unfolded(read_file(str(path)).data, SpecFile, str(path))
+        data, faults = unfolded(read_file(str(path)).data, str(path))
         if not faults:
             found, told = shape(SpecFile, data, str(path))
             assert (found is None) == bool(told), path
