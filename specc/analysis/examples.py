@@ -10,7 +10,7 @@ from specc.analysis.facts import Facts
 from specc.analysis.machine import Decided
 from specc.analysis.unknown_parts import is_vague, sure, unmet
 from specc.lang.kinds import first_value
-from specc.lang.samples import Value
+from specc.lang.values import Value
 from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem

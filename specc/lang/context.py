@@ -10,9 +10,9 @@ from typing import TypeVar
 
 from specc.frozen import frozen
 from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, each, one_of, origins
-from specc.lang.mismatch import fits, scalar_unit, way_out
+from specc.lang.mismatch import fits, missing_unit, scalar_unit, way_out
 from specc.lang.parse import span
-from specc.model.expr import FRAMELESS, Expr, Items, Nothing, Number, Sure, TextLiteral, Unknown
+from specc.model.expr import FRAMELESS, Expr, Items, Nothing, Sure, TextLiteral, Unknown
 from specc.model.types import (
     Bool,
     Enum,
@@ -20,7 +20,6 @@ from specc.model.types import (
     OptionalOf,
     PartialOf,
     Pose,
-    Real,
     Spatial,
     Type,
     Vector,
@@ -225,7 +224,8 @@ def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
     help, code = "", "E0313"
     if scalar_unit(a) is not None and scalar_unit(b) is not None:
         code = "E0311"
-        help = _unit_help(ctx, left, b) or _unit_help(ctx, right, a)
+        help = missing_unit(left[1], b, ctx.quote(left[0]))
+        help = help or missing_unit(right[1], a, ctx.quote(right[0]))
     elif isinstance(a, (Spatial, Pose)) and type(a) is type(b):
         code, help = "E0312", "express both in the same frames first"
     elif isinstance(a, Vector) and isinstance(b, Vector) and (a.frame or b.frame):
@@ -252,11 +252,4 @@ def _of_points(a: Vector, b: Vector) -> tuple[str, str]:
 def _member_help(side: Expr, other: Type) -> str:
     if isinstance(side, TextLiteral) and isinstance(other, Enum):
         return f"members are written without quotes: {one_of(other.members)}"
-    return ""
-
-
-def _unit_help(ctx: Context, side: Side, other: Type) -> str:
-    plain = Real().unit
-    if isinstance(side[1], Number) and scalar_unit(side[1].type) == plain != scalar_unit(other):
-        return f"a number carries its unit: `{ctx.quote(side[0])}[{scalar_unit(other)}]`"
     return ""

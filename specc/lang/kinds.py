@@ -13,8 +13,7 @@ from functools import partial
 from typing import Any
 
 from specc.lang.kind import Kind, Of, Python, Value
-from specc.lang.samples import Fields, Gone, Token
-from specc.lang.values import compose, translation
+from specc.lang.values import Fields, Gone, Token, compose, translation
 from specc.model import expr as m
 from specc.model import types as t
 from specc.model.types import Type

@@ -106,12 +106,20 @@ def way_out(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
     )
 
 
+def missing_unit(expr: Expr, expected: Type, text: str) -> str:
+    """What helps a bare number where a number with a unit is expected; "" for anything else."""
+    wanted = scalar_unit(expected)
+    is_bare = isinstance(expr, Number) and scalar_unit(expr.type) == DIMENSIONLESS
+    is_missing = is_bare and wanted not in (None, DIMENSIONLESS)
+    return f"a number carries its unit: `{text}[{wanted}]`" if is_missing else ""
+
+
 def _unit_help(expr: Expr, expected: Type, text: str) -> str:
     actual, wanted = scalar_unit(expr.type), scalar_unit(expected)
     if actual is None or wanted is None:
         return ""
-    if isinstance(expr, Number) and actual == DIMENSIONLESS != wanted:
-        return f"a number carries its unit: `{text}[{wanted}]`"
+    if missing := missing_unit(expr, expected, text):
+        return missing
     for by, verb in ((RADIAN, "divide"), (RADIAN**-1, "multiply")):
         if actual == wanted * by:
             return f"an angle is not a plain number; {verb} it by `1[rad]` if it is meant as one"

@@ -10,7 +10,7 @@ from specc_runtime import contracts, forms
 
 from specc.lang import Environment, evaluate
 from specc.lang.kinds import KINDS, first_value, kind, others
-from specc.lang.samples import Gone
+from specc.lang.values import Gone
 from specc.model import types as t
 from specc.model.types import Type
 from specc.model.units import RADIAN

@@ -11,7 +11,7 @@ from specc.frozen import frozen
 from specc.lang import show
 from specc.lang.dependence_order import InOrder
 from specc.lang.kinds import kind
-from specc.lang.samples import Fields, Value
+from specc.lang.values import Fields, Value
 from specc.model import expr as m
 from specc.model.types import (
     Bool,

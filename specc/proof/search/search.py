@@ -10,8 +10,8 @@ from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import first_value, kind, others
-from specc.lang.samples import Fields, Value, alike
 from specc.lang.signs import SIGNS
+from specc.lang.values import Fields, Value, alike
 from specc.model import expr as m
 from specc.model.expr import Expr
 from specc.model.fsm import Cause

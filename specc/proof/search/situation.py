@@ -10,7 +10,7 @@ from specc.frozen import frozen
 from specc.lang import Environment, evaluate
 from specc.lang.dependence_order import InOrder
 from specc.lang.kinds import first_value
-from specc.lang.samples import Value, alike
+from specc.lang.values import Value, alike
 from specc.model import expr as m
 from specc.model.expr import Expr
 from specc.model.logic import negation

@@ -1,6 +1,6 @@
 """Why conditions held or not at a moment of a recorded run: values, and reasons in words."""
 
-from specc.lang.samples import Gone
+from specc.lang.values import Gone
 from specc.tools.why.moment import Moment, NotKnown, value_of
 from specc.tools.why.reasons import Reasons, shown
 

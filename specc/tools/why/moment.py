@@ -16,7 +16,7 @@ from typing import Any
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.kind import Sort
 from specc.lang.kinds import kind
-from specc.lang.samples import Gone
+from specc.lang.values import Gone
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
 from specc.model.types import (

@@ -10,9 +10,8 @@ from typing import Any
 from specc.diagnostics.phrases import clipped
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
-from specc.lang.samples import Fields, Gone
 from specc.lang.show import show
-from specc.lang.values import angle, position
+from specc.lang.values import Fields, Gone, angle, position
 from specc.model import expr as m
 from specc.model.logic import joined
 from specc.model.types import (

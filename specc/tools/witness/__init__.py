@@ -4,8 +4,7 @@ A test that `specc witness` wrote imports from here what it needs: `Trial`, and 
 spelled with.
 """
 
-from specc.lang.samples import Fields, Token
-from specc.lang.values import translation
+from specc.lang.values import Fields, Token, translation
 from specc.tools.witness.trial import Trial
 
 __all__ = ["Fields", "Token", "Trial", "translation"]

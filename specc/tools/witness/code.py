@@ -22,7 +22,7 @@ from specc_runtime.stepping import Stepper, array
 from specc.analysis.reads import nodes
 from specc.frozen import frozen
 from specc.lang.kinds import first_value, kind
-from specc.lang.samples import Fields, Value, alike
+from specc.lang.values import Fields, Value, alike
 from specc.lower.annotations import PythonTypes, named_types
 from specc.lower.module import Module
 from specc.model.expr import Lag

@@ -10,7 +10,7 @@ from zlib import crc32
 
 from specc.atomic_files import replacing
 from specc.emit import emit
-from specc.lang.samples import spelled
+from specc.lang.values import spelled
 from specc.lower import FilePlan
 from specc.tools.witness.code import Periods, Placed, Script, Values, input_text
 from specc.tools.witness.subject import Refutation

@@ -10,7 +10,7 @@ from unittest import SkipTest
 
 from specc_runtime.faults import UndecidedTransition
 
-from specc.lang.samples import Value
+from specc.lang.values import Value
 from specc.model.system import System
 from specc.pipeline import read_spec
 from specc.proof.search import Answer
