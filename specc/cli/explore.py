@@ -1,4 +1,4 @@
-"""`specc explore`: what can go wrong between the machines of a system."""
+"""`specc explore`: what can go wrong between the machines of a system, with recordings of it."""
 
 from __future__ import annotations
 
@@ -19,10 +19,9 @@ from specc.cli.streams import Refused
 from specc.diagnostics.report import report
 from specc.frozen import frozen
 from specc.lang.show import show
-from specc.model.requirement import reach_s
+from specc.model.requirement import Requirement, reach_s
 
 if TYPE_CHECKING:
-    from specc.model.requirement import Requirement
     from specc.pipeline import Build
     from specc.tools.explore.explorer import Exploration
     from specc.tools.explore.findings import TracedFinding

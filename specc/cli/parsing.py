@@ -1,4 +1,7 @@
-"""Parsers of command lines: what is mistyped is told with the nearest name; texts become values."""
+"""Parsers of command lines: what is mistyped is told with the nearest name; texts become values.
+
+Shells ask them how a command line may go on.
+"""
 
 from __future__ import annotations
 
