@@ -88,7 +88,7 @@ class Durations:
             return
         ended_by = tuple(compress(conditions, ending.by))
         end = ending.over_s, ended_by, any(self._prover.turning(end.when) for end in ended_by)
-        for cause, condition in zip(CAUSES[::-1], conditions, strict=True):
+        for cause, condition in behaviour.endings:
             verdict = self._verdict(state.name, cause)
             if not verdict.decision.possible:
                 continue

@@ -104,11 +104,8 @@ def possible(cause: Cause) -> Approximation:
 
 def is_vague(subsystem: Subsystem, state: State, cause: Cause) -> bool:
     """Whether something about the rows of a state and cause is unknown."""
-    behaviour = state.behaviour
-    conditions = [behaviour.error, *(row.condition for _, row in subsystem.rows(state.name, cause))]
-    if cause == "terminal":
-        conditions.append(behaviour.terminal)
-    return any(has_unknown(condition.when) for condition in conditions)
+    rows = (row.condition.when for _, row in subsystem.rows(state.name, cause))
+    return any(map(has_unknown, (*(when for when, _ in state.behaviour.ended(cause)), *rows)))
 
 
 def _row(row: Transition, bound: Rewriting) -> Transition:
