@@ -93,8 +93,10 @@ def parts_used(facts: Facts) -> Iterator[Diagnostic]:
         # Nothing can name these in an expression, which is an error of its own.
         readable = (part for part in parts if isinstance(part, Let | Memory))
         start |= {_label(part) for part in readable if part.name in RESERVED}
-        places = {_label(part): part.place for part in parts}
-        yield from _unused("W0611", places, {_label(p): _names(p) for p in parts}, start)
+        labelled = {_label(part): part for part in parts}
+        places = {label: part.place for label, part in labelled.items()}
+        edges = {label: _names(part) for label, part in labelled.items()}
+        yield from _unused("W0611", places, edges, start)
 
 
 def _label(part: Part) -> str:
