@@ -109,7 +109,7 @@ class _Check:
         if type(value) in kind.how.alone:
             value = [value]
         if not isinstance(value, list):
-            self._misfit("a list", value, route, kind.how.help)
+            self._misfit("a list", value, route, kind.how.help or _list_form(kind.item))
         elif most is not None and len(value) > most:
             self._refuse(f"{_name(route)}a list must have at most {most} items", "", route)
         elif len(value) < least:
@@ -240,6 +240,12 @@ def _way_to(expected: str, value: Any) -> str:
     if expected == "a list" and isinstance(value, str) and _PLAIN.fullmatch(value):
         return f"write `[{value}]`"
     return _WRITTEN[expected]
+
+
+def _list_form(item: Kind) -> str:
+    """How a list of such items is written, if they have rows."""
+    row = item.row if isinstance(item, type) else ()
+    return f"write a list of rows, each on a line of its own: `- [{', '.join(row)}]`" if row else ""
 
 
 def _form(part: type[Part]) -> str:

@@ -100,9 +100,9 @@ def test_a_missing_key_points_at_the_key_of_its_mapping() -> None:
 
 def test_a_way_out_is_written_for_what_stands_there() -> None:
     assert findings(open={"m": "x"})[0][-1] == "write `{type: ...}`"
-    assert findings(rows="a")[0][-1] == "write `[a]`"
+    assert findings(names="a")[0][-1] == "write `[a]`"
     assert findings(open={"eq": "a"})[0][-1] == "write a number or a list of numbers, e.g. `[4, 5]`"
-    assert findings(rows="a, b")[0][-1].startswith("a list is written `[a, b]`")
+    assert findings(names="a, b")[0][-1].startswith("a list is written `[a, b]`")
     assert findings(flag=[])[0][-1] == "write `true` or `false`, without quotes"
     assert findings(system=5)[0][-1] == 'a value in quotes is text: `"5"`'
 
@@ -125,6 +125,12 @@ def test_a_mistyped_key_is_not_missing_as_well() -> None:
     assert [item[0] for item in findings(open={"m": {"tipe": "x"}})] == ["E0101"]
     codes = [item[0] for item in findings(open={"m": {"zzz": "x", "init": 1}})]
     assert sorted(codes) == ["E0101", "E0102"]
+
+
+def test_a_mapping_in_the_place_of_rows_is_told_how_rows_are_written() -> None:
+    ((code, *_, help),) = findings(rows={"a": "int"})
+    assert code == "E0103"
+    assert help == "write a list of rows, each on a line of its own: `- [type, init]`"
 
 
 def test_a_mapping_of_another_kind_is_told_once_with_the_form_that_is_meant() -> None:
