@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Literal
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.signs import SIGNS
 from specc.limits import TooMuchError
-from specc.model.expr import Binary, Builtin, Choice, Expr, Logic, children
+from specc.model.expr import Binary, Builtin, Choice, Expr, Logic, Quantifier, children
 
 
 def no_value(error: Exception) -> str:
@@ -27,16 +28,16 @@ def failure(expr: Expr, value: Callable[[Expr], float | None]) -> str:
 
     `value` gives the number that a part is, None if it is not known.
     """
+    known = [value(part) for part in children(expr)]
     match expr:
         case Binary(op=op) if SIGNS[op].may_fail:
             compute = SIGNS[op].value
+            if op == "/" and known[0] is None:
+                known[0] = 1.0  # whatever it is, only a divisor of zero fails
         case Builtin(name=name) if FUNCTIONS[name].may_fail and FUNCTIONS[name].folds:
             compute = FUNCTIONS[name].value
         case _:
             return ""
-    known = [value(part) for part in children(expr)]
-    if isinstance(expr, Binary) and known[0] is None:
-        known[0] = 1.0  # only zero divides no number
     if None in known:
         return ""
     try:
@@ -46,16 +47,34 @@ def failure(expr: Expr, value: Callable[[Expr], float | None]) -> str:
     return ""
 
 
-def is_asked(whole: Expr, part: Expr, truth: Callable[[Expr], bool | None]) -> bool:
-    """Whether a part of an expression is not left out for sure; `truth` is that of conditions."""
+Answer = Literal["yes", "no", "some", "settled"]
+"""Whether a condition holds: always, never, at times, or as constants say that are not known."""
+
+
+def is_asked(whole: Expr, part: Expr, answer: Callable[[Expr], Answer]) -> bool:
+    """Whether no constant leaves a part of an expression out, and nothing goes over no item."""
     if whole is part:
         return True
-    asked = children(whole)
+    return any(is_asked(each, part, answer) for each in _asked(whole, answer))
+
+
+def _asked(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[Expr]:
+    """The parts that some step computes."""
     match whole:
         case Choice(test=test, then=then, otherwise=otherwise):
-            taken = truth(test)
-            asked = [test, *[then] * (taken is not False), *[otherwise] * (taken is not True)]
-        case Logic(op=op):
-            decided = [truth(each) is (op == "or") for each in asked]
-            asked = asked[: decided.index(True) + 1] if True in decided else asked
-    return any(is_asked(each, part, truth) for each in asked)
+            yield test
+            said = answer(test)
+            if said in ("yes", "some"):
+                yield then
+            if said in ("no", "some"):
+                yield otherwise
+        case Logic(op=op, operands=operands):
+            goes_on = "yes" if op == "and" else "no"
+            for operand in operands:
+                yield operand
+                if answer(operand) not in (goes_on, "some"):
+                    return
+        case Quantifier(over=over):
+            yield over
+        case _:
+            yield from children(whole)

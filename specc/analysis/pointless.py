@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 from typing import Literal
 
-from specc.analysis.failures import failure, is_asked
+from specc.analysis.failures import Answer, failure, is_asked
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts
 from specc.frozen import frozen
 from specc.lang import ranges
@@ -155,13 +155,21 @@ class PointlessParts:
         if text.part in self._constants or by_name:
             return False
         if text.part in self._lets:
-            return not any(isinstance(node, ConstantRef) for node in walk(part))
-        return is_asked(text.expr, part, self._truth)
+            return not self._rests_on_constants(part)
+        return is_asked(text.expr, part, self._answer)
 
-    def _truth(self, test: Expr) -> bool | None:
-        """What constants say of a condition."""
+    def _rests_on_constants(self, expr: Expr) -> bool:
+        """Also through lets, and on memory that nothing writes."""
+        on = self._dependences.of(expr)
+        return bool(on.constants) or any((MemoryRef, name) in self._named for name in on.memory)
+
+    def _answer(self, test: Expr) -> Answer:
+        """Whether a condition holds, as far as constants decide it."""
+        value = self._numbering.value(self._numbering.number(test))
         least, greatest = bounded(test, self._known)
-        return bool(least) if least == greatest else None
+        if isinstance(value, bool) or least == greatest:
+            return "yes" if (value if isinstance(value, bool) else least) else "no"
+        return "settled" if self._rests_on_constants(test) else "some"
 
     def _kept(self, owner: Subsystem) -> Iterator[PointlessPart]:
         """Memory that is given the value that it has."""
@@ -333,14 +341,17 @@ class PointlessParts:
 def _in_all_copies(
     found: list[PointlessPart], every: list[ExpressionText]
 ) -> Iterator[PointlessPart]:
-    """Those that are there in all copies of what is written once, for the members of a group."""
+    """Those that are there in all copies of what is written once, for the members of a group.
+
+    Arithmetic that fails in one of them is wrong, too.
+    """
     if not found:
         return
     copies = Counter(_written(text, node) for text in every for node in walk(text.expr))
     alike = Counter(_written(part.text, part.expr) for part in found)
     for part in found:
         key = _written(part.text, part.expr)
-        if alike[key] >= copies[key]:
+        if alike[key] >= copies[key] or part.kind == "fails":
             yield part
 
 

@@ -53,12 +53,12 @@ _CODES = {
     "bounds": "W0332",
     "itself": "W0333",
     "unchanged": "W0338",
-    "fails": "E0334",
+    "fails": "W0340",
 }
 
 
 def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
-    """E0330, E0331, W0332, W0333, E0334 and W0338, once where several uses have one origin."""
+    """E0330, E0331, W0332, W0333, W0338 and W0340, once where several uses have one origin."""
     found: dict[tuple[str, Place], list[PointlessPart]] = {}
     for misfits in (facts.misfits, *(machine.misfits for machine in facts.machines)):
         for misfit in misfits.found:
@@ -127,7 +127,7 @@ def _words(misfit: PointlessPart) -> tuple[str, str]:
             return f"`{show(misfit.expr)}` is all of `{first}`", help_text
         case "fails":
             help_text = "write another number, or a condition under which it is computed"
-            return f"`{first}` has no value: {misfit.why}", help_text
+            return f"`{first}` never has a value: {misfit.why}", help_text
         case "unchanged":
             help_text = "write its new value; memory keeps what no function assigns"
             return f"`{first}` is given the value that it has", help_text

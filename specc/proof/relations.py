@@ -210,8 +210,8 @@ class Relations:
         other place, and so has all answers that it seems to have.
         """
         match atom.expr:
-            case Compare(left=Builtin(name=name, args=(sum_,)), right=right) if FUNCTIONS[
-                name
+            case Compare(left=Builtin(args=(sum_,)) as size, right=right) if FUNCTIONS[
+                size.name
             ].is_size and self._is_known(right):
                 compared: tuple[Expr, ...] = (sum_,)
             case Compare(left=left, right=right):

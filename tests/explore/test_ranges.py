@@ -89,3 +89,100 @@ def test_a_wait_for_what_no_measurement_makes_true_is_found(tmp_path: Path) -> N
     assert "`a.c` can never leave `S0`" in explored(
         tmp_path, "a.m.kept <= fast", "x.m.speed < 2[m/s]"
     )
+
+
+PAIR = """\
+specc: 1.2
+system: pair
+operators:
+  some: {{signature: "(q: int) -> int", python: "tests.soundness.operators:holds"}}
+  turn: {{signature: "(s: real[s]) -> bool", python: "tests.soundness.operators:holds"}}
+agents:
+  b:
+    control:
+      rate: 10 Hz
+      y: {{a: {{s: {type}}}}}
+      memory: {{k: {{type: int, init: 0}}}}
+{sender}
+  a:
+    control:
+      rate: 10 Hz
+      x: {{b: {{s: {{type: {type}, init: 0}}}}}}
+      conditions: {{terminal: {{high: "{high}"}}}}
+      behaviours: {{wait: {{terminal: high}}, end: {{terminal: never}}}}
+      states: {{S0: wait, S1: end}}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S1]]
+require:
+  - {{that: always(state(a.c) == S0), because: it is tried}}
+"""
+COUNTED_RANGE = """\
+      conditions: {terminal: {full: k >= 1000}}
+      functions: {count: {k: k + 1, y.a.s: "clamp(some(k), 0, max(500, k))"}}
+      behaviours: {work: {functions: [count], terminal: full}, rest: {terminal: never}}
+      states: {go: work, full: rest}
+      initial_state: go
+      transitions: [[go, terminal, always, full]]"""
+ROUNDED = """\
+      functions: {count: {k: 1 - k, y.a.s: "clamp(some(k), 0, 9007199254740995)"}}
+      behaviours: {work: {functions: [count], terminal: never}}
+      states: {go: work}
+      initial_state: go"""
+IN_TIME = """\
+      conditions: {terminal: {one: "elapsed > 4.95[s]", two: "elapsed > 0.15[s]"}}
+      functions: {up: {k: k + 1, y.a.s: k}, null_: {k: 0, y.a.s: k}}
+      behaviours:
+        A: {functions: [up], terminal: one}
+        B: {functions: [null_], terminal: two}
+      states: {SA: A, SB: B}
+      initial_state: SA
+      transitions: [[SA, terminal, always, SB], [SB, terminal, always, SA]]"""
+BRANCHING = """\
+      conditions: {terminal: {go: turn(elapsed)}, initial: {full: k > 900, more: k <= 900}}
+      functions: {up: {k: k + 3, y.a.s: k}, null_: {k: 0}}
+      behaviours:
+        A: {terminal: go}
+        U: {functions: [up], terminal: always}
+        B: {functions: [null_], terminal: always}
+      states: {SA: A, SU: U, SB: B}
+      initial_state: SA
+      transitions: [[SA, terminal, more, SU], [SA, terminal, full, SB],
+                    [SU, terminal, always, SA], [SB, terminal, always, SA]]"""
+MAY_GO, STAYS = "may be violated", "proved"
+PAIRS = [
+    (COUNTED_RANGE, "real", "x.b.s > 700", MAY_GO),
+    (ROUNDED, "real", "x.b.s >= 9007199254740996.0", MAY_GO),
+    (ROUNDED, "int", "x.b.s >= 9007199254740996", STAYS),
+    (IN_TIME, "int", "x.b.s == 60", STAYS),
+]
+
+
+@pytest.mark.parametrize(("sender", "of", "high", "verdict"), PAIRS)
+def test_what_counts_and_what_rounds_moves_its_range(
+    sender: str, of: str, high: str, verdict: str, tmp_path: Path
+) -> None:
+    text = PAIR.format(sender=sender, type=of, high=high)
+    (tmp_path / "pair.yaml").write_text(text, encoding="utf-8")
+    done = specc("explore", tmp_path / "pair.yaml")
+    assert f"requirement `always(state(a.c) == S0)`: {verdict}" in done.stdout
+    assert ("`a.c`" in done.stderr and "W100" in done.stderr) or verdict == MAY_GO
+
+
+@pytest.mark.parametrize(("count", "is_found"), [(881, True), (882, False)])
+def test_a_wait_that_ranges_hide_is_found_among_all_values(
+    count: int, is_found: bool, tmp_path: Path
+) -> None:
+    text = PAIR.format(sender=BRANCHING, type="int", high=f"x.b.s == {count}")
+    (tmp_path / "pair.yaml").write_text(text.partition("require:")[0], encoding="utf-8")
+    done = specc("explore", "--budget", "60000", tmp_path / "pair.yaml")
+    assert ("`a.c` can never leave `S0`" in done.stderr) == is_found
+
+
+def test_what_is_measured_in_every_period_has_its_range(tmp_path: Path) -> None:
+    text = SPEC.format(that="a.c.x.m.speed <= 2[m/s]", slow="x.m.speed > 7[m/s]")
+    text = text.replace("max(abs(kept), abs(x.E.v) + 2[m/s])", "clamp(x.E.v, -fast, fast)")
+    text = text.replace('y.c.speed: "3[m/s]"', "y.c.speed: kept")
+    (tmp_path / "noise.yaml").write_text(text, encoding="utf-8")
+    done = specc("explore", tmp_path / "noise.yaml")
+    assert "`always(a.c.x.m.speed <= 2[m/s])`: proved" in done.stdout
+    assert "`a.c` can never leave `S0`" in done.stderr

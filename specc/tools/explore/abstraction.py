@@ -21,6 +21,7 @@ from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.reachable import reachable
 from specc.tools.explore.partial import Known, filled, static
+from specc.tools.explore.regions import Within, within
 
 
 def conditions_of(subsystem: Subsystem, state: str) -> Iterator[m.Expr]:
@@ -50,6 +51,14 @@ class Kept:
     def rests(self) -> Dependences:
         """The dependences of its expressions."""
         return self.machine.dependences
+
+    def memory_within(self) -> Iterator[tuple[str, Within]]:
+        """What numbers in kept memory lie within, whatever is measured."""
+        bounds = self.machine.memory_facts.bounds
+        for item in self.subsystem.memory:
+            memory = m.MemoryRef(item.name, type=item.type)
+            if item.name in self.memory and (found := within(memory, bounds.of(memory), item.type)):
+                yield item.name, found
 
     @property
     def decides(self) -> bool:
@@ -115,6 +124,23 @@ class Abstraction:
             )
             for expr in sent
         )
+
+    def noise_within(self, reader: str, key: InputName) -> Within | None:
+        """What a value lies within that is computed from measurements in every period."""
+        sent = self.sender_of(reader, key)
+        if sent is None or (reader, key) not in self.noise:
+            return None
+        sender, output = self.kept[sent[0]], sent[1]
+        bounds, type_ = sender.machine.memory_facts.bounds, sender.subsystem.outputs[output].type
+        exprs = [e for each in sender.subsystem.written[output].values() for e in each]
+        found = [within(expr, bounds.of(expr), type_) for expr in exprs]
+        if (init := self.kept[reader].subsystem.inputs[key].init) is not None:
+            here = self.kept[reader].machine.memory_facts.bounds
+            found.append(within(init, here.of(init), type_))
+        known = [each for each in found if each is not None]
+        if len(known) < len(found):
+            return None
+        return Within(min(each.low for each in known), max(each.high for each in known))
 
     def _keep(self) -> None:
         for name, kept in self.kept.items():

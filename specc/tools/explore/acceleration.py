@@ -72,7 +72,7 @@ def accelerated(
         if slopes and slopes == _slopes(composition, begin, middle):
             loop = Loop(composition, way[first:], edges[first:], slopes)
             if not loop.repeats():
-                return None
+                return None  # longer repetitions have the same steps in them
             if loop.waiting is not None:
                 return loop.edge()
     return None
@@ -274,15 +274,27 @@ def _are_same(one: Period, two: Period, times: int) -> bool:
         return False
     if one.move.row >= 0:
         plain, drawn = (replace(known, periods=0, _lets={}) for known in (plain, drawn))
-    target, value = one.move.target, walker.values.value
+    target = one.move.target
     written, next_ = (dict(walker.written(target, known)) for known in (plain, drawn))
     given, then = (walker.given(each.after, each.move.sent) for each in (one, two))
+    values = {key: tuple(map(walker.values.value, (given[key], then[key]))) for key in written}
     return written.keys() == next_.keys() and all(
         given[key] == then[key]
         if expr == next_[key]
-        else drawn.line_of(next_[key]) == _line(value(given[key]), value(then[key]))
+        else _is_drawn(drawn, next_[key], *values[key])
         for key, expr in written.items()
     )
+
+
+def _is_drawn(drawn: Known, expr: m.Expr, value: Value | None, then: Value | None) -> bool:
+    """Whether an expression runs on the line through two values, or is unknown as they are.
+
+    What unknown values lie within, or which region, may change with the numbers on lines.
+    """
+    line = drawn.line_of(expr)
+    if line is None:
+        return {value, then} <= {None, SOME}
+    return line == _line(value, then)
 
 
 def _drawn(one: Known, two: Known, times: int) -> Known:

@@ -13,12 +13,13 @@ from typing import TypeVar
 from specc.tools.explore.composition import COARSEST, Precision
 from specc.tools.explore.graph import Graph
 
-FOR_TIME, FOR_VALUES = 8, 512
+FOR_TIME, FOR_VALUES, FOR_REALS = 8, 64, 256
 """One part in so many of the budget is for a finer abstraction without findings on the coarse one.
 
-The smaller part is for all values: counters are accelerated, and others seldom end.
+The smaller parts are for a coarse graph that was complete: it can hide only waiting machines. Whole
+numbers between constants come to an end, real ones may have new values for ever.
 """
-LEAST = 1000
+LEAST = 2000
 """Steps, if the budget allows for as many: with fewer, a finer abstraction finds nothing."""
 About = TypeVar("About")
 What = TypeVar("What")
@@ -41,16 +42,18 @@ def refined(
 
     graph = explored(COARSEST, budget)
     found = told[-1][1]
-    is_open = found or not graph.complete
+    is_open = found or not graph.complete or graph.composition.widened
+    share = budget // (FOR_REALS if graph.composition.values.has_reals else FOR_VALUES)
+    share = min(budget, max(share, LEAST))
     # Time that may pass in any way adds traces, which counting it removes.
     if is_open and graph.composition.is_timed and not graph.broken_off:
-        counted = explored(Precision(exact=True), budget if found else budget // FOR_TIME)
+        least = share if graph.complete else budget // FOR_TIME
+        counted = explored(Precision(exact=True), budget if found else least)
         if counted.complete or counted.broken_off:
             graph, found = counted, told[-1][1]
     if graph.composition.widened and not graph.broken_off:
         finest = Precision(graph.composition.precision.exact, None)
-        least = min(budget, max(budget // FOR_VALUES, LEAST))
-        explored(finest, budget if found else least)
+        explored(finest, budget if found else share)
     return told
 
 

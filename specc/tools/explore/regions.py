@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 from specc.frozen import frozen
 from specc.lang.kinds import kind
-from specc.lang.ranges import ANY, Range
+from specc.lang.ranges import ANY, Range, of_float
 from specc.model import expr as m
-from specc.model.types import Int, Real, Vector
+from specc.model.types import Int, Real, Type, Vector
 
 
 class Region(NamedTuple):
@@ -33,9 +33,19 @@ class Within:
     high: float
 
 
-def within(range_: Range) -> Within | None:
-    """What is known of a number by its range, if anything."""
-    return None if range_ == ANY else Within(*range_)
+def within(expr: m.Expr, range_: Range, type_: Type) -> Within | None:
+    """What is known of a number of a type by the range of the expression that gives it.
+
+    A whole number that becomes a real one may be rounded.
+    """
+    of = _element(expr.type)
+    if range_ == ANY or kind(of).sort not in ("whole", "real"):
+        return None
+    return Within(*(of_float(range_) if of != _element(type_) else range_))
+
+
+def _element(type_: Type) -> Type:
+    return type_.element if isinstance(type_, Vector) else type_
 
 
 class Regions:
@@ -74,12 +84,6 @@ def _inside(low: float, high: float, *, whole: bool) -> Region:
 def is_number(expr: m.Expr) -> bool:
     """Whether the values of an expression are single numbers."""
     return isinstance(expr.type, (Int, Real))
-
-
-def has_range(expr: m.Expr) -> bool:
-    """Whether the values of an expression are numbers, or vectors of numbers."""
-    of = expr.type.element if isinstance(expr.type, Vector) else expr.type
-    return kind(of).sort in ("whole", "real")
 
 
 def leaves(expr: m.Expr) -> Iterator[m.Input | m.MemoryRef]:

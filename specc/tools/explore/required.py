@@ -203,7 +203,8 @@ def _absent(graphs: Sequence[Graph], index: int) -> str:
         if names and "" not in names:
             are = "is" if len(names) == 1 else "are"
             named = listed([f"`{name}`" for name in sorted(names)], "and")
-            return f"{named} {are} absent at some time: write `present({min(names)}) implies ...`"
+            there = " and ".join(f"present({name})" for name in sorted(names))
+            return f"{named} {are} absent at some time: write `{there} implies ...`"
     return ""
 
 

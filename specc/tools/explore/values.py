@@ -9,9 +9,9 @@ from typing import Any
 
 from specc.lang.bounds import bounded
 from specc.model import expr as m
-from specc.model.types import Int
+from specc.model.types import Int, Type
 from specc.tools.explore.partial import SOME, Known, Value, has_more, is_known, is_literal, is_some
-from specc.tools.explore.regions import Region, Regions, has_range, is_number, within
+from specc.tools.explore.regions import Region, Regions, is_number, within
 
 MOST_VALUES = 32
 """Values that are followed of one element; of later ones only the region is known."""
@@ -55,6 +55,8 @@ class ValueNumbers:
             self._numbers.of(reserved)
         self._seen: dict[str, set[int]] = {}
         self._ranges: dict[str, set[int]] = {}
+        self.has_reals = False
+        """Whether some of these are real numbers, which may have new values for ever."""
         self.widened: set[str] = set()
         """Targets whose region is not enough for a decision."""
 
@@ -64,12 +66,12 @@ class ValueNumbers:
         return number
 
     def options(
-        self, target: str, expr: m.Expr, known: Known, *, sent: bool = False
+        self, target: str, expr: m.Expr, known: Known, *, sent: Type | None = None
     ) -> tuple[int, ...]:
         """The numbers of the values that may be assigned to a target.
 
-        Of an unknown one that is `sent` it is kept what it lies within; of memory `MemoryBounds`
-        knows it for all times.
+        Of an unknown one that is sent, as a value of this type, it is kept what it lies within; of
+        memory `MemoryBounds` knows it for all times.
         """
         if is_literal(expr):
             number = self._numbers.of(expr)
@@ -83,7 +85,7 @@ class ValueNumbers:
             if is_number(expr):
                 return self._in(target, expr, *bounded(expr, known.range_of))
             self.widened.add(target)
-        elif sent and has_range(expr) and (found := within(bounded(expr, known.range_of))):
+        elif sent and (found := within(expr, bounded(expr, known.range_of), sent)):
             number = self._numbers.of(found)
             ranges = self._ranges.setdefault(target, set())
             if number in ranges or len(ranges) < MOST_RANGES:
@@ -121,6 +123,7 @@ class ValueNumbers:
     def _in(self, target: str, expr: m.Expr, low: float, high: float) -> tuple[int, ...]:
         """The numbers of the regions of a range."""
         whole = isinstance(expr.type, Int)
+        self.has_reals |= not whole
         regions = list(self._regions.between(low, high, whole=whole))
         if len(regions) > 1:
             self.widened.add(target)

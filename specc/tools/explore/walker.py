@@ -18,7 +18,7 @@ from specc.model.logic import conjuncts, negation
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
 from specc.tools.explore.partial import SOME, Known, Value, filled, static
-from specc.tools.explore.regions import Within, has_range, leaves, within
+from specc.tools.explore.regions import leaves
 from specc.tools.explore.symmetry import renamed
 from specc.tools.explore.timing import Clocks
 from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers
@@ -92,13 +92,14 @@ class Walker:
         self._ignores = {state.name: frozenset(state.ignores) for state in self.subsystem.states}
         self._memory = tuple(i for i in self.subsystem.memory if i.name in kept.memory)
         self.memory_slots = {item.name: slot for slot, item in enumerate(self._memory)}
-        self.within = dict(self._within())
+        self.within = dict(kept.memory_within())
         """What unknown memory lies within at all times."""
         self.static = static(self.subsystem, abstraction.facts.system)
         self.clocks = Clocks(kept, self.static, exact=exact)
         others = [key for key in self.subsystem.inputs if key not in kept.inputs]
         self._steady = {key for key in others if abstraction.is_steady(self.name, key)}
         self._measured = {key for key in others if abstraction.sender_of(self.name, key) is None}
+        self._noise = {key: v for key in others if (v := abstraction.noise_within(self.name, key))}
         self.locals = Numbers()
         self._formulas = Numbers()
         self._steps: dict[tuple[int, tuple[int, ...]], tuple[Outcome, ...]] = {}
@@ -267,7 +268,8 @@ class Walker:
         written = dict[InputName, tuple[int, ...]]()
         for key, value in self.written(branch.target, known):
             target = self._target(key)
-            written[key] = self.values.options(target, value, known, sent=bool(key[0]))
+            output = self.subsystem.outputs[key].type if key[0] else None
+            written[key] = self.values.options(target, value, known, sent=output)
             if not key[0]:
                 answers = self._without(answers, key[1])
         if len(answers) > MOST_REMEMBERED:
@@ -365,7 +367,7 @@ class Walker:
             fresh[key] = present[key] = True
         for key in self._measured:
             present[key] = True
-        known.fresh, known.present, known.inputs = fresh, present, inputs
+        known.fresh, known.present, known.inputs = fresh, present, {**self._noise, **inputs}
         values = ((name, self.valued(name, number)) for name, number in memory.items())
         known.memory = {name: value for name, value in values if value is not None}
         return known
@@ -374,13 +376,6 @@ class Walker:
         """What is known of memory by the number of its value."""
         value = self.values.value(number)
         return (self.within.get(memory) or value) if value in (None, SOME) else value
-
-    def _within(self) -> Iterator[tuple[str, Within]]:
-        bounds = self.kept.machine.memory_facts.bounds
-        for item in self._memory:
-            memory = m.MemoryRef(item.name, type=item.type)
-            if has_range(memory) and (found := within(bounds.of(memory))):
-                yield item.name, found
 
     # Answers about unknown values.
 

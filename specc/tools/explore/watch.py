@@ -173,18 +173,17 @@ class Watch:
 
     def _now(self, seen: tuple[int, ...], locals_: Sequence[Local]) -> tuple[object, ...]:
         """The abstract values of readings: states, or numbers; None for those that have none."""
-        return tuple(
-            [
-                None
-                if index < 0 or locals_[index].clock == OVER
-                else seen[slot]
-                if kind == "sent"
-                else locals_[index].memory[slot]
-                if kind == "memory"
-                else locals_[index].state
-                for index, kind, slot in self._places
-            ]
-        )
+        found = list[object]()
+        for index, kind, slot in self._places:
+            if index < 0 or locals_[index].clock == OVER:
+                found.append(None)
+            elif kind == "sent":
+                found.append(seen[slot])
+            elif kind == "memory":
+                found.append(locals_[index].memory[slot])
+            else:
+                found.append(locals_[index].state)
+        return tuple(found)
 
     def _place(self, reading: Reading) -> tuple[int, str, int]:
         """The machine that has a reading, -1 if there is none, and where it is there."""
