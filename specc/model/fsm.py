@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
+from itertools import chain
 from typing import Literal
 
 from specc.frozen import frozen
@@ -91,7 +92,7 @@ class Behaviour:
         return (self.terminal.when, True), (self.error.when, False)
 
     def __post_init__(self) -> None:
-        found = tuple(a for f in self.functions for a in f.assignments)
+        found = tuple(chain.from_iterable([f.assignments for f in self.functions]))
         object.__setattr__(self, "assignments", found)
 
 

@@ -329,7 +329,11 @@ def suggestion(name: str, known: list[str]) -> str:
 
 def trace_of(part: Traced) -> Trace:
     """Where in the paper a part comes from."""
-    return Trace(part.eq, part.table, part.fig)
+    told = part.eq, part.table, part.fig
+    return Trace(*told) if any(told) else _UNTRACED
+
+
+_UNTRACED = Trace()
 
 
 def nobody_knows(where: Where, type_: Type) -> Unknown:

@@ -154,7 +154,7 @@ class Expressions:
         self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
     ) -> Expr | None:
         expr = self._typed(where, text, scope, expected, declared)
-        self._note(where, text, scope, None if expr is None or has_unknown(expr) else expr)
+        self._note(where, text, scope, expr)
         try:
             return expr and self.definitions.inlined(expr)
         except ExprError as error:
@@ -162,8 +162,11 @@ class Expressions:
             return None
 
     def _note(self, where: Where, text: str, scope: Scope, expr: Expr | None) -> None:
-        places = self.definitions.places
-        self.findings.meanings.append(Meaning(where, text, scope, expr, places, self.home))
+        """Note a text for editors; outside of subsystems `resolve.uses` reads it, too."""
+        if self.home is None or self.findings.kept is not None:
+            told = None if expr is None or has_unknown(expr) else expr
+            places = self.definitions.places
+            self.findings.meanings.append(Meaning(where, text, scope, told, places, self.home))
 
     def _typed(
         self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None

@@ -119,13 +119,11 @@ class MachineResolver:
     def _open(self, code: str, message: str, where: Where, help_text: str) -> None:
         self._findings.report(code, message, where.key, help=help_text)
 
-    def _condition(self, kind: ConditionKind, name: str, where: Where) -> Condition:
-        if known := self._conditions.get((kind, name)):
-            self._findings.use(known.place, where)
-            return known
+    def _undeclared(self, kind: ConditionKind, name: str, where: Where) -> Condition:
+        """A condition that the language has, or one of which nothing is known."""
         fixed = _FIXED[kind]
         if name in fixed:
-            return Condition(name, kind, fixed[name], "", _UNTRACED, where.place)
+            return Condition(name, kind, fixed[name], "", Trace(), where.place)
         others = [k for k, n in self._conditions if n == name]
         if others:
             message = f"`{name}` is the name of {_article(others[0])} condition only"
@@ -137,8 +135,9 @@ class MachineResolver:
         return _vague(name, kind, where, where)
 
     def _resolve_functions(self) -> None:
+        where = self.where["functions"]
         for name, item in self.definition.functions.items():
-            self._functions[name] = self._function(name, item, self.where["functions"][name])
+            self._functions[name] = self._function(name, item, where[name])
 
     def _function(self, name: str, item: FunctionDef, at: Where) -> Function:
         made = [
@@ -149,7 +148,7 @@ class MachineResolver:
         if not made:
             message, help_text = self._assigns_nothing(name)
             self._open("O0204", message, at, help_text)
-        found = tuple(assignment for assignment in made if assignment)
+        found = tuple(filter(None, made))
         whole = bool(found) and len(found) == len(made)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
 
@@ -214,7 +213,7 @@ class MachineResolver:
                 if (function := self._used(name, index, used, at))
             ]
             terminal = self._terminal(name, item.terminal, at)
-            error = self._end("error", name, item.error or ErrorDef(condition="never"), at["error"])
+            error = self._end("error", name, item.error or _NO_ERROR, at)
             whole = len(functions) == len(item.functions) and all(f.whole for f in functions)
             self._behaviours[name] = Behaviour(
                 name, tuple(functions), terminal, error, item.title, trace_of(item), at.key, whole
@@ -246,24 +245,28 @@ class MachineResolver:
 
     def _terminal(self, behaviour: str, given: TerminalDef | None, at: Where) -> Condition:
         if given is not None:
-            return self._end("terminal", behaviour, given, at["terminal"])
+            return self._end("terminal", behaviour, given, at)
         message = f"nothing says when behaviour `{behaviour}` ends"
         self._open("O0606", message, at, "add `terminal:` with a condition, `always` or `never`")
         return _vague(behaviour, "terminal", at["terminal"], at)
 
     def _end(
-        self, kind: ConditionKind, behaviour: str, given: TerminalDef | ErrorDef, at: Where
+        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, inside: Where
     ) -> Condition:
         """A condition of a behaviour: one that is declared, or one that stands there."""
+        name = given.condition or f"{behaviour}.{kind}"
         if given.condition is None:
-            name = f"{behaviour}.{kind}"
-            self._conditions[kind, name] = self._declared(kind, name, given, at)
-            return self._conditions[kind, name]
-        if given.when is not None:
-            message = f"`{given.condition}` has its expression where it is declared"
+            self._conditions[kind, name] = self._declared(kind, name, given, inside[kind])
+        elif given.when is not None:
+            message = f"`{name}` has its expression where it is declared"
             hint = "write the name alone, or leave it out"
-            self._findings.report("E0104", message, at.place, help=hint)
-        return self._condition(kind, given.condition, at.scalar("condition"))
+            self._findings.report("E0104", message, inside[kind].place, help=hint)
+        known = self._conditions.get((kind, name))
+        if known is None:
+            return self._undeclared(kind, name, inside[kind].scalar("condition"))
+        if given.condition is not None:
+            self._findings.use(known.place, inside, kind, "condition")
+        return known
 
     def _states(self) -> tuple[State, ...]:
         states, where = [], self.where["states"]
@@ -308,17 +311,17 @@ class MachineResolver:
     def _transitions(self) -> tuple[Transition, ...]:
         rows, table = [], self.where["transitions"]
         for index, item in enumerate(self.definition.transitions):
-            at = table[index]
+            at, when = table[index], item.when
             sources = self._sources(item.sources, at)
             known = self._is_state(item.target, at, "to", 3)
             note_row(self._findings, item, at, self.where, self._conditions)
-            condition = self._conditions.get(("initial", item.when)) or self._condition(
-                "initial", item.when, at.cell("when", 2)
-            )
-            remainder = item.when == OTHERWISE and ("initial", OTHERWISE) not in self._conditions
-            told = condition, item.target, trace_of(item), at.place, remainder
+            condition = self._conditions.get(("initial", when))
+            is_remainder = when == OTHERWISE and condition is None
+            if condition is None:
+                condition = self._undeclared("initial", when, at.cell("when", 2))
+            told = condition, item.target, trace_of(item), at.place, is_remainder
             rows += [Transition(source, item.cause, *told) for source in sources if known]
-        return tuple(_spelled_out(rows))
+        return _spelled_out(rows)
 
     def _sources(self, written: list[str], row: Where) -> list[str]:
         """The states that a row is for."""
@@ -348,21 +351,23 @@ class MachineResolver:
         return tuple(axioms)
 
 
-def _spelled_out(rows: Sequence[Transition]) -> Iterator[Transition]:
+def _spelled_out(rows: Sequence[Transition]) -> tuple[Transition, ...]:
     """The rows, with what `otherwise` stands for: no other row of the state and cause applies."""
-    others: dict[tuple[str, Cause], list[Condition]] = {}
-    for row in rows:
-        if not row.remainder:
-            others.setdefault((row.source, row.cause), []).append(row.condition)
-    for row in rows:
-        if row.remainder:
-            found = others.get((row.source, row.cause), [])
-            title = " or ".join(f"`{other.name}`" for other in found)
-            when = none_of([other.when for other in found])
-            condition = replace(row.condition, when=when, title=f"not {title}" if title else "")
-            yield replace(row, condition=condition)
-        else:
-            yield row
+    remainders = {(row.source, row.cause) for row in rows if row.remainder}
+    others: dict[tuple[str, Cause], list[Condition]] = {place: [] for place in remainders}
+    for row in rows if others else ():
+        if not row.remainder and (row.source, row.cause) in others:
+            others[row.source, row.cause].append(row.condition)
+    return tuple(
+        _remainder(row, others[row.source, row.cause]) if row.remainder else row for row in rows
+    )
+
+
+def _remainder(row: Transition, others: Sequence[Condition]) -> Transition:
+    title = " or ".join(f"`{other.name}`" for other in others)
+    when = none_of([other.when for other in others])
+    condition = replace(row.condition, when=when, title=f"not {title}" if title else "")
+    return replace(row, condition=condition)
 
 
 def none_of(conditions: Sequence[Expr]) -> Expr:
@@ -370,7 +375,7 @@ def none_of(conditions: Sequence[Expr]) -> Expr:
     return negation(joined("or", conditions))
 
 
-_UNTRACED = Trace()
+_NO_ERROR = ErrorDef(condition="never")
 _ENDS: dict[str, Expr] = {"always": TRUE, "never": FALSE}
 # `otherwise` is of the other rows, once they are known.
 _FIXED: dict[ConditionKind, dict[str, Expr]] = {

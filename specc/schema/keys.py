@@ -228,6 +228,8 @@ class Part:
     """The keys that there are, by their names; inherited ones come first."""
     given: ClassVar[frozenset[str]] = frozenset()
     """The keys that the file gives."""
+    known: ClassVar[frozenset[str]] = frozenset()
+    """The keys that have a name of their own."""
     needed: ClassVar[frozenset[str]] = frozenset()
     """The keys that it has to give."""
     makers: ClassVar[dict[str, Callable[[], object]]] = {}
@@ -250,6 +252,7 @@ class Part:
         cls.short, cls.row, cls.first = short or cls.short, tuple(row.split()), tuple(first.split())
         made: Any = dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
         cls.keys = {one.name: one for one in map(_key, dataclasses.fields(made))}
+        cls.known = frozenset(cls.keys) - {OTHERS}
         cls.needed = frozenset(one.name for one in cls.keys.values() if one.needed)
         cls.makers = {one.attribute: one.make for one in cls.keys.values() if one.make}
 

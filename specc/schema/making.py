@@ -7,10 +7,11 @@ nothing: it gives up at the first value that is not right.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from functools import cache, partial
+from collections.abc import Callable, Collection
+from functools import cache, lru_cache, partial
 from typing import Any, TypeVar
 
+from specc.frozen import frozen
 from specc.schema.keys import (
     OTHERS,
     Named,
@@ -51,24 +52,33 @@ def maker(kind: Any) -> Make:
     return _MAKERS[type(kind)](kind)
 
 
+def spelled(part: type[Part], value: Any) -> tuple[tuple[str, ...], Collection[Any]]:
+    """The keys that a mapping, or a short form of it, gives, and their values. Raises `Unlike`."""
+    if isinstance(value, dict):
+        return tuple(value), value.values()
+    if part.short and isinstance(value, _SCALARS):
+        return (part.short,), (value,)
+    if part.row and isinstance(value, list) and len(value) == len(part.row):
+        return part.row, value
+    raise Unlike
+
+
 def in_full(part: type[Part], value: Any) -> Any:
     """The mapping that a short form stands for; any other value as it is."""
-    if part.short and isinstance(value, _SCALARS):
-        return {part.short: value}
-    if part.row and isinstance(value, list) and len(value) == len(part.row):
-        return dict(zip(part.row, value, strict=True))
-    return value
+    try:
+        return value if isinstance(value, dict) else dict(zip(*spelled(part, value), strict=True))
+    except Unlike:
+        return value
 
 
 def others_apart(part: type[Part], data: dict[str, Any]) -> dict[str, Any]:
     """The parts with names that people choose. With a mapping, `is` is such a name, not a key."""
-    known = part.keys.keys() - {OTHERS}
-    if known.isdisjoint(data):
+    if part.known.isdisjoint(data):
         return {OTHERS: data}
     own = {
         name
         for name, value in data.items()
-        if name in known and not (name == part.short == "is" and isinstance(value, dict))
+        if name in part.known and not (name == part.short == "is" and isinstance(value, dict))
     }
     others = {name: value for name, value in data.items() if name not in own}
     if isinstance(data, Unfolded):
@@ -147,45 +157,52 @@ def _several(kind: Several, make: Make, value: Any) -> Any:
     return kind.made(list(map(make, value)))
 
 
+@frozen
+class _Plan:
+    """Of mappings with the same keys: their set, what makes each value, and the defaults."""
+
+    given: frozenset[str]
+    makers: tuple[tuple[str, Make], ...]
+    defaults: tuple[tuple[str, Callable[[], object]], ...]
+
+
+_MOST_PLANS = 1000
+"""Of one class: a file from a stranger may have its keys in any number of orders."""
+
+
 class _Mapping:
     """Makes parts of one class."""
 
     def __init__(self, part: type[Part]) -> None:
         self._part = part
-        self._makers: dict[str, tuple[str, Make]] = {}
+        self._plan = lru_cache(_MOST_PLANS)(self._planned)
 
     def made(self, value: Any) -> Part:
         """A part. Raises `Unlike`."""
         part = self._part
-        data = value if isinstance(value, dict) else in_full(part, value)
-        if not isinstance(data, dict):
-            raise Unlike
-        if OTHERS in part.keys:
-            data = others_apart(part, data)
-        given = frozenset(data)
-        if not part.needed <= given and OTHERS not in given:
-            raise Unlike
-        return self._filled(data, given)
-
-    def _filled(self, data: dict[str, Any], given: frozenset[str]) -> Part:
-        makers = self._makers
-        values: dict[str, Any] = {"given": given}
-        for name, one in data.items():
-            attribute, make = makers.get(name) or self._known(name)
-            values[attribute] = make(one)
-        for attribute, default in self._part.makers.items():
-            if attribute not in values:
-                values[attribute] = default()
-        found = object.__new__(self._part)
-        found.__dict__ = values
+        if isinstance(value, dict) and OTHERS in part.keys:
+            value = others_apart(part, value)
+        names, values = spelled(part, value)
+        plan = self._plan(names)
+        made: dict[str, Any] = {"given": plan.given}
+        for one, (attribute, make) in zip(values, plan.makers, strict=True):
+            made[attribute] = make(one)
+        for attribute, default in plan.defaults:
+            made[attribute] = default()
+        found = object.__new__(part)
+        found.__dict__ = made
         return found
 
-    def _known(self, name: str) -> tuple[str, Make]:
-        key = self._part.keys.get(name)
-        if key is None:
+    def _planned(self, names: tuple[str, ...]) -> _Plan:
+        part, given = self._part, frozenset(names)
+        lacks = not part.needed <= given and OTHERS not in given
+        if lacks or not given <= part.keys.keys():
             raise Unlike
-        self._makers[name] = key.attribute, maker(key.kind)
-        return self._makers[name]
+        keys = [part.keys[name] for name in names]
+        makers = tuple((key.attribute, maker(key.kind)) for key in keys)
+        missing = part.makers.keys() - {key.attribute for key in keys}
+        defaults = tuple((name, make) for name, make in part.makers.items() if name in missing)
+        return _Plan(given, makers, defaults)
 
 
 _mapping: Callable[[Any], _Mapping] = cache(_Mapping)
