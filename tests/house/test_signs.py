@@ -1,4 +1,4 @@
-"""What an operator does is known by its row in `specc/lang/signs.py`; others ask how it is built."""
+"""An operator is known by its row in `specc/lang/signs.py`; others ask how expressions are built."""
 
 import ast
 from collections.abc import Iterator
