@@ -1,4 +1,4 @@
-"""An operator is known by its row in `specc/lang/signs.py`; others ask how expressions are built."""
+"""An operator is known by its row in `specc/lang/signs.py`; others ask how it is used."""
 
 import ast
 from collections.abc import Iterator
