@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Set
+from functools import partial
 from operator import attrgetter
 
 from specc.analysis import Facts
@@ -41,22 +42,28 @@ def _named(parts: Iterable[Expr]) -> set[str]:
 def _unused(
     code: str, places: Mapping[str, Place], edges: Edges, start: Set[str]
 ) -> Iterator[Diagnostic]:
-    """Of some things those that nothing names, each with the others that only it uses.
+    """Of some things those that nothing names which serves a purpose.
 
     `edges` say what each thing names, and the `start` has a purpose of its own.
     """
     used = reachable(start, lambda one: edges.get(one, _NONE)).keys()
-    left = {label: index for index, label in enumerate(places) if label not in used}
-    inner = {other for label in left for other in edges.get(label, _NONE) if other != label}
+    left = {label: place for label, place in places.items() if label not in used}
+    yield from _left_over(code, left, {label: edges.get(label, _NONE) for label in left})
+
+
+def _left_over(code: str, left: Mapping[str, Place], edges: Edges) -> Iterator[Diagnostic]:
+    """Of things without a use those that no other one names, each with those that only it uses."""
+    order = {label: index for index, label in enumerate(left)}
+    inner = {other for label in left for other in edges[label] if other != label}
     for label in (label for label in left if label not in inner):
-        found = reachable(edges.get(label, _NONE), lambda one: edges.get(one, _NONE) - used)
-        behind = sorted(found.keys() & left.keys(), key=left.__getitem__)
+        found = reachable(edges[label], lambda one: edges.get(one, _NONE))
+        behind = sorted(found.keys() & order.keys(), key=order.__getitem__)
         yield Diagnostic(
             code,
             f"{_quoted(label)} is not used",
-            places[label],
+            left[label],
             related=tuple(
-                Related(places[other], f"and so is {_quoted(other)}") for other in behind[:MOST]
+                Related(left[other], f"and so is {_quoted(other)}") for other in behind[:MOST]
             ),
             help="use or delete it",
         )
@@ -70,6 +77,7 @@ def _quoted(label: str) -> str:
 # Every named part of a subsystem is used somewhere in it.
 
 
+Named = tuple[type[Expr], str]
 Part = Behaviour | Condition | Function | Let | Memory
 _PARTS: dict[type, str] = {
     Behaviour: "behaviour",
@@ -84,19 +92,23 @@ def parts_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0611; memory that is written is not unused, if perhaps not read."""
     for machine in facts.whole:
         subsystem = machine.subsystem
-        parts: list[Part] = [*subsystem.behaviours, *subsystem.functions, *subsystem.conditions]
-        parts += [*subsystem.lets, *subsystem.memory]
-        start = {f"behaviour {state.behaviour.name}" for state in subsystem.states}
-        start |= {_label(row.condition) for row in subsystem.transitions}
-        start = start.union(*(_named(walk(axiom.that)) for axiom in subsystem.axioms))
-        start |= {f"memory element {name}" for name in facts.watched(subsystem)}
+        readable = (*subsystem.lets, *subsystem.memory)
+        named: dict[Named, Part] = {(LetRef, item.name): item for item in subsystem.lets}
+        named |= {(MemoryRef, item.name): item for item in subsystem.memory}
+        every = (*subsystem.behaviours, *subsystem.functions, *subsystem.conditions, *readable)
+        parts: dict[int, Part] = {id(part): part for part in every}
+        needed = partial(_needed, named)
+        start: list[Part] = [state.behaviour for state in subsystem.states]
+        start += [row.condition for row in subsystem.transitions]
+        start += [named[name] for name in _names(a.that for a in subsystem.axioms) if name in named]
+        watched = facts.watched(subsystem)
+        start += [item for item in subsystem.memory if item.name in watched]
         # Nothing can name these in an expression, which is an error of its own.
-        readable = (part for part in parts if isinstance(part, Let | Memory))
-        start |= {_label(part) for part in readable if part.name in RESERVED}
-        labelled = {_label(part): part for part in parts}
-        places = {label: part.place for label, part in labelled.items()}
-        edges = {label: _names(part) for label, part in labelled.items()}
-        yield from _unused("W0611", places, edges, start)
+        start += [part for part in readable if part.name in RESERVED]
+        used = reachable(map(id, start), lambda one: map(id, needed(parts.get(one))))
+        left = {_label(part): part for key, part in parts.items() if key not in used}
+        edges = {label: {_label(other) for other in needed(part)} for label, part in left.items()}
+        yield from _left_over("W0611", {label: part.place for label, part in left.items()}, edges)
 
 
 def _label(part: Part) -> str:
@@ -104,18 +116,29 @@ def _label(part: Part) -> str:
     return f"{kind} {part.name}"
 
 
-def _names(part: Part) -> set[str]:
+def _needed(named: Mapping[Named, Part], part: Part | None) -> list[Part]:
     """The parts that a part names, and the memory that it writes."""
     match part:
-        case Behaviour():
-            functions = {f"function {function.name}" for function in part.functions}
-            return functions | {_label(part.terminal), _label(part.error)}
-        case Function():
-            written = {f"memory element {a.name}" for a in part.assignments if not a.peer}
-            return written.union(*(_named(walk(a.value)) for a in part.assignments))
+        case Behaviour(functions=functions):
+            return [*functions, part.terminal, part.error]
+        case Function(assignments=items):
+            written = [(MemoryRef, item.name) for item in items if not item.peer]
+            found = [*written, *_names(item.value for item in items)]
         case Condition(when=value) | Let(value=value):
-            return _named(walk(value))
-    return set()
+            found = _names([value])
+        case _:
+            return []
+    return [named[name] for name in found if name in named]
+
+
+def _names(values: Iterable[Expr]) -> list[Named]:
+    """The lets and the memory that expressions name."""
+    return [
+        (type(node), node.name)
+        for value in values
+        for node in walk(value)
+        if isinstance(node, (LetRef, MemoryRef))
+    ]
 
 
 # What the main file defines for all agents is used by one of them.

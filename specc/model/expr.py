@@ -58,6 +58,9 @@ class Nothing(Node):
     """`None`: what an optional value is when there is none."""
 
 
+LITERALS = (Number, Truth, TextLiteral, Member, Unused, Nothing)
+
+
 @frozen
 class Input(Node):
     """An element of an input buffer, `x.peer.element`."""
@@ -319,6 +322,10 @@ def written(name: str) -> str:
 
 def walk(expr: Expr) -> Iterator[Expr]:
     """`expr` and all subexpressions, parents first."""
+    return _walk(expr) if _parts(type(expr)) else iter((expr,))
+
+
+def _walk(expr: Expr) -> Iterator[Expr]:
     waiting = [expr]
     while waiting:
         part = waiting.pop()
@@ -364,6 +371,4 @@ def has_free_variable(expr: Expr) -> bool:
 
 def has_unknown(expr: Expr) -> bool:
     """Whether a part of an expression is unknown."""
-    if not _parts(type(expr)):
-        return isinstance(expr, Unknown)
     return any(isinstance(node, Unknown) for node in walk(expr))
