@@ -11,6 +11,7 @@ from specc.analysis.reads import ExpressionText, text_of
 from specc.lang.dependence_order import InOrder
 from specc.lang.ranges import ANY
 from specc.model.expr import (
+    LITERALS,
     Choice,
     Expr,
     LetRef,
@@ -83,9 +84,9 @@ class Constancy:
     def parts_elsewhere(self) -> Iterator[ConstantPart]:
         """Those of functions, and of the lets that no condition names, as truth tables tell."""
         self._in_conditions = False
-        for function in self._subsystem.functions:
-            for item in function.assignments:
-                yield from self._parts(text_of(item))
+        items = (item for each in self._subsystem.functions for item in each.assignments)
+        for item in (item for item in items if not isinstance(item.value, LITERALS)):
+            yield from self._parts(text_of(item))
         for let in self._subsystem.lets:
             self._found = []
             self._of_lets[let.name]

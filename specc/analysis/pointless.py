@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from typing import Literal
 
 from specc.analysis.failures import Answer, failure, is_asked
-from specc.analysis.reads import Dependences, ExpressionText, text_of, texts
+from specc.analysis.reads import Dependences, ExpressionText, text_of, texts, texts_of_system
 from specc.frozen import frozen
 from specc.lang import ranges
 from specc.lang.bounds import bounded
@@ -21,6 +21,7 @@ from specc.lang.builtins import FUNCTIONS
 from specc.lang.ranges import Range
 from specc.lang.row import BuiltinFunction
 from specc.model.expr import (
+    LITERALS,
     Binary,
     Builtin,
     Choice,
@@ -38,6 +39,7 @@ from specc.model.expr import (
     has_unknown,
     walk,
 )
+from specc.model.fsm import Assignment
 from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import Depths, Numbering
 from specc.source import Place
@@ -86,10 +88,12 @@ class PointlessParts:
         self._named |= {(ConstantRef, constant.name): constant for constant in owner.constants}
         lets: dict[str, Expr] = {}
         period_s = None
+        writing: list[Assignment] = []
         if isinstance(owner, Subsystem):
             lets = {item.name: item.value for item in owner.lets}
             period_s = 1 / owner.rate_hz if owner.rated else None
-            written = {a.name for f in owner.functions for a in f.assignments if not a.peer}
+            writing = [a for f in owner.functions for a in f.assignments if not a.peer]
+            written = {item.name for item in writing}
             self._named |= {(LetRef, item.name): item for item in owner.lets}
             self._named |= {
                 (MemoryRef, item.name): item for item in owner.memory if item.name not in written
@@ -98,11 +102,10 @@ class PointlessParts:
         self._numbering = Numbering(lets, values, period_s)
         self._constants = {constant.place for constant in owner.constants}
         self._lets = {item.place for item in owner.lets} if isinstance(owner, Subsystem) else set()
-        every = list(texts(owner))
-        found = [m for text in every for m in self._in(text, text.expr, {})]
-        if isinstance(owner, Subsystem):
-            found += self._kept(owner)
-        self.found = tuple(_in_all_copies(found, every))
+        every = texts(owner) if isinstance(owner, Subsystem) else tuple(texts_of_system(owner))
+        asked = (text for text in every if not isinstance(text.expr, LITERALS))
+        found = [m for text in asked for m in self._in(text, text.expr, {})]
+        self.found = tuple(_in_all_copies([*found, *self._kept(writing)], every))
         self._at = {id(part.expr) for part in self.found}
         self._spoilt: set[str] = set()
         for item in owner.lets if isinstance(owner, Subsystem) else ():
@@ -171,11 +174,10 @@ class PointlessParts:
             return "yes" if (value if isinstance(value, bool) else least) else "no"
         return "settled" if self._rests_on_constants(test) else "some"
 
-    def _kept(self, owner: Subsystem) -> Iterator[PointlessPart]:
+    def _kept(self, writing: Iterable[Assignment]) -> Iterator[PointlessPart]:
         """Memory that is given the value that it has."""
         number = self._numbering.number
-        assigned = (item for function in owner.functions for item in function.assignments)
-        for item in (item for item in assigned if not item.peer):
+        for item in writing:
             value, memory = item.value, MemoryRef(item.name, type=item.value.type)
             if number(value) == number(memory):
                 text = text_of(item)
@@ -339,7 +341,7 @@ class PointlessParts:
 
 
 def _in_all_copies(
-    found: list[PointlessPart], every: list[ExpressionText]
+    found: list[PointlessPart], every: Sequence[ExpressionText]
 ) -> Iterator[PointlessPart]:
     """Those that are there in all copies of what is written once, for the members of a group.
 

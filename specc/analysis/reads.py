@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple, TypeVar
 
 from specc.frozen import frozen
@@ -28,7 +28,7 @@ from specc.proof import InputName
 from specc.source import Place
 
 Name = TypeVar("Name")
-_NODES = "nodes of its expressions"
+T = TypeVar("T")
 
 # The expressions of a subsystem with the texts in which they stand.
 
@@ -49,47 +49,58 @@ class ExpressionText(NamedTuple):
         return text.within(*node.span)
 
 
+_TEXTS = {Memory: ("init", "init"), Condition: ("when", "when"), Axiom: ("that", "")}
+"""The field with the expression of a part, and the key of its text; else they are that of a value."""
+
+
 def text_of(part: Constant | Let | Memory | Condition | Assignment | Axiom) -> ExpressionText:
     """The expression of a part, and its text."""
-    match part:
-        case Memory(init=init):
-            return ExpressionText(init, part.place, "init")
-        case Condition(when=when):
-            return ExpressionText(when, part.place, "when")
-        case Axiom(that=that):
-            return ExpressionText(that, part.place, "")
-    return ExpressionText(part.value, part.place, "is")
+    name, key = _TEXTS.get(type(part), ("value", "is"))
+    return ExpressionText(getattr(part, name), part.place, key)
 
 
-def texts(owner: Subsystem | System) -> Iterator[ExpressionText]:
-    """All expressions of a subsystem, or those of the constants and formulas of a system."""
-    yield from map(text_of, owner.constants)
-    if isinstance(owner, System):
-        for item in owner.formulas:
-            yield from (ExpressionText(part, item.place, "") for part in expressions(item.formula))
-        for let in owner.formula_lets:
-            if let.value is not None:
-                yield ExpressionText(let.value, let.place, "is")
-        return
-    for port in owner.ports:
-        yield from (
-            ExpressionText(e.init, e.place, "init") for e in port.elements if e.init is not None
-        )
-    yield from map(text_of, owner.memory)
-    yield from map(text_of, owner.lets)
-    yield from map(text_of, owner.conditions)
-    for function in owner.functions:
+def _kept(find: Callable[[Subsystem], Iterable[T]]) -> Callable[[Subsystem], tuple[T, ...]]:
+    """A question whose answer a subsystem keeps: many checks ask it."""
+    name = f"{find.__name__} of it"
+
+    def answer(subsystem: Subsystem) -> tuple[T, ...]:
+        kept = vars(subsystem)
+        if name not in kept:
+            kept[name] = tuple(find(subsystem))
+        found: tuple[T, ...] = kept[name]
+        return found
+
+    return answer
+
+
+@_kept
+def texts(subsystem: Subsystem) -> Iterator[ExpressionText]:
+    """All expressions of a subsystem."""
+    yield from map(text_of, subsystem.constants)
+    for port in subsystem.ports:
+        inits = ((e.init, e.place) for e in port.elements if e.init is not None)
+        yield from (ExpressionText(init, place, "init") for init, place in inits)
+    for parts in (subsystem.memory, subsystem.lets, subsystem.conditions):
+        yield from map(text_of, parts)
+    for function in subsystem.functions:
         yield from map(text_of, function.assignments)
-    yield from map(text_of, owner.axioms)
+    yield from map(text_of, subsystem.axioms)
 
 
-def nodes(subsystem: Subsystem) -> Sequence[Expr]:
-    """Every part of every expression of a subsystem, which keeps them: many checks ask."""
-    kept = vars(subsystem)
-    if _NODES not in kept:
-        kept[_NODES] = tuple(node for text in texts(subsystem) for node in walk(text.expr))
-    found: Sequence[Expr] = kept[_NODES]
-    return found
+@_kept
+def nodes(subsystem: Subsystem) -> Iterator[Expr]:
+    """Every part of every expression of a subsystem."""
+    return (node for text in texts(subsystem) for node in walk(text.expr))
+
+
+def texts_of_system(system: System) -> Iterator[ExpressionText]:
+    """The expressions of the constants and formulas of a system."""
+    yield from map(text_of, system.constants)
+    for item in system.formulas:
+        yield from (ExpressionText(part, item.place, "") for part in expressions(item.formula))
+    for let in system.formula_lets:
+        if let.value is not None:
+            yield ExpressionText(let.value, let.place, "is")
 
 
 # What expressions refer to.
