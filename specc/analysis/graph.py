@@ -80,21 +80,16 @@ class RowEdge:
     ensures: frozenset[InputName]
 
 
-def find_steps(
-    subsystem: Subsystem, prove: Callable[[str, Cause], RowVerdict]
-) -> tuple[RowEdge, ...]:
-    """The rows whose cause and condition can hold together; `prove` says what of a state."""
+def find_steps(subsystem: Subsystem, verdicts: Iterable[RowVerdict]) -> tuple[RowEdge, ...]:
+    """The rows whose cause and condition can hold together, in the order of the file."""
     found: dict[int, RowEdge] = {}
-    for state in subsystem.states:
-        for cause in CAUSES:
-            verdict = prove(state.name, cause)
-            decision = verdict.decision
-            for row, possible, ensures in zip(
-                verdict.rows, decision.satisfiable, decision.ensures, strict=True
-            ):
-                if possible:
-                    found[id(row)] = RowEdge(row, ensures)
-    return tuple(found[id(row)] for row in subsystem.transitions if id(row) in found)
+    for verdict in verdicts:
+        decision = verdict.decision
+        of_rows = zip(verdict.rows, decision.satisfiable, decision.ensures, strict=True)
+        for row, possible, ensures in of_rows:
+            if possible:
+                found[id(row)] = RowEdge(row, ensures)
+    return tuple([found[id(row)] for row in subsystem.transitions if id(row) in found])
 
 
 def reached_from(start: str, steps: Iterable[RowEdge]) -> frozenset[str]:

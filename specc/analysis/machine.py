@@ -187,12 +187,9 @@ class Machine:
 
         Where conditions are unknown, what they say holds whatever these are.
         """
-        return tuple(
-            Decided(self, state, cause, verdict)
-            for state in self.subsystem.states
-            for cause in CAUSES
-            if (verdict := self._certain(state, cause)) is not None
-        )
+        every = ((state, cause) for state in self.subsystem.states for cause in CAUSES)
+        found = ((state, cause, self._certain(state, cause)) for state, cause in every)
+        return tuple([Decided(self, s, cause, v) for s, cause, v in found if v is not None])
 
     def _certain(self, state: State, cause: Cause) -> RowVerdict | None:
         """The verdict that does not depend on anything unknown; None if there is none."""
@@ -207,6 +204,9 @@ class Machine:
         What peers always send makes rows complete, but none superfluous.
         """
         key = state, cause
+        verdict = self._alone[key]
+        if not verdict.arrivals:
+            return verdict
         if key not in self._verdicts:
             present = self.presence.in_conditions(state)
             prove = partial(self.prover.prove_rows, state, cause, present=present)
@@ -217,6 +217,12 @@ class Machine:
         return self._verdicts[key]
 
     @cached_property
+    def _alone(self) -> dict[tuple[str, Cause], RowVerdict]:
+        """The verdicts without presence, which follows from them."""
+        every = ((state.name, cause) for state in self.subsystem.states for cause in CAUSES)
+        return {each: self.prover.prove_rows(*each) for each in every}
+
+    @cached_property
     def dead_ends(self) -> tuple[State, ...]:
         """States that may end although the table has no row at all for them."""
         sources = {row.source for row in self.subsystem.transitions}
@@ -224,18 +230,15 @@ class Machine:
             state
             for state in self.subsystem.states
             if state.name not in sources
-            and any(self.prover.prove_rows(state.name, cause).decision.possible for cause in CAUSES)
+            and any(self._alone[state.name, cause].decision.possible for cause in CAUSES)
         )
 
     # Where it gets to.
 
     @cached_property
     def steps(self) -> tuple[RowEdge, ...]:
-        """The rows that may be taken, in the order of the file.
-
-        Presence follows from them, so they are found without it.
-        """
-        return find_steps(self.subsystem, self.prover.prove_rows)
+        """The rows that may be taken, in the order of the file."""
+        return find_steps(self.subsystem, self._alone.values())
 
     @cached_property
     def reached(self) -> frozenset[str]:

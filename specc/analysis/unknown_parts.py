@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
 
-from specc.analysis.graph import RowEdge, find_steps
+from specc.analysis.graph import CAUSES, RowEdge, find_steps
 from specc.frozen import frozen
 from specc.model.expr import FALSE, TRUE, Choice, Expr, Logic, Quantifier, Unary, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
@@ -152,12 +152,12 @@ class Views:
 
     def steps(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken whatever is unknown."""
+        every = ((state.name, cause) for state in self._subsystem.states for cause in CAUSES)
+        return find_steps(self._subsystem, (self._sure(*each) for each in every))
 
-        def prove(state: str, cause: Cause) -> RowVerdict:
-            decision = self._prover(sure(cause)).prove_rows(state, cause).decision
-            return RowVerdict(_rows(self._subsystem, state, cause), decision)
-
-        return find_steps(self._subsystem, prove)
+    def _sure(self, state: str, cause: Cause) -> RowVerdict:
+        decision = self._prover(sure(cause)).prove_rows(state, cause).decision
+        return RowVerdict(_rows(self._subsystem, state, cause), decision)
 
     def _prover(self, view: Approximation) -> Prover:
         if view not in self._provers:

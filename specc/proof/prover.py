@@ -54,7 +54,6 @@ class Prover:
         self._assumed = tuple(axiom.that for axiom in subsystem.axioms)
         self._axioms = tuple(map(self._formula, self._assumed))
         self._questions: dict[object, Question] = {}
-        self._asked: dict[tuple[str, Cause, int | None], tuple[Question, Rows]] = {}
         self._alike: dict[tuple[object, ...], Question] = {}
         """By the conditions that are asked, which most states have in common, by identity."""
         self._decisions: dict[object, Decision] = {}
@@ -88,30 +87,30 @@ class Prover:
         known = question.arrivals.intersection(present) - self._always_present
         new = question.arrivals.intersection(fresh)
         key = (question, known, new)
-        if key not in self._decisions:
+        decision = self._decisions.get(key)
+        if decision is None:
             facts: list[Expr] = [*map(presence, sorted(known))]
             came = tuple(map(freshness, sorted(new)))
-            decision = question.decide([*map(self._formula, (*facts, *came))])
-            self._decisions[key] = _where_fresh(decision, came)
-        return RowVerdict(rows, _with_repair(self._decisions[key], rows))
+            decided = question.decide([*map(self._formula, (*facts, *came))])
+            decision = self._decisions[key] = _where_fresh(decided, came)
+        return RowVerdict(rows, _with_repair(decision, rows), question.arrivals)
 
     def _question(self, state: str, cause: Cause, without: int | None) -> tuple[Question, Rows]:
         """What is asked about the rows of a state and cause, and these.
 
         States whose conditions are the same share a question.
         """
-        place = state, cause, without
-        if place not in self._asked:
-            rows = tuple(row for _, row in self._subsystem.rows(state, cause))
-            behaviour = self._subsystem.state(state).behaviour
-            ends = id(behaviour.error.when), id(behaviour.terminal.when)
-            alike = cause, without, *ends, *[id(row.condition.when) for row in rows]
-            if alike not in self._alike:
-                conditions = tuple(self._formula(row.condition.when) for row in rows)
-                key = conditions, self._context(behaviour, cause), without
-                self._alike[alike] = self._questions.get(key) or self._new_question(*key)
-            self._asked[place] = self._alike[alike], rows
-        return self._asked[place]
+        rows = tuple([row for _, row in self._subsystem.rows(state, cause)])
+        behaviour = self._subsystem.state(state).behaviour
+        ends = id(behaviour.error.when), id(behaviour.terminal.when)
+        alike = cause, without, *ends, *[id(row.condition.when) for row in rows]
+        question = self._alike.get(alike)
+        if question is None:
+            conditions = tuple(self._formula(row.condition.when) for row in rows)
+            key = conditions, self._context(behaviour, cause), without
+            question = self._questions.get(key) or self._new_question(*key)
+            self._alike[alike] = question
+        return question, rows
 
     def _new_question(
         self, conditions: tuple[Formula, ...], context: tuple[Formula, ...], without: int | None

@@ -109,6 +109,8 @@ class RowVerdict:
 
     rows: tuple[Transition, ...]
     decision: Decision
+    arrivals: frozenset[InputName] = frozenset()
+    """Inputs that it depends on whether they have arrived."""
 
     def where_fresh(self, by: Decision, fresh: Collection[InputName]) -> RowVerdict:
         """This verdict where some inputs are known to be fresh, with the decision `by` then.
@@ -128,7 +130,7 @@ class RowVerdict:
             way_out=by.way_out,
             possible=mine.possible if self.rows else by.possible,
         )
-        return RowVerdict(self.rows, decision)
+        return RowVerdict(self.rows, decision, self.arrivals)
 
     @property
     def proved(self) -> bool:
