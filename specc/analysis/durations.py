@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain, compress
+from itertools import compress
 from typing import NamedTuple
 
 from specc.analysis.graph import CAUSES
@@ -102,10 +102,8 @@ class Durations:
     @cached_property
     def _turning(self) -> set[int]:
         """The texts of conditions in which time alone turns something, by identity."""
-        ends = [(s.behaviour.error, s.behaviour.terminal) for s in self._subsystem.states]
-        used = [*chain(*ends), *(row.condition for row in self._subsystem.transitions)]
-        asked = {id(condition.when): condition.when for condition in used}
-        return {key for key, when in asked.items() if self._prover.turning(when)}
+        asked = self._subsystem.asked
+        return {id(each.when) for each in asked if self._prover.turning(each.when)}
 
     def _excludes(self, ending: _Ending, cause: Cause, asked: Condition | None) -> bool:
         """Whether a state cannot end by a cause, and with a condition, before it is over."""

@@ -9,7 +9,7 @@ from specc.frozen import frozen
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, RowVerdict
-from specc.reachable import fixpoint, grouped, reachable
+from specc.reachable import fixpoint, reachable
 
 # What a transition graph falls into. The only door to networkx, which is imported when asked.
 
@@ -60,12 +60,6 @@ def last_components(following: Sequence[Iterable[int]]) -> list[frozenset[int]]:
     return sorted(map(frozenset, networkx.attracting_components(graph)), key=min)
 
 
-def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[str]) -> bool:
-    """Whether `goal` can be reached from each of the states."""
-    sources = grouped((target, source) for source, target in edges)
-    return states <= reachable([goal], lambda state: sources.get(state, ())).keys()
-
-
 # The transition graph of a machine without the rows that can never be taken.
 
 
@@ -92,10 +86,11 @@ def find_steps(subsystem: Subsystem, verdicts: Iterable[RowVerdict]) -> tuple[Ro
     return tuple([found[id(row)] for row in subsystem.transitions if id(row) in found])
 
 
-def reached_from(start: str, steps: Iterable[RowEdge]) -> frozenset[str]:
-    """The states that the steps lead to from `start`, itself included."""
-    targets = grouped((step.row.source, step.row.target) for step in steps)
-    return frozenset(reachable([start], lambda state: targets.get(state, ())))
+def reached_from(start: str, leaving: Mapping[str, Iterable[RowEdge]]) -> frozenset[str]:
+    """The states that steps lead to from `start`, itself included; `leaving` has them by source."""
+    return frozenset(
+        reachable([start], lambda state: [step.row.target for step in leaving.get(state, ())])
+    )
 
 
 # The flow equations of a machine.

@@ -20,6 +20,7 @@ from specc.model.expr import Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
 from specc.proof import Prover, RowVerdict, Witness
+from specc.reachable import grouped
 
 T = TypeVar("T")
 
@@ -241,11 +242,21 @@ class Machine:
         return find_steps(self.subsystem, self._alone.values())
 
     @cached_property
+    def leaving(self) -> dict[str, list[RowEdge]]:
+        """The steps by the state that they leave."""
+        return grouped((step.row.source, step) for step in self.steps)
+
+    @cached_property
+    def entering(self) -> dict[str, list[RowEdge]]:
+        """The steps by the state that they enter."""
+        return grouped((step.row.target, step) for step in self.steps)
+
+    @cached_property
     def reached(self) -> frozenset[str]:
         """The states that it can enter; all of them where that is not known."""
         if not self.subsystem.begun or not self.ways_are_known:
             return frozenset(state.name for state in self.subsystem.states)
-        return reached_from(self.subsystem.initial_state, self.steps)
+        return reached_from(self.subsystem.initial_state, self.leaving)
 
     @cached_property
     def ways_are_known(self) -> bool:
@@ -260,7 +271,8 @@ class Machine:
     @cached_property
     def conditions_vary(self) -> bool:
         """Whether no condition has one value by mistake."""
-        return all(self.settled(condition) is None for condition in _used(self.subsystem))
+        named = {(condition.kind, condition.name): condition for condition in self.subsystem.asked}
+        return all(self.settled(condition) is None for condition in named.values())
 
     def settled(self, condition: Condition) -> bool | None:
         """The constant truth value of a condition that should change; None if it can change.
@@ -290,11 +302,3 @@ class Machine:
         """Where optional values and lists surely have something in them, if it is legible."""
         rows = [step.row for step in self.steps]
         return PresentValues(self.subsystem, rows, self.prover, self.dependences)
-
-
-def _used(subsystem: Subsystem) -> Iterable[Condition]:
-    """The conditions that lead from state to state, each once."""
-    behaviours = [state.behaviour for state in subsystem.states]
-    every = [condition for b in behaviours for condition in (b.terminal, b.error)]
-    every += [row.condition for row in subsystem.transitions]
-    return {(condition.kind, condition.name): condition for condition in every}.values()

@@ -50,7 +50,7 @@ class ExpressionText(NamedTuple):
 
 
 _TEXTS = {Memory: ("init", "init"), Condition: ("when", "when"), Axiom: ("that", "")}
-"""The field with the expression of a part, and the key of its text; else they are that of a value."""
+"""The field of the expression, and the key of its text, of parts that do not have a `value`."""
 
 
 def text_of(part: Constant | Let | Memory | Condition | Assignment | Axiom) -> ExpressionText:

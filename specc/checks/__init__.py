@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from types import ModuleType
 
 from specc.analysis import Facts
@@ -87,7 +87,7 @@ def run_checks(
     sound = sound and not broken and not faulty
     if sound and not any(stops(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
-    found = list(_in_all_uses(found, facts))
+    found = _in_all_uses(found, facts)
     facts.release()
     return found, facts
 
@@ -95,19 +95,20 @@ def run_checks(
 _OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
 
 
-def _in_all_uses(found: Iterable[Diagnostic], facts: Facts) -> Iterator[Diagnostic]:
+def _in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
     """The findings, of dead parts only those that are dead in all uses of a description.
 
     A row that one value of a parameter excludes is there for the other values.
     """
-    found = list(found)
-    told = Counter((finding.code, finding.primary, finding.message) for finding in found)
+    told = Counter(_said(finding) for finding in found if finding.code in _OF_DEAD_PARTS)
     uses: Counter[Place] = Counter()
-    for machine in facts.machines:
+    for machine in facts.machines if told else ():
         subsystem = machine.subsystem
         uses.update({state.place for state in subsystem.states})
         uses.update({row.place for row in subsystem.transitions})
-    for finding in found:
-        count = told[finding.code, finding.primary, finding.message]
-        if finding.code not in _OF_DEAD_PARTS or count >= uses[finding.primary]:
-            yield finding
+    alive = {said for said, count in told.items() if count < uses[said[1]]}
+    return [finding for finding in found if _said(finding) not in alive]
+
+
+def _said(finding: Diagnostic) -> tuple[str, Place, str]:
+    return finding.code, finding.primary, finding.message

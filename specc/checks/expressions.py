@@ -193,11 +193,13 @@ def one_writer(facts: Facts) -> Iterator[Diagnostic]:
     """E0608."""
     for subsystem in facts.subsystems:
         for behaviour in subsystem.behaviours:
-            first: dict[str, Assignment] = {}
+            first: dict[tuple[str, str], Assignment] = {}
             for assignment in behaviour.assignments:
-                if assignment.target in first:
-                    yield _twice(behaviour, assignment, first[assignment.target])
-                first.setdefault(assignment.target, assignment)
+                target = assignment.peer, assignment.name
+                if target in first:
+                    yield _twice(behaviour, assignment, first[target])
+                else:
+                    first[target] = assignment
 
 
 def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) -> Diagnostic:

@@ -326,6 +326,8 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
     """
     for decided in facts.decided():
         rows, satisfiable = decided.verdict.rows, decided.verdict.decision.satisfiable
+        if all(satisfiable):
+            continue
         for row, possible in zip(rows, satisfiable, strict=True):
             if not possible:
                 yield from _dead(row, decided)

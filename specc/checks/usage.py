@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Set
-from functools import partial
 from operator import attrgetter
 
 from specc.analysis import Facts
@@ -13,7 +12,7 @@ from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
 from specc.model.requirement import expressions
-from specc.model.system import Let, Memory
+from specc.model.system import Let, Memory, Subsystem
 from specc.reachable import reachable
 from specc.source import Place
 
@@ -77,7 +76,6 @@ def _quoted(label: str) -> str:
 # Every named part of a subsystem is used somewhere in it.
 
 
-Named = tuple[type[Expr], str]
 Part = Behaviour | Condition | Function | Let | Memory
 _PARTS: dict[type, str] = {
     Behaviour: "behaviour",
@@ -86,29 +84,31 @@ _PARTS: dict[type, str] = {
     Let: "let",
     Memory: "memory element",
 }
+Named = dict[tuple[type[Expr], str], Let | Memory]
 
 
 def parts_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0611; memory that is written is not unused, if perhaps not read."""
     for machine in facts.whole:
-        subsystem = machine.subsystem
-        readable = (*subsystem.lets, *subsystem.memory)
-        named: dict[Named, Part] = {(LetRef, item.name): item for item in subsystem.lets}
-        named |= {(MemoryRef, item.name): item for item in subsystem.memory}
-        every = (*subsystem.behaviours, *subsystem.functions, *subsystem.conditions, *readable)
-        parts: dict[int, Part] = {id(part): part for part in every}
-        needed = partial(_needed, named)
-        start: list[Part] = [state.behaviour for state in subsystem.states]
-        start += [row.condition for row in subsystem.transitions]
-        start += [named[name] for name in _names(a.that for a in subsystem.axioms) if name in named]
-        watched = facts.watched(subsystem)
-        start += [item for item in subsystem.memory if item.name in watched]
-        # Nothing can name these in an expression, which is an error of its own.
-        start += [part for part in readable if part.name in RESERVED]
-        used = reachable(map(id, start), lambda one: map(id, needed(parts.get(one))))
-        left = {_label(part): part for key, part in parts.items() if key not in used}
-        edges = {label: {_label(other) for other in needed(part)} for label, part in left.items()}
-        yield from _left_over("W0611", {label: part.place for label, part in left.items()}, edges)
+        yield from _unused_parts(machine.subsystem, facts.watched(machine.subsystem))
+
+
+def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnostic]:
+    named: Named = {(LetRef, item.name): item for item in subsystem.lets}
+    named |= {(MemoryRef, item.name): item for item in subsystem.memory}
+    every = (*subsystem.behaviours, *subsystem.functions, *subsystem.conditions, *named.values())
+    parts: dict[int, Part] = {id(part): part for part in every}
+    start: list[Part] = [state.behaviour for state in subsystem.states]
+    start += [row.condition for row in subsystem.transitions]
+    start += _named_in([axiom.that for axiom in subsystem.axioms], named)
+    start += [item for item in subsystem.memory if item.name in watched]
+    # Nothing can name these in an expression, which is an error of its own.
+    start += [part for part in named.values() if part.name in RESERVED]
+    used = reachable(map(id, start), lambda one: map(id, _needed(parts.get(one), named)))
+    left = {_label(part): part for key, part in parts.items() if key not in used}
+    places = {label: part.place for label, part in left.items()}
+    edges = {label: set(map(_label, _needed(part, named))) for label, part in left.items()}
+    yield from _left_over("W0611", places, edges)
 
 
 def _label(part: Part) -> str:
@@ -116,29 +116,24 @@ def _label(part: Part) -> str:
     return f"{kind} {part.name}"
 
 
-def _needed(named: Mapping[Named, Part], part: Part | None) -> list[Part]:
+def _needed(part: Part | None, named: Named) -> list[Part]:
     """The parts that a part names, and the memory that it writes."""
     match part:
         case Behaviour(functions=functions):
             return [*functions, part.terminal, part.error]
         case Function(assignments=items):
             written = [(MemoryRef, item.name) for item in items if not item.peer]
-            found = [*written, *_names(item.value for item in items)]
+            found: list[Part] = [named[name] for name in written if name in named]
+            return found + _named_in([item.value for item in items], named)
         case Condition(when=value) | Let(value=value):
-            found = _names([value])
-        case _:
-            return []
-    return [named[name] for name in found if name in named]
+            return _named_in([value], named)
+    return []
 
 
-def _names(values: Iterable[Expr]) -> list[Named]:
+def _named_in(values: Iterable[Expr], named: Named) -> list[Part]:
     """The lets and the memory that expressions name."""
-    return [
-        (type(node), node.name)
-        for value in values
-        for node in walk(value)
-        if isinstance(node, (LetRef, MemoryRef))
-    ]
+    nodes = [n for value in values for n in walk(value) if isinstance(n, (LetRef, MemoryRef))]
+    return [named[name] for n in nodes if (name := (type(n), n.name)) in named]
 
 
 # What the main file defines for all agents is used by one of them.

@@ -61,8 +61,6 @@ class Moves:
             lets, lambda name: tuple(self._implicants(lets[name], yes) for yes in (False, True))
         )
         self._of_rows: dict[tuple[str, str, str], Implicants] = {}
-        self.leaving = grouped((step.row.source, step) for step in machine.steps)
-        self.entering = grouped((step.row.target, step) for step in machine.steps)
 
     def needed(self, row: Transition) -> Implicants:
         """What must be fresh for a row to be taken."""
@@ -74,7 +72,7 @@ class Moves:
 
     def ways_out(self, state: str) -> Implicants:
         """What the ways out of a state need: those to others or, without these, to itself."""
-        steps = self.leaving.get(state, [])
+        steps = self.machine.leaving.get(state, [])
         found: set[Inputs] = set()
         for step in [s for s in steps if s.row.target != state] or steps:
             found.update(self.needed(step.row))
@@ -86,7 +84,7 @@ class Moves:
         """Whether a state can be entered again after it was left."""
 
         def following(name: str) -> list[str]:
-            return [step.row.target for step in self.leaving.get(name, ())]
+            return [step.row.target for step in self.machine.leaving.get(name, ())]
 
         return state in reachable(following(state), following)
 
@@ -132,17 +130,19 @@ class Waiting:
         self._moves: dict[str, Moves] = {}
         self._waits: dict[tuple[str, str, frozenset[Inputs]], Wait] = {}
 
-    def in_vain(self, reader: Machine, state: State) -> Iterator[tuple[Inputs, Rest]]:
-        """Of every sender that all ways out need: what is needed of it, and where it may rest."""
-        found = self._moves_of(reader).ways_out(state.name)
-        for wire in self._facts.wires.of(reader.subsystem) if found and all(found) else ():
-            peer = wire.port.peer
-            needs = frozenset(frozenset(n for n in each if n[0] == peer) for each in found)
-            if wire.port.direction == "x" and all(needs):
-                wait = self._wait(reader, wire, needs)
-                rest = wait.rest_in(state) if wait else None
-                if rest is not None:
-                    yield frozenset().union(*needs), rest
+    def in_vain(self, reader: Machine) -> Iterator[tuple[State, Inputs, Rest]]:
+        """States with what every way out of them needs of one sender, and where that may rest."""
+        moves = self._moves_of(reader)
+        for state in reader.subsystem.states:
+            found = moves.ways_out(state.name) if state.name in reader.reached else FREE
+            for wire in self._facts.wires.of(reader.subsystem) if found and all(found) else ():
+                peer = wire.port.peer
+                needs = frozenset(frozenset(n for n in each if n[0] == peer) for each in found)
+                if wire.port.direction == "x" and all(needs):
+                    wait = self._wait(reader, wire, needs)
+                    rest = wait.rest_in(state) if wait else None
+                    if rest is not None:
+                        yield state, frozenset().union(*needs), rest
 
     def _moves_of(self, machine: Machine) -> Moves:
         name = machine.subsystem.qualified_name
@@ -224,16 +224,17 @@ class Wait:
                 taking.append(step)
         resting = self._resting(free) if taking else frozenset()
         silent = [s for s in free if not {s.row.source, s.row.target} & self._served]
+        leaving = grouped((step.row.source, step) for step in silent)
         for step in taking if resting else ():
             if step.row.target not in self._served:
-                here = resting & reached_from(step.row.target, silent)
+                here = resting & reached_from(step.row.target, leaving)
                 if here:
                     return Rest(machine, _first(here, machine.subsystem), step.row)
         return None
 
     def _sent_before(self, state: State) -> Inputs:
         """What the states before the waiting one send to the one that is waited for."""
-        before = {step.row.source for step in self.reader.entering.get(state.name, ())}
+        before = {step.row.source for step in self.reader.machine.entering.get(state.name, ())}
         states = map(self.reader.subsystem.state, before - {state.name})
         return frozenset[InputName]().union(*map(self._asks, states))
 
@@ -279,11 +280,9 @@ def waits_end(facts: Facts) -> Iterator[Diagnostic]:
     """W0417, once for each sender that a state may wait for forever."""
     waiting = Waiting(facts)
     for machine in facts.whole:
-        for state in machine.subsystem.states:
-            if state.name in machine.reached:
-                for needed, rest in waiting.in_vain(machine, state):
-                    if rest.sender.ways_are_known:
-                        yield _finding(state, needed, rest)
+        for state, needed, rest in waiting.in_vain(machine):
+            if rest.sender.ways_are_known:
+                yield _finding(state, needed, rest)
 
 
 def _finding(state: State, needed: Inputs, rest: Rest) -> Diagnostic:

@@ -215,6 +215,14 @@ class Subsystem:
         return {state.name: state for state in self.states}
 
     @cached_property
+    def asked(self) -> tuple[Condition, ...]:
+        """The conditions that lead from state to state; of those with one text the last."""
+        behaviours = [state.behaviour for state in self.states]
+        every = [condition for b in behaviours for condition in (b.terminal, b.error)]
+        every += [row.condition for row in self.transitions]
+        return tuple({id(condition.when): condition for condition in every}.values())
+
+    @cached_property
     def written(self) -> dict[tuple[str, str], dict[str, list[Expr]]]:
         """What behaviours of states assign, by peer ("" for memory), name and behaviour."""
         found: dict[tuple[str, str], dict[str, list[Expr]]] = {}
