@@ -306,6 +306,56 @@ def test_what_is_violated_with_a_fault_is_said_of_runs_without_it(tmp_path: Path
     assert misjudged(result, found, range(2), TICKS) == []
 
 
+BESIDE_A_FAULT = """\
+specc: 1.1
+system: beside
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      x: {b: {pong: bool}}
+      y: {b: {ping: bool}}
+      memory: {since: {type: "real[s]", init: 0}}
+      conditions: {terminal: {ponged: x.b.pong}}
+      functions: {tell: {y.b.ping: True, since: elapsed}}
+      behaviours: {work: {functions: [tell], terminal: ponged}}
+      states: {S0: work}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S0]]
+  b:
+    control:
+      rate: 10 Hz
+      x: {a: {ping: bool}}
+      y: {a: {pong: bool}}
+      behaviours: {wait: {functions: [{y.a.pong: False}], terminal: never}}
+      states: {S0: wait}
+      initial_state: S0
+      assume: [{that: not fresh(x.a.ping), because: it is wrong}]
+require:
+  - {that: "always(REQUIRED)", because: it is tried}
+"""
+
+
+@pytest.mark.parametrize(
+    ("required", "verdict"),
+    [
+        ("a.c.since <= 0[s]", "not decided"),
+        ("state(b.c) == S0", "proved"),
+        ("not present(b.c.x.a.ping) or state(b.c) == S0", "proved"),
+        ("not present(b.c.x.a.ping) or a.c.since <= 0[s]", "not decided"),
+    ],
+)
+def test_a_fault_leaves_open_only_what_is_said_of_the_machine_that_fails(
+    required: str, verdict: str, tmp_path: Path
+) -> None:
+    """How long a state has lasted is unknown, whether another machine has failed or not."""
+    (tmp_path / "spec.yaml").write_text(BESIDE_A_FAULT.replace("REQUIRED", required), "utf-8")
+    result = compile_spec(str(tmp_path / "spec.yaml"))
+    found = explore(result.proofs, 1_000)
+    assert [judged.verdict for judged in found.requirements] == [verdict]
+    assert misjudged(result, found, range(2), TICKS) == []
+
+
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
 def test_the_monitor_of_the_recorded_trace_says_so(
     case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -243,4 +243,4 @@ def _is_proved(graphs: Sequence[Graph], index: int) -> bool:
 
 def _always_holds(graph: Graph, index: int) -> bool:
     watch = graph.composition.watch
-    return watch is not None and not watch.said[index] & {None, False}
+    return watch is not None and watch.proves(index)

@@ -36,7 +36,7 @@ class Watched(NamedTuple):
 
 
 class Watch:
-    """Follows some requirements over the machines of a slice; `said` has their verdicts.
+    """Follows some requirements over the machines of a slice.
 
     Values are seen as the monitors of a run see them: state and memory from the step on, outputs
     from the tick at which they become visible.
@@ -58,7 +58,10 @@ class Watch:
         requirements = [*required, *probes]
         self._required = len(required)
         self.monitors = [Monitor(requirement, tick_s) for requirement in requirements]
-        self.said: list[set[Truth]] = [set() for _ in requirements]
+        self._said: list[set[Truth]] = [set() for _ in requirements]
+        self._left_open, self._unclear = set[int](), set[int]()
+        """The requirements that were open after a failure, and those with conditions that were
+        unknown for another reason than that a machine had failed."""
         self.lacking: list[set[str]] = [set() for _ in requirements]
         """Of each: values that were absent where a condition was unknown; "" if it was for more."""
         self._walkers = {walker.name: walker for walker in walkers}
@@ -131,8 +134,7 @@ class Watch:
     ) -> tuple[int, tuple[int, ...]]:
         """The obligations after some ticks with constant values, and the violations on them.
 
-        Nothing is known of a machine that has failed. A verdict that this leaves open is no
-        violation: the run is over.
+        See `proves` about a machine that has failed.
         """
         states, seen = self._numbers.things[number]
         for machine, output, value in visible:
@@ -155,7 +157,9 @@ class Watch:
         zipped = zip(watched.states, self._answers[now], strict=True)
         for index, (state, atoms) in enumerate(zipped):
             after, said = self._monitored(index, state, atoms, ticks)
-            self.said[index] |= said - {None} if over else said
+            self._said[index] |= said - {None} if over else said
+            if over and None in said:
+                self._left_open.add(index)
             if False in said and index < self._required:
                 violated.append(index)
             states.append(after)
@@ -172,11 +176,16 @@ class Watch:
         return self._followed[key]
 
     def _now(self, seen: tuple[int, ...], locals_: Sequence[Local]) -> tuple[object, ...]:
-        """The abstract values of readings: states, or numbers; None for those that have none."""
+        """The abstract values of readings: states, or numbers; None for those that have none.
+
+        Nothing is known of a machine that has failed.
+        """
         found = list[object]()
         for index, kind, slot in self._places:
-            if index < 0 or locals_[index].clock == OVER:
+            if index < 0:
                 found.append(None)
+            elif locals_[index].clock == OVER:
+                found.append(_FAILED)
             elif kind == "sent":
                 found.append(seen[slot])
             elif kind == "memory":
@@ -198,14 +207,20 @@ class Watch:
         return index, reading.kind, slot
 
     def _judged(self, now: tuple[object, ...]) -> tuple[tuple[Truth, ...], ...]:
-        known = self._known_of(now)
-        truths = [tuple(self._truth(a, known) for a in mon.atoms) for mon in self.monitors]
-        absent = {x.name for x, found in zip(self._readings, now, strict=True) if found == ABSENT}
-        for lacking, monitor, said in zip(self.lacking, self.monitors, truths, strict=True):
-            for atom, truth in zip(monitor.atoms, said, strict=True):
-                if truth is None:
-                    named = {leaf.name for leaf in leaves(atom) if isinstance(leaf, m.MemoryRef)}
-                    lacking |= named & absent or {""}
+        known, pairs = self._known_of(now), list(zip(self._readings, now, strict=True))
+        absent = {x.name for x, found in pairs if found == ABSENT}
+        failed = {x.name for x, found in pairs if found is _FAILED}
+        truths = []
+        for index, monitor in enumerate(self.monitors):
+            said = [filled(atom, known) for atom in monitor.atoms]
+            truths.append(_truths(said))
+            for atom, left in zip(monitor.atoms, said, strict=True):
+                if isinstance(left, m.Truth):
+                    continue
+                self._widen(left, known)
+                self.lacking[index] |= _named(atom) & absent or {""}
+                if not _named(left) or not _named(left) <= failed:
+                    self._unclear.add(index)
         return tuple(truths)
 
     def _known_of(self, now: tuple[object, ...]) -> Known:
@@ -227,14 +242,29 @@ class Watch:
             return self._walkers[reading.subsystem].valued(reading.element[0], found)
         return self._values.value(found)
 
-    def _truth(self, that: m.Expr, known: Known) -> Truth:
-        said = filled(that, known)
-        if isinstance(said, m.Truth):
-            return said.value
-        if known.is_unclear(said):
-            asked = {leaf.name for leaf in leaves(said) if isinstance(leaf, m.MemoryRef)}
+    def _widen(self, left: m.Expr, known: Known) -> None:
+        """Note values whose region is not enough for a decision."""
+        if known.is_unclear(left):
+            asked = _named(left)
             self._values.widened |= {_target(x) for x in self._readings if x.name in asked}
-        return None
+
+    def proves(self, index: int) -> bool:
+        """Whether a requirement was met on all traces, as far as they were followed.
+
+        A verdict that a failure leaves open is no violation, since the run is over, unless
+        something else may have left it open.
+        """
+        is_open = index in self._left_open and index in self._unclear
+        return not is_open and not self._said[index] & {None, False}
+
+
+_FAILED = object()
+"""Stands for the values of a machine that has failed."""
+
+
+def _named(expr: m.Expr) -> set[str]:
+    """The readings that an expression names."""
+    return {leaf.name for leaf in leaves(expr) if isinstance(leaf, m.MemoryRef)}
 
 
 def _truths(said: Iterable[m.Expr]) -> tuple[Truth, ...]:
