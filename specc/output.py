@@ -12,6 +12,7 @@ from pathlib import Path
 from specc.atomic_files import sync
 from specc.diagnostics import Diagnostic
 from specc.read import ANYWHERE, Reach
+from specc.refusal import reason_of
 from specc.source import Place
 
 MARKER = ".specc-output"
@@ -125,6 +126,6 @@ def _foreign(directory: Path) -> Diagnostic:
 
 def _refused(directory: Path, error: OSError) -> Diagnostic:
     path = str(error.filename or directory)
-    message = f"the output cannot be written: {(error.strerror or 'unknown reason').lower()}"
+    message = f"the output cannot be written: {reason_of(error)}"
     hint = "check the permissions and the space there, or name another directory with --out"
     return Diagnostic("E0090", message, Place(path), help=hint)

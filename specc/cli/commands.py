@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from specc.cli import inspect, streams
 from specc.diagnostics import Diagnostic, nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
+from specc.refusal import Refused, reason_of
 from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
@@ -131,7 +132,7 @@ def explain(options: Namespace) -> int:
     if entry is None:
         close = " or ".join(f"`{code}`" for code in nearest(options.code, codes))
         hint = f"did you mean {close}?" if close else "`specc explain` lists all codes"
-        return streams.refuse(f"no code is called `{options.code}`; {hint}")
+        raise Refused(f"no code is called `{options.code}`; {hint}")
     streams.show(explanation(entry))
     return 0
 
@@ -151,7 +152,7 @@ def lsp(options: Namespace) -> int:
     try:
         from specc.tools.lsp.server import serve
     except ModuleNotFoundError as error:
-        return streams.refuse(streams.lacking(error, "pygls", "lsprotocol"))
+        raise streams.lacking(error, "pygls", "lsprotocol") from error
     return serve()
 
 
@@ -170,24 +171,25 @@ def run_import(options: Namespace) -> int:
     if not made.text:
         return code
     if options.out and os.path.realpath(options.out) in map(os.path.realpath, options.files):
-        return streams.refuse(f"{options.out} is what is imported; name another file with --out")
-    return _put(formatted(made.text), options.out, options.force)
+        raise Refused(f"{options.out} is what is imported; name another file with --out")
+    text = formatted(made.text)
+    if options.out is None:
+        streams.show(text)
+    else:
+        _put(text, options.out, options.force)
+    return 0
 
 
-def _put(text: str, out: str | None, force: bool) -> int:
+def _put(text: str, out: str, force: bool) -> None:
     """Write a specification; one that is there may have been completed by hand, so it stays."""
     from specc.cli.rewrite import create, rewrite
 
-    if out is None:
-        streams.show(text)
-        return 0
     try:
         if force and os.path.exists(out):
             rewrite(out, text)
         else:
             create(out, text)
-    except FileExistsError:
-        return streams.refuse(f"{out} is there already; `--force` replaces it")
+    except FileExistsError as error:
+        raise Refused(f"{out} is there already; `--force` replaces it") from error
     except OSError as error:
-        return streams.refuse(f"{out} cannot be written: {(error.strerror or '').lower()}")
-    return 0
+        raise Refused(f"{out} cannot be written: {reason_of(error)}") from error

@@ -15,11 +15,11 @@ from specc.atomic_files import sync
 from specc.cli import streams
 from specc.cli.recorded_spec import texts_of
 from specc.cli.recordings import called
-from specc.cli.streams import Refused
 from specc.diagnostics.report import report
 from specc.frozen import frozen
 from specc.lang.show import show
 from specc.model.requirement import Requirement, reach_s
+from specc.refusal import Refused, reason_of
 
 if TYPE_CHECKING:
     from specc.pipeline import Build
@@ -40,10 +40,7 @@ def run_explore(options: Namespace) -> int:
     if not result.ok or result.system is None:
         return streams.tell_of(result, options.spec) or 1
     found = explore(result.proofs, options.budget)
-    try:
-        kept = _recordings(found, built, options.spec, Path(options.traces)) if built else []
-    except Refused as refused:
-        return streams.refuse(refused)
+    kept = _recordings(found, built, options.spec, Path(options.traces)) if built else []
     interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in kept)
     explored = tuple(finding.diagnostic for finding in found.findings)
     # Other findings are left aside, and so are the comments about them.
@@ -200,8 +197,7 @@ def _recordings(found: Exploration, built: Build, spec: str, directory: Path) ->
         with TemporaryDirectory(prefix=".specc-", dir=directory) as scratch:
             return list(_each_recorded(found, built, spec, Path(scratch)))
     except OSError as error:
-        reason = (error.strerror or "unknown reason").lower()
-        raise Refused(f"cannot write to {directory}: {reason}") from error
+        raise Refused(f"cannot write to {directory}: {reason_of(error)}") from error
 
 
 def _each_recorded(

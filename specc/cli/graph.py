@@ -8,8 +8,8 @@ from importlib import import_module
 
 from specc.cli import streams
 from specc.cli.pictures import put
-from specc.cli.streams import Refused
-from specc.tools.graph import Diagram, NoPicture, as_dot, drawing, picture
+from specc.refusal import Refused
+from specc.tools.graph import Diagram, as_dot, drawing, picture
 
 FORMATS = ("svg", "png", "dot")
 DONE, WRONG = 0, 1
@@ -28,18 +28,15 @@ def graph(options: Namespace) -> int:
     code = streams.tell_of(result, options.spec) or WRONG if wrong or not result.system else DONE
     if result.system is None or code == streams.UNUSABLE or (code and not result.system.agents):
         return code
-    try:
-        form = _format(options)
-        kind, diagram = picture(result.system, options.place, options.of)
-        content = _content(diagram, form)
-        if form == "dot" and not options.out:
-            streams.show(content.decode())
-            return code
-        path = options.out or _name(options, kind, form)
-        put(path, content, form, "graph")
-        streams.show(f"{path}\n")
-    except (NoPicture, Refused) as refused:
-        return streams.refuse(refused)
+    form = _format(options)
+    kind, diagram = picture(result.system, options.place, options.of)
+    content = _content(diagram, form)
+    if form == "dot" and not options.out:
+        streams.show(content.decode())
+        return code
+    path = options.out or _name(options, kind, form)
+    put(path, content, form, "graph")
+    streams.show(f"{path}\n")
     return code
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from specc.cli import streams
 from specc.cli.new_files import placing, reason
-from specc.cli.streams import Refused
 from specc.diagnostics import nearest
+from specc.refusal import Refused
 from specc.resources import specs_dir
 
 _MOST_SHOWN = 5
@@ -23,8 +23,8 @@ def init(options: Namespace) -> int:
     """
     try:
         places = _written(options)
-    except (Refused, OSError) as error:
-        return streams.refuse(reason(error))
+    except OSError as error:
+        raise Refused(reason(error)) from error
     for place in places[:_MOST_SHOWN]:
         streams.show(f"{place}\n")
     if len(places) > _MOST_SHOWN:

@@ -17,19 +17,17 @@ from typing import Any
 from specc.cli import streams
 from specc.cli.new_files import placing, refuse_taken
 from specc.cli.rewrite import rewrite
-from specc.cli.streams import Refused
 from specc.diagnostics import Diagnostic
-from specc.mjcf import Model, ModelError, read_model
+from specc.mjcf import Model, read_model
 from specc.pipeline import Result, check_spec
 from specc.policy import reach_of
 from specc.read import ANYWHERE, read_file
+from specc.refusal import Refused
 from specc.source import real_path
 from specc.tools.fmt import LayoutError
 from specc.tools.importers.writing import PEERS, SpecNames
 from specc.tools.starting import (
     ModelFacts,
-    NoFacts,
-    NoGroup,
     Robot,
     added,
     bound,
@@ -88,7 +86,7 @@ def _new(options: Namespace) -> list[Path]:
     plant, copies = _plant(path, model, spec)
     refuse_taken({spec: "", **copies})
     name = system if options.agent is None else _legal(options.agent)
-    robot = _robot(name, _facts(path), model, options)
+    robot = _robot(name, facts_of(path), model, options)
     text = document(robot, system, plant, _command(path))
     with placing() as new:
         new.put(copies)
@@ -135,7 +133,7 @@ def _added(options: Namespace) -> list[Path]:
     model = _model(path)
     plant, copies = _same_plant(read.data, path, model, spec)
     refuse_taken(copies)
-    robot = _robot(name, _facts(path), model, options, bound(before.system))
+    robot = _robot(name, facts_of(path), model, options, bound(before.system))
     try:
         text = added(read.source.text, read.data, robot, plant, _command(path))
     except LayoutError:
@@ -186,20 +184,10 @@ def _is_same(path: str, spec: Path, named: str) -> bool:
 def _model(path: str) -> Model:
     if not os.path.isfile(path):
         raise Refused(f"there is no model {path}")
-    try:
-        model = read_model(path, ANYWHERE)
-    except ModelError as error:
-        raise Refused(str(error)) from None
+    model = read_model(path, ANYWHERE)
     if model.missing:
         raise Refused(f"{path} names {model.missing[0]}, which is not there")
     return model
-
-
-def _facts(path: str) -> ModelFacts:
-    try:
-        return facts_of(path)
-    except NoFacts as error:
-        raise Refused(str(error)) from None
 
 
 def _robot(
@@ -207,10 +195,7 @@ def _robot(
 ) -> Robot:
     """The robot, without what others have (`taken`); an agent has named groups only, if any."""
     wanted = {_legal(each): text for each, text in options.group.items()}
-    try:
-        groups = grouped(facts, wanted, taken, guess=not (wanted and options.agent))
-    except NoGroup as error:
-        raise Refused(f"--group: {error}") from None
+    groups = grouped(facts, wanted, taken, guess=not (wanted and options.agent))
     found, refused = receptors(facts, model, taken)
     refused = {**facts.refused, **refused}
     for line in left_out(refused):

@@ -15,6 +15,7 @@ from importlib import import_module
 from specc.cli import interruption, streams
 from specc.cli.arguments import parser
 from specc.cli.parsing import answer
+from specc.refusal import Refused, reason_of
 
 UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141
 _NEW_OBJECTS = 50_000
@@ -75,7 +76,7 @@ def _guarded(arguments: Sequence[str] | None) -> int:
             raise
         if isinstance(error, OSError) and error.filename is None:
             streams.abandon(sys.stdout)
-            streams.say(f"specc: the output cannot be written: {(error.strerror or '').lower()}")
+            streams.say(f"specc: the output cannot be written: {reason_of(error)}")
             return UNWRITTEN
         streams.say(_fault(error))
         return FAULT
@@ -95,7 +96,10 @@ def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 def _dispatch(options: argparse.Namespace) -> int:
     # What a command needs is imported when it is chosen; `--help` and usage errors need none of it.
     module, _, function = options.run.partition(":")
-    return int(getattr(import_module(f"specc.cli.{module}"), function)(options))
+    try:
+        return int(getattr(import_module(f"specc.cli.{module}"), function)(options))
+    except Refused as refused:
+        return streams.refuse(refused)
 
 
 def _fault(error: Exception) -> str:

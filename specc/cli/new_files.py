@@ -8,7 +8,6 @@ from pathlib import Path
 
 from specc.atomic_files import replacing
 from specc.cli.interruption import held, terminable
-from specc.cli.streams import Refused
 
 Content = str | Path
 """Of a new file: its text, or the file that it is a copy of."""
@@ -78,10 +77,8 @@ def refuse_taken(files: Files) -> None:
         raise Taken(f"{', '.join(taken[:3])} {verb} already")
 
 
-def reason(error: OSError | Refused) -> str:
+def reason(error: OSError) -> str:
     """Why nothing is written, with the place if the system names one."""
-    if isinstance(error, Refused):
-        return str(error)
     why = str(error) if isinstance(error, Taken) else f"cannot write: {error}"
     return f"{why}; nothing was written"
 

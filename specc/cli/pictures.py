@@ -13,7 +13,7 @@ from zlib import crc32
 
 from specc.atomic_files import replacing
 from specc.cli.interruption import held
-from specc.cli.streams import Refused
+from specc.refusal import Refused, reason_of
 
 
 def put(path: str, content: bytes, form: str, by: str) -> None:
@@ -27,8 +27,7 @@ def put(path: str, content: bytes, form: str, by: str) -> None:
         with held(), replacing(Path(path)) as aside:
             aside.write_bytes(made)
     except OSError as error:
-        why = (error.strerror or "not possible").lower()
-        raise Refused(f"{path} cannot be written: {why}") from error
+        raise Refused(f"{path} cannot be written: {reason_of(error)}") from error
 
 
 def _holds(path: str, content: bytes) -> bool:

@@ -15,11 +15,11 @@ from specc.cli import streams
 from specc.cli.pictures import put
 from specc.cli.recorded_spec import placed
 from specc.cli.recordings import called, lost
-from specc.cli.streams import Refused
 from specc.diagnostics.phrases import clipped
 from specc.model.system import System
 from specc.reachable import grouped
-from specc.tools.plot import NoSignal, Signal, found
+from specc.refusal import Refused
+from specc.tools.plot import Signal, found
 from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
 from specc.tools.plot.sheet import PlottedRun, Sheet, bands, cut, marks, numbers_of, panels
 from specc.tools.plot.table import table, timeline
@@ -35,10 +35,7 @@ def plot(options: Namespace) -> int:
     """Draw what is asked of recordings, or the states of all their machines."""
     others = [word for word in options.signals if word.endswith(_RECORDED)]
     words = [word for word in options.signals if not word.endswith(_RECORDED)]
-    try:
-        return _Plot(options, [options.file, *others], words).make()
-    except (Refused, NoSignal) as refused:
-        return streams.refuse(refused)
+    return _Plot(options, [options.file, *others], words).make()
 
 
 class _Plot:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from specc import output
 from specc.cli import streams
-from specc.cli.streams import Refused
 from specc.diagnostics.phrases import clipped
+from specc.refusal import Refused, reason_of
 
 if TYPE_CHECKING:
     from specc.model.system import Subsystem
@@ -34,10 +34,8 @@ def recover(options: Namespace) -> int:
     out = Path(options.out or options.file)
     try:
         saved = called("recording.reading", "Recovered", Path(options.file), out)
-    except Refused as refused:
-        return streams.refuse(refused)
     except OSError as error:
-        return streams.refuse(f"cannot write {out}: {(error.strerror or 'unknown reason').lower()}")
+        raise Refused(f"cannot write {out}: {reason_of(error)}") from error
     words = "it had been cut" if saved.cut else "it was whole"
     if saved.damaged:
         words = f"damaged parts left out: {saved.damaged}"
@@ -47,18 +45,11 @@ def recover(options: Namespace) -> int:
 
 def replay(options: Namespace) -> int:
     """Compare the steps of a recording with those of the specification as it is now."""
-    try:
-        told = called("recording.replay", "about", Path(options.file))
-        if not options.spec:
-            raise unnamed(options.file, told, ["specc", "replay", options.file])
-        return _replay(options, options.spec, told)
-    except Refused as refused:
-        return streams.refuse(refused)
-
-
-def _replay(options: Namespace, spec: str, told: Any) -> int:
     from specc import pipeline
 
+    told, spec = called("recording.replay", "about", Path(options.file)), options.spec
+    if not spec:
+        raise unnamed(options.file, told, ["specc", "replay", options.file])
     skips = called("recording.messages", "followed_the_clock", told)
     built = pipeline.build(spec, values_of(told), is_read=False, tests_all_rows=skips)
     result = built.result

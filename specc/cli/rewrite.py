@@ -21,6 +21,7 @@ from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Repair, report, resolve, shown_path
 from specc.policy import reach_of
 from specc.read import read_file, read_text, specification
+from specc.refusal import reason_of
 from specc.repair import Accepts, changes_elsewhere, is_wrong_again, repaired
 from specc.source import Place, Sources, real_path
 from specc.tools.fmt import formatted, upgrade
@@ -62,7 +63,7 @@ def create(path: str, text: str) -> None:
 
 def refusal(error: OSError) -> Diagnostic:
     """The finding about a file that could not be rewritten."""
-    message = f"the file cannot be written: {(error.strerror or 'refused').lower()}"
+    message = f"the file cannot be written: {reason_of(error)}"
     hint = "it is unchanged; check its permissions, those of its directory and the space there"
     return Diagnostic("E0090", message, Place(str(error.filename)), help=hint)
 

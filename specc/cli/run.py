@@ -16,7 +16,7 @@ from specc import output
 from specc.checks.plant import without_plant
 from specc.cli.inspect import JudgedFindings, judged, overrides_of
 from specc.cli.recorded_spec import recorded_package, texts_of
-from specc.cli.streams import Refused, refuse, tell
+from specc.cli.streams import tell
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import report, resolve
 from specc.source import Place, Sources
@@ -48,10 +48,7 @@ def run(options: Namespace) -> int:
             return code
         options.past = None
         if options.resume:
-            try:
-                options.past = recorded_package(options, built, Path(scratch, "recorded"))
-            except Refused as refused:
-                return refuse(refused)
+            options.past = recorded_package(options, built, Path(scratch, "recorded"))
         return launch(directory, options, built.result.sources)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from specc.diagnostics.render.visible import Form, harmless, visible
 from specc.diagnostics.report import Report, report, resolve
+from specc.refusal import Refused
 from specc.source import COMMAND_LINE
 
 if TYPE_CHECKING:
@@ -20,10 +21,6 @@ if TYPE_CHECKING:
 
 UNUSABLE = 2
 """Exit code for wrong usage, and for a file that cannot be read or written."""
-
-
-class Refused(Exception):
-    """A command cannot do what is asked; the message says why."""
 
 
 def refuse(why: object) -> int:

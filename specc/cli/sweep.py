@@ -24,6 +24,7 @@ from specc.cli.run import judged_to_run
 from specc.diagnostics.phrases import counted, few
 from specc.diagnostics.report import Report, report
 from specc.frozen import frozen
+from specc.refusal import Refused, reason_of
 from specc.tools.sweep import plots, summary
 from specc.tools.sweep.running import Bundle, Figures, SweepJob
 from specc.tools.sweep.settings import Axis, Setting, SweepError, axis_of, seeds_of, settings_of
@@ -92,12 +93,10 @@ def sweep(options: Namespace) -> int:
         if refused.setting:
             streams.say(f"specc: with {_words(refused.setting)}:")
         return streams.tell(refused.why) or 1
-    except SweepError as error:
-        return streams.refuse(error)
     except OSError as error:
         if error.filename is None:
             raise
-        return streams.refuse(f"{error.filename}: {(error.strerror or 'not usable').lower()}")
+        raise Refused(f"{error.filename}: {reason_of(error)}") from error
 
 
 def _sweep(options: Namespace) -> int:

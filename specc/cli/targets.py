@@ -12,6 +12,7 @@ from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
 from specc.limits import MAX_BYTES
 from specc.policy import settings_for
+from specc.refusal import reason_of
 from specc.source import Place
 
 _SUFFIXES = (".yaml", ".yml")
@@ -116,7 +117,7 @@ def _fixed_part(pattern: str) -> str:
 
 def _unread(error: OSError) -> Diagnostic:
     """The finding about a folder that cannot be looked into."""
-    message = f"the directory cannot be read: {(error.strerror or 'refused').lower()}"
+    message = f"the directory cannot be read: {reason_of(error)}"
     return Diagnostic("E0003", message, Place(str(error.filename)), help="check its permissions")
 
 

@@ -11,10 +11,10 @@ from typing import Any
 from specc.cli import streams
 from specc.cli.recorded_spec import texts_of
 from specc.cli.recordings import DIFFERS, called, lost, unnamed, values_of
-from specc.cli.streams import Refused
 from specc.diagnostics.phrases import clipped
 from specc.model.fsm import Behaviour, Cause, Condition
 from specc.model.system import Subsystem, System
+from specc.refusal import Refused
 from specc.source import Place, Sources
 from specc.tools.why import Moment, NotKnown, Reasons, shown, value_of
 
@@ -26,17 +26,14 @@ def why(options: Namespace) -> int:
     from specc import pipeline
 
     file, time_s = options.moment
-    try:
-        told, texts = called("recording.messages", "recorded", file)
-        if not options.spec:
-            words = ["specc", "why", f"{file}@{time_s:.12g}", *filter(None, [options.subsystem])]
-            raise unnamed(str(file), told, words)
-        result = pipeline.compile_spec(options.spec, values_of(told))
-        if not result.ok or result.system is None:
-            return streams.tell_of(result, options.spec) or DIFFERS
-        return _Answer(options, told, result.system, result.sources, texts).tell()
-    except Refused as refused:
-        return streams.refuse(refused)
+    told, texts = called("recording.messages", "recorded", file)
+    if not options.spec:
+        words = ["specc", "why", f"{file}@{time_s:.12g}", *filter(None, [options.subsystem])]
+        raise unnamed(str(file), told, words)
+    result = pipeline.compile_spec(options.spec, values_of(told))
+    if not result.ok or result.system is None:
+        return streams.tell_of(result, options.spec) or DIFFERS
+    return _Answer(options, told, result.system, result.sources, texts).tell()
 
 
 class _Answer:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from specc.cli import streams
 from specc.diagnostics.nearest import hint
+from specc.refusal import Refused, reason_of
 
 if TYPE_CHECKING:
     from specc.pipeline import Result
@@ -26,12 +27,12 @@ def run_witness(options: argparse.Namespace) -> int:
     try:
         import_module("specc.tools.witness")  # steps generated code
     except ModuleNotFoundError as error:
-        return streams.refuse(streams.lacking(error))
+        raise streams.lacking(error) from error
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
         return streams.tell_of(result, options.spec)
     if fault := _unknown(options, result):
-        return streams.refuse(fault)
+        raise Refused(fault)
     return _write_all(options, result)
 
 
@@ -85,8 +86,7 @@ def _write(item: Refutation, script: Script | None, options: argparse.Namespace)
     except FormatError as error:
         return streams.refuse(error)
     except OSError as error:
-        reason = (error.strerror or "unknown reason").lower()
-        return streams.refuse(f"{path} cannot be written: {reason}")
+        return streams.refuse(f"{path} cannot be written: {reason_of(error)}")
     return _say(f"wrote {path}: {where}", 1)
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from specc.frozen import frozen
+from specc.refusal import Refused
 
 
-class ModelError(Exception):
+class ModelError(Refused):
     """A model file that cannot be used; the message says why."""
 
 

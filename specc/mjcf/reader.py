@@ -16,6 +16,7 @@ from specc.mjcf.defaults import Defaults
 from specc.mjcf.model import Model, ModelError, ModelPart
 from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, excess, step_s
 from specc.read import ANYWHERE, Reach
+from specc.refusal import reason_of
 from specc.source import real_path
 
 MAX_BYTES = 10_000_000
@@ -276,8 +277,7 @@ def _content(path: str, shown: str) -> bytes:
         with open(path, "rb") as file:
             content = file.read(MAX_BYTES + 1)
     except OSError as error:
-        reason = (error.strerror or "unknown reason").lower()
-        raise ModelError(f"{shown} cannot be read: {reason}") from None
+        raise ModelError(f"{shown} cannot be read: {reason_of(error)}") from None
     except ValueError:
         raise ModelError(f"{shown} is not the name of a file") from None
     if len(content) > MAX_BYTES:

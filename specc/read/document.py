@@ -14,6 +14,7 @@ from specc.frozen import frozen
 from specc.limits import MAX_BYTES
 from specc.read.compose import compose
 from specc.read.permitted import claims_to_be_one
+from specc.refusal import reason_of
 from specc.source import Place, SourceFile
 
 # Characters that a specification may not contain, found before a parser sees them.
@@ -87,8 +88,7 @@ def _load_bytes(path: str) -> bytes:
         hint = "check the path: a file name cannot contain a NUL character"
         raise _refusal("E0001", path, "no such file", hint) from None
     except OSError as error:
-        reason = (error.strerror or "unknown reason").lower()
-        message = f"the file cannot be read: {reason}"
+        message = f"the file cannot be read: {reason_of(error)}"
         hint = "check the path and the permissions of the file"
         raise _refusal("E0003", path, message, hint) from None
     if len(raw) > MAX_BYTES:

@@ -9,6 +9,7 @@ from specc.diagnostics.nearest import nearest
 from specc.frozen import frozen
 from specc.model.fsm import Function
 from specc.model.system import Agent, Subsystem, System
+from specc.refusal import Refused
 from specc.tools.graph.diagram import Diagram
 from specc.tools.graph.flow import flow
 from specc.tools.graph.frames import frames
@@ -20,7 +21,7 @@ from specc.tools.graph.structure import structure
 Kind = Literal["structure", "inside", "states", "frames", "flow"]
 
 
-class NoPicture(Exception):
+class NoPicture(Refused):
     """There is no such place, or no such picture of it; the message says what there is."""
 
 

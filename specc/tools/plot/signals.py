@@ -30,6 +30,7 @@ from specc.model.types import (
     whole,
 )
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN, Unit
+from specc.refusal import Refused
 from specc.tools.why import value_of
 
 Numbers = tuple[float, ...]
@@ -44,7 +45,7 @@ _LARGEST = 1e100
 """Of what is drawn: axes cannot be as long as numbers can be large."""
 
 
-class NoSignal(Exception):
+class NoSignal(Refused):
     """A name stands for nothing that can be drawn; the message says why."""
 
 

@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 from specc.frozen import frozen
+from specc.refusal import Refused
 
 _SECONDS = 300
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -20,7 +21,7 @@ _LONGEST = 500
 Kind = Literal["position", "servo", "velocity", "speed", "force"]
 
 
-class NoFacts(Exception):
+class NoFacts(Refused):
     """The model cannot be used, or nobody here can read it; the message says why."""
 
 

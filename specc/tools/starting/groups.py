@@ -9,6 +9,7 @@ from typing import Literal
 
 from specc.diagnostics.nearest import hint
 from specc.frozen import frozen
+from specc.refusal import Refused
 from specc.tools.starting.facts import Actuator, ModelFacts
 
 GroupKind = Literal["arm", "leg", "gripper", "hand", "base", "head", "torso", "joints"]
@@ -25,8 +26,11 @@ _MOST_FINGERS = 4
 """Joints of what is called a gripper; more are a hand."""
 
 
-class NoGroup(Exception):
+class NoGroup(Refused):
     """What `--group` says cannot be; the message says why and what to say."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(f"--group: {why}")
 
 
 @frozen

@@ -11,6 +11,7 @@ from math import prod
 
 from specc.frozen import frozen
 from specc.model.units import UnitError, parse_unit
+from specc.refusal import Refused
 from specc.resolve.command_line import in_unit, quantity
 from specc.tools.sweep.running import OWN
 
@@ -28,7 +29,7 @@ Setting = Mapping[str, str]
 _BRACKETS = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
-class SweepError(Exception):
+class SweepError(Refused):
     """The sweep cannot be made as asked; the message says why and what would help."""
 
 
