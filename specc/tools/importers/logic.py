@@ -1,12 +1,20 @@
-"""Conditions of other formats: `and`, `or`, `not`, also as `&&`, `||`, `!`, over other texts."""
+"""Conditions of other formats: `and`, `or`, `not`, also as `&&`, `||`, `!`, over other texts.
+
+What is read is an expression of the model, in which a name or a text without `and`, `or` and `not`
+is called like a let; it knows where it stands.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Literal
 
 from specc.frozen import frozen
+from specc.lang import show
+from specc.model.expr import FALSE, TRUE, Expr, LetRef, Logic, Unary, walk
+from specc.model.logic import joined, negation, truth
+from specc.model.types import Bool
 
 _DEEPEST = 50
 _LONGEST = 4000
@@ -30,41 +38,12 @@ class LogicError(Exception):
         self.end = end
 
 
-@frozen
-class LogicConstant:
-    """`TRUE` or `FALSE`."""
-
-    value: bool
+def atom(text: str, start: int = 0) -> LetRef:
+    """A name, or a text, that begins at an offset."""
+    return LetRef(text, type=Bool(), span=(start, start + len(text)))
 
 
-@frozen
-class Operand:
-    """A name, or a text without `and`, `or` and `not` in it; `start` is its offset."""
-
-    text: str
-    start: int = 0
-
-
-@frozen
-class Not:
-    """`not operand`."""
-
-    operand: Logic
-
-
-@frozen
-class Join:
-    """Two or more operands, joined by `and` or by `or`."""
-
-    op: Literal["and", "or"]
-    operands: tuple[Logic, ...]
-
-
-Logic = LogicConstant | Operand | Not | Join
-TRUE, FALSE = LogicConstant(True), LogicConstant(False)
-
-
-def parse_logic(text: str) -> Logic:
+def parse_logic(text: str) -> Expr:
     """The structure of a condition; constants are `true` and `false` in any case.
 
     Raises:
@@ -73,69 +52,52 @@ def parse_logic(text: str) -> Logic:
     return _Parser(text).run()
 
 
-def negation(logic: Logic) -> Logic:
-    """`not logic`, simplified where that is evident."""
-    match logic:
-        case LogicConstant(value=value):
-            return LogicConstant(not value)
-        case Not(operand=operand):
-            return operand
-    return Not(logic)
-
-
-def join(op: Literal["and", "or"], operands: Iterator[Logic] | tuple[Logic, ...]) -> Logic:
+def join(op: Literal["and", "or"], operands: Iterable[Expr]) -> Expr:
     """Operands joined; constants, repetition and nesting of the same operator are folded."""
-    neutral = LogicConstant(op == "and")
-    kept: dict[str, Logic] = {}
+    neutral = truth(op == "and")
+    kept: dict[Expr, None] = {}
     for operand in operands:
-        parts = operand.operands if isinstance(operand, Join) and operand.op == op else (operand,)
-        kept |= {render(part, str): part for part in parts if part != neutral}
-    if any(part == negation(neutral) for part in kept.values()):
-        return negation(neutral)
-    if len(kept) < 2:
-        return next(iter(kept.values()), neutral)
-    return Join(op, tuple(kept.values()))
+        parts = operand.operands if isinstance(operand, Logic) and operand.op == op else (operand,)
+        kept |= dict.fromkeys(parts)
+    kept.pop(neutral, None)
+    return negation(neutral) if negation(neutral) in kept else joined(op, tuple(kept))
 
 
-def substitute(logic: Logic, values: dict[str, bool]) -> Logic:
+def substitute(logic: Expr, values: dict[str, bool]) -> Expr:
     """`logic` with names replaced by truth values, simplified."""
     match logic:
-        case Operand(text=text) if text in values:
-            return LogicConstant(values[text])
-        case Not(operand=operand):
+        case LetRef(name=text) if text in values:
+            return truth(values[text])
+        case Unary(operand=operand):
             return negation(substitute(operand, values))
-        case Join(op=op, operands=operands):
-            return join(op, tuple(substitute(part, values) for part in operands))
+        case Logic(op=op, operands=operands):
+            return join(op, (substitute(part, values) for part in operands))
     return logic
 
 
-def atoms(logic: Logic) -> Iterator[Operand]:
+def atoms(logic: Expr) -> list[LetRef]:
     """The atoms of a condition from left to right."""
-    match logic:
-        case Operand():
-            yield logic
-        case Not(operand=operand):
-            yield from atoms(operand)
-        case Join(operands=operands):
-            for operand in operands:
-                yield from atoms(operand)
+    return [part for part in walk(logic) if isinstance(part, LetRef)]
 
 
-def render(logic: Logic, name: Callable[[str], str]) -> str:
-    """The condition in the language of specifications; `name` gives the text of an atom."""
+def render(logic: Expr, name: Callable[[str], str]) -> str:
+    """The condition in the language of specifications; `name` gives the text of an atom.
+
+    All that is joined gets brackets: nobody has to know what binds more tightly.
+    """
     match logic:
-        case LogicConstant(value=value):
-            return str(value)
-        case Operand(text=text):
+        case LetRef(name=text):
             return name(text)
-        case Not(operand=operand):
-            inner = render(operand, name)
-            return f"not ({inner})" if isinstance(operand, Join) else f"not {inner}"
-    parts = (
-        f"({render(part, name)})" if isinstance(part, Join) else render(part, name)
-        for part in logic.operands
-    )
-    return f" {logic.op} ".join(parts)
+        case Unary(operand=operand):
+            return f"not {_operand(operand, name)}"
+        case Logic(op=op, operands=operands):
+            return f" {op} ".join(_operand(part, name) for part in operands)
+    return show(logic)
+
+
+def _operand(logic: Expr, name: Callable[[str], str]) -> str:
+    text = render(logic, name)
+    return f"({text})" if isinstance(logic, Logic) else text
 
 
 @frozen
@@ -155,22 +117,22 @@ class _Parser:
         self._at = 0
         self._depth = 0
 
-    def run(self) -> Logic:
+    def run(self) -> Expr:
         logic = self._either()
         if self._at < len(self._tokens):
             raise self._unexpected()
         return logic
 
-    def _either(self) -> Logic:
+    def _either(self) -> Expr:
         return self._joined("or", lambda: self._joined("and", self._single))
 
-    def _joined(self, op: Literal["and", "or"], part: Callable[[], Logic]) -> Logic:
+    def _joined(self, op: Literal["and", "or"], part: Callable[[], Expr]) -> Expr:
         operands = [part()]
         while self._take(op):
             operands.append(part())
-        return join(op, tuple(operands))
+        return join(op, operands)
 
-    def _single(self) -> Logic:
+    def _single(self) -> Expr:
         self._depth += 1
         if self._depth > _DEEPEST:
             raise LogicError(f"nested more than {_DEEPEST} deep", 0, self._length)
@@ -179,7 +141,7 @@ class _Parser:
         finally:
             self._depth -= 1
 
-    def _innermost(self) -> Logic:
+    def _innermost(self) -> Expr:
         if self._take("not"):
             return negation(self._single())
         if self._take("open"):
@@ -191,7 +153,7 @@ class _Parser:
         if token is None:
             raise self._unexpected("a name")
         known = {"true": TRUE, "false": FALSE}.get(token.text.lower())
-        return Operand(token.text, token.start) if known is None else known
+        return atom(token.text, token.start) if known is None else known
 
     def _take(self, kind: str) -> _Token | None:
         if self._at < len(self._tokens) and self._tokens[self._at].kind == kind:

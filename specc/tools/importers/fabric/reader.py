@@ -8,8 +8,9 @@ from fractions import Fraction
 from typing import TypeVar
 
 from specc.frozen import frozen
+from specc.model.expr import FALSE, Expr, LetRef
 from specc.tools.importers.import_notes import Notes
-from specc.tools.importers.logic import FALSE, Logic, LogicError, Operand, atoms, join, parse_logic
+from specc.tools.importers.logic import LogicError, atoms, join, parse_logic
 from specc.tools.importers.markup import XmlElement
 
 # A FABRIC subsystem definition as it is written: `<subsystem_definition>` read into records.
@@ -34,8 +35,8 @@ class Behaviour:
     """What runs in a state; conditions are over predicates."""
 
     name: str
-    stop: Logic
-    error: Logic
+    stop: Expr
+    error: Expr
     components: tuple[str, ...]
     element: XmlElement
 
@@ -45,7 +46,7 @@ class NextState:
     """A `<next_state>`."""
 
     target: str
-    condition: Logic
+    condition: Expr
     element: XmlElement
 
 
@@ -77,13 +78,13 @@ class FabricSubsystem:
         """The buffer of an alias."""
         return next((b for b in self.buffers if b.alias == alias), None)
 
-    def stop(self, state: FabricState) -> Logic:
+    def stop(self, state: FabricState) -> Expr:
         """When a state is left without an error: FABRIC asks any of its behaviours."""
-        return join("or", tuple(self.behaviours[b].stop for b in state.behaviours))
+        return join("or", (self.behaviours[b].stop for b in state.behaviours))
 
-    def error(self, state: FabricState) -> Logic:
+    def error(self, state: FabricState) -> Expr:
         """When a state is left in error."""
-        return join("or", tuple(self.behaviours[b].error for b in state.behaviours))
+        return join("or", (self.behaviours[b].error for b in state.behaviours))
 
 
 # From the XML tree of a subsystem definition to its records.
@@ -239,7 +240,7 @@ class _SubsystemReader:
             period = self._seconds(group, "min_period") or period
         return FabricState(name, tuple(dict.fromkeys(running)), arcs, period, element)
 
-    def _condition(self, element: XmlElement, attribute: str, known: frozenset[str]) -> Logic:
+    def _condition(self, element: XmlElement, attribute: str, known: frozenset[str]) -> Expr:
         if not self.notes.need(element, attribute):
             return FALSE
         try:
@@ -250,15 +251,15 @@ class _SubsystemReader:
             self.notes.error("E0807", error.message, place, help)
             return FALSE
         for atom in atoms(logic):
-            if atom.text not in known:
+            if atom.name not in known:
                 self._unknown_predicate(atom, element, attribute)
         return logic
 
-    def _unknown_predicate(self, atom: Operand, element: XmlElement, attribute: str) -> None:
-        place = element.value_place(attribute, atom.start, atom.start + len(atom.text))
-        message = f"there is no predicate `{atom.text}`"
+    def _unknown_predicate(self, atom: LetRef, element: XmlElement, attribute: str) -> None:
+        place = element.value_place(attribute, *atom.span)
+        message = f"there is no predicate `{atom.name}`"
         help = "declare the predicate, or correct the name"
-        if atom.text == IN_ERROR:
+        if atom.name == IN_ERROR:
             message = f"`{IN_ERROR}` is known only in `init_cond`"
             help = (
                 "conditions of a behavior are evaluated before it is known whether "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from specc.model.expr import FALSE, TRUE, Expr, LetRef, Unary
 from specc.tools.importers.fabric.reader import (
     IN_ERROR,
     OK,
@@ -13,7 +14,7 @@ from specc.tools.importers.fabric.reader import (
 )
 from specc.tools.importers.fabric.wiring import PARTS, Ends, SharedDefinitions
 from specc.tools.importers.import_notes import Notes
-from specc.tools.importers.logic import FALSE, TRUE, Logic, Not, Operand, render, substitute
+from specc.tools.importers.logic import render, substitute
 from specc.tools.importers.writing import Data, SpecNames, filled
 
 # Behaviours, states and rows of a FABRIC subsystem in the terms of a specification.
@@ -87,14 +88,14 @@ class _Machine:
             source, target = (self._state_names.of(n) for n in (state.name, arc.target))
             self.transitions.append([source, cause, name, target])
 
-    def _condition(self, kind: str, logic: Logic, wish: str) -> str:
+    def _condition(self, kind: str, logic: Expr, wish: str) -> str:
         """The name of a condition; a single predicate gives its own name, wherever it is asked."""
         if logic in (TRUE, FALSE):
             return "always" if logic == TRUE else "never"
         match logic:
-            case Operand(text=predicate):
+            case LetRef(name=predicate):
                 wish = predicate
-            case Not(operand=Operand(text=predicate)):
+            case Unary(operand=LetRef(name=predicate)):
                 wish = f"not_{predicate}"
         text = render(logic, self._predicate)
         key = kind, text, wish

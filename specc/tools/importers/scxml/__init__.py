@@ -190,7 +190,7 @@ class _SystemMaker:
         for state in self._chart.states:
             for transition in state.transitions:
                 for atom in atoms(transition.guard):
-                    if atom.text not in told:
-                        told.add(atom.text)
-                        message = f"guard `{atom.text}` is the input `{self._guard(atom.text)}`"
+                    if atom.name not in told:
+                        told.add(atom.name)
+                        message = f"guard `{atom.name}` is the input `{self._guard(atom.name)}`"
                         self._notes.changed(message, transition.element.value_place("cond"))

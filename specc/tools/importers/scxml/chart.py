@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from specc.frozen import frozen
+from specc.model.expr import TRUE, Expr
 from specc.source import Place
 from specc.tools.importers.import_notes import Notes
-from specc.tools.importers.logic import TRUE, Logic, LogicError, Operand, parse_logic
+from specc.tools.importers.logic import LogicError, atom, parse_logic
 from specc.tools.importers.markup import XmlElement
 
 NAMESPACE = "http://www.w3.org/2005/07/scxml"
@@ -22,7 +23,7 @@ class Transition:
     """A transition; no `events` means that it needs none, no `target` that the state stays."""
 
     events: tuple[str, ...]
-    guard: Logic
+    guard: Expr
     target: str
     element: XmlElement
 
@@ -119,7 +120,7 @@ def _transition(element: XmlElement, notes: Notes) -> Transition:
     return Transition(events, _guard(element), target, element)
 
 
-def _guard(element: XmlElement) -> Logic:
+def _guard(element: XmlElement) -> Expr:
     """The condition; a text whose structure is not Boolean is one question as a whole."""
     text = element.get("cond")
     if not text:
@@ -127,7 +128,7 @@ def _guard(element: XmlElement) -> Logic:
     try:
         return parse_logic(text)
     except LogicError:
-        return Operand(" ".join(text.split()))
+        return atom(" ".join(text.split()))
 
 
 def _nested(root: XmlElement) -> Iterator[tuple[str, str]]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from specc.frozen import frozen
-from specc.tools.importers.logic import FALSE, TRUE, Logic, Operand, join, negation, render
+from specc.model.expr import FALSE, TRUE, Expr
+from specc.model.logic import negation
+from specc.tools.importers.logic import atom, join, render
 from specc.tools.importers.scxml.chart import ChartState, Transition
 from specc.tools.importers.writing import SpecNames
 
@@ -100,7 +102,7 @@ def left(state: ChartState, events: Events, name: Callable[[str], str]) -> str:
         join("and", (_event(t.events, events), t.guard))
         for t in sorted(state.transitions, key=lambda t: bool(t.events))
     ]
-    return render(join("or", tuple(parts)), name)
+    return render(join("or", parts), name)
 
 
 def _condition(
@@ -112,7 +114,7 @@ def _condition(
     """`earlier` transitions come with the events that they match, None for any."""
     if not own.events:
         parts = [own.guard, *(negation(t.guard) for t, _ in earlier)]
-        condition = join("and", tuple(parts))
+        condition = join("and", parts)
         return "" if condition == FALSE else render(condition, name)
     matching = events.matching(own.events)
     parts = [own.guard]
@@ -130,10 +132,10 @@ def _condition(
     return "" if not matching or condition == FALSE else render(condition, name)
 
 
-def _event(descriptors: tuple[str, ...], events: Events) -> Logic:
+def _event(descriptors: tuple[str, ...], events: Events) -> Expr:
     return _members(events.matching(descriptors)) if descriptors else TRUE
 
 
-def _members(members: frozenset[str]) -> Logic:
+def _members(members: frozenset[str]) -> Expr:
     """The question for events has no text in the chart; a mark keeps it apart from guards."""
-    return Operand(EVENTS + " ".join(sorted(members)))
+    return atom(EVENTS + " ".join(sorted(members)))
