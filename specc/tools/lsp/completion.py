@@ -285,14 +285,13 @@ def _task(index: Index, role: Role) -> Iterator[Completion]:
 
 def _formula(index: Index, path: str, before: str) -> Iterator[Completion]:
     """What may follow in a requirement."""
-    paths = index.links.paths
-    if (found := following(before, paths)) is not None:
+    if (found := following(before, index.paths)) is not None:
         yield from (Completion(name, "value", name_only=True) for name in found)
         return
     yield from _names_only(complete_expression(index, path, (), "constant", before))
     if not _UNIT.search(before):
         yield from _of_kind(index, index.visible(path, ()), ("let",))
-        yield from (Completion(name, "agent") for name in paths.below(()))
+        yield from (Completion(name, "agent") for name in index.paths.below(()))
         yield from (Completion(name, "operator") for name in WORDS)
 
 

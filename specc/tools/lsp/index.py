@@ -15,9 +15,9 @@ from specc.model.system import System
 from specc.reachable import grouped
 from specc.resolve.context import Findings, Meaning, Use
 from specc.resolve.uses import uses_in, uses_in_type
-from specc.schema.places import split
 from specc.source import Place, Route, SourceFile, Sources, TextNode
-from specc.tools.lsp.references import Links, Occurrence, links_of, references_of
+from specc.tools.lsp.formulas import Paths, paths_of
+from specc.tools.lsp.references import Links, Occurrence, linked, references_of
 from specc.tools.lsp.symbols import (
     FileSymbols,
     Key,
@@ -25,7 +25,6 @@ from specc.tools.lsp.symbols import (
     collect,
     in_force,
     node_at,
-    symbol_at,
     values,
 )
 
@@ -136,6 +135,11 @@ class Index:
         return None
 
     @cached_property
+    def paths(self) -> Paths:
+        """What requirements may name."""
+        return paths_of(self.system) if self.system else Paths()
+
+    @cached_property
     def _by_file(self) -> dict[str, list[Meaning]]:
         return grouped((path, meaning) for (path, _), meaning in self.meanings.items())
 
@@ -143,8 +147,7 @@ class Index:
 def build_index(sources: Sources, system: System | None, found: Findings) -> Index:
     """The index of some files, as far as they could be understood."""
     files = {source.path: collect(source) for source in sources}
-    links = links_of(system)
-    _attach(files, links)
+    links = linked(files, system)
     for source in sources:
         _tie(files[source.path], source)
     return Index(sources, system, _by_place(found.meanings), files, links, found)
@@ -158,37 +161,6 @@ def _by_place(meanings: Iterable[Meaning]) -> dict[Key, Meaning]:
         if key not in found or found[key].expr is None:
             found[key] = meaning
     return found
-
-
-def _attach(files: Mapping[str, FileSymbols], links: Links) -> None:
-    """Give symbols their types, and elements the other ends of their connections."""
-    for key, type_ in links.types.items():
-        if symbol := symbol_at(files, key):
-            symbol.type = type_
-    for here, there in links.shared.items():
-        _share(files, here, symbol_at(files, there))
-    for one, other in links.ends:
-        a, b = symbol_at(files, one), symbol_at(files, other)
-        if a and b:
-            _join(a, b)
-
-
-def _join(one: Symbol, other: Symbol) -> None:
-    """Make two symbols declarations of one element."""
-    joined = tuple(dict.fromkeys((*one.declarations, *other.declarations)))
-    for end in joined:
-        end.ends = joined
-
-
-def _share(files: Mapping[str, FileSymbols], key: Key, element: Symbol | None) -> None:
-    """Let a buffer have an element of its interface, as if it stood there."""
-    path, route = key
-    owner, rest = split(route)
-    if element is not None and path in files:
-        name = ".".join(map(str, rest))
-        own = Symbol("element", element.name, element.place, owner, name, element.type)
-        files[path].inside.setdefault(owner, {}).setdefault(("element", name), own)
-        _join(element, own)
 
 
 def _tie(file: FileSymbols, source: SourceFile) -> None:

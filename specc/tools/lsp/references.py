@@ -13,11 +13,11 @@ from specc.model.wires import Wires
 from specc.resolve.context import Use
 from specc.schema.places import split
 from specc.source import Place, Route, SourceFile
-from specc.tools.lsp.formulas import Paths, paths_of
 from specc.tools.lsp.symbols import (
     FileSymbols,
     Key,
     Symbol,
+    share,
     symbol_at,
     values,
 )
@@ -50,46 +50,44 @@ def _crossing(system: System) -> Iterator[tuple[Type, str]]:
                 yield memory.type, "the judge of the task"
 
 
-# What the model adds to the text: types of symbols, the ends of connections, peers, the task.
+# What the model adds to the text: types of symbols, the ends of connections, peers, bindings.
 
 
 @dataclass(slots=True)
 class Links:
-    """Definitions are named by file and route, so that they outlive the model."""
+    """Definitions that keys stand for, named by file and route, so that they outlive the model."""
 
-    types: dict[Key, Type] = field(default_factory=dict)
-    ends: list[tuple[Key, Key]] = field(default_factory=list)
     peers: dict[Key, Key] = field(default_factory=dict)
     """Key of a buffer (owner, direction, peer) -> subsystem or device at the other end."""
     named: dict[Key, Key] = field(default_factory=dict)
     """Key of a buffer -> what has the name of its peer: an agent, not its control subsystem."""
     agents: dict[str, Key] = field(default_factory=dict)
-    shared: dict[Key, Key] = field(default_factory=dict)
-    """Element of a buffer that names an interface -> the element of the interface."""
     bindings: dict[Key, Key] = field(default_factory=dict)
-    paths: Paths = field(default_factory=Paths)
-    """What requirements may name."""
-    in_python: dict[str, str] = field(default_factory=dict)
-    """Enums whose members Python code knows by their names -> the code."""
 
 
-def links_of(system: System | None) -> Links:
-    """The links of a system; none where there is no system."""
+def linked(files: Mapping[str, FileSymbols], system: System | None) -> Links:
+    """Give symbols their types, and elements the other ends of their connections."""
     links = Links()
     if system is None:
         return links
     for constant in system.constants:
-        links.types[key_of(constant.place)] = constant.value.type
+        _typed(files, constant.place, constant.value.type)
     for let in system.formula_lets:
-        links.types[key_of(let.place)] = let.value.type if let.value else Bool()
+        _typed(files, let.place, let.value.type if let.value else Bool())
+    for item in system.plant.observed if system.plant else ():
+        _typed(files, item.place, item.type)
+    for subsystem in system.subsystems:
+        _declare(files, subsystem)
     links.agents = {agent.name: key_of(agent.place) for agent in system.agents}
-    links.in_python = enums_in_python(system)
     wires = Wires(system.agents)
     for subsystem in system.subsystems:
-        _types(links, subsystem)
-        _connections(links, subsystem, wires)
-    _bindings(links, system, wires)
-    links.paths = paths_of(system)
+        _connect(files, links, subsystem, wires)
+    for binding in system.plant.bindings if system.plant else ():
+        device = wires.devices.get(binding.device)
+        for element in (*device.x, *device.y) if device else ():
+            if element.name == binding.element:
+                _typed(files, element.place, element.type)
+                links.bindings[key_of(binding.place)] = key_of(element.place)
     return links
 
 
@@ -98,20 +96,28 @@ def key_of(place: Place) -> Key:
     return place.file, place.route
 
 
-def _types(links: Links, subsystem: Subsystem) -> None:
+def _typed(files: Mapping[str, FileSymbols], place: Place, type_: Type) -> None:
+    if symbol := symbol_at(files, key_of(place)):
+        symbol.type = type_
+
+
+def _declare(files: Mapping[str, FileSymbols], subsystem: Subsystem) -> None:
+    """What a subsystem has; a buffer has the elements of its interface as if they stood there."""
     for memory in subsystem.memory:
-        links.types[key_of(memory.place)] = memory.type
+        _typed(files, memory.place, memory.type)
     for let in subsystem.lets:
-        links.types[key_of(let.place)] = let.value.type
+        _typed(files, let.place, let.value.type)
     for port in subsystem.ports:
         for element in port.elements:
-            links.types[key_of(element.place)] = element.type
-            if port.interface and port.place_of(element) == port.place:
-                here = port.place.below(element.name)
-                links.shared[key_of(here)] = key_of(element.place)
+            _typed(files, element.place, element.type)
+            there = symbol_at(files, key_of(element.place))
+            if there and port.interface and port.place_of(element) == port.place:
+                share(files, port.place.below(element.name), there)
 
 
-def _connections(links: Links, subsystem: Subsystem, wires: Wires) -> None:
+def _connect(
+    files: Mapping[str, FileSymbols], links: Links, subsystem: Subsystem, wires: Wires
+) -> None:
     for wire in wires.of(subsystem):
         port, other = wire.port, wire.part
         if other is None:
@@ -119,21 +125,11 @@ def _connections(links: Links, subsystem: Subsystem, wires: Wires) -> None:
         links.peers.setdefault(key_of(port.place), key_of(other.place))
         if named := wires.named(subsystem, port):
             links.named.setdefault(key_of(port.place), key_of(named))
-        far = {e.name: e for e in wire.elements}
+        far = {e.name: symbol_at(files, key_of(e.place)) for e in wire.elements}
         for element in port.elements:
-            if element.name in far and element.place != far[element.name].place:
-                links.ends.append((key_of(element.place), key_of(far[element.name].place)))
-
-
-def _bindings(links: Links, system: System, wires: Wires) -> None:
-    for item in system.plant.observed if system.plant else ():
-        links.types[key_of(item.place)] = item.type
-    for binding in system.plant.bindings if system.plant else ():
-        device = wires.devices.get(binding.device)
-        for element in (*device.x, *device.y) if device else ():
-            if element.name == binding.element:
-                links.types[key_of(element.place)] = element.type
-                links.bindings[key_of(binding.place)] = key_of(element.place)
+            near, end = symbol_at(files, key_of(element.place)), far.get(element.name)
+            if near and end and near is not end:
+                near.join(end)
 
 
 # Where the texts of a file name symbols.

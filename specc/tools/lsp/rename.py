@@ -14,7 +14,7 @@ from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import PARAMETER_TYPES
 from specc.tools.lsp.index import Index
 from specc.tools.lsp.project import FileEdit, Project
-from specc.tools.lsp.references import Occurrence
+from specc.tools.lsp.references import Occurrence, enums_in_python
 from specc.tools.lsp.symbols import Symbol, values
 
 # Whether a symbol can be renamed: invalid names, names in use, names that Python relies on.
@@ -55,7 +55,7 @@ def _fixed(index: Index, symbol: Symbol) -> str:
     if symbol.kind == "member":
         if index.system is None:
             return "it is not known whether Python code uses it"
-        code = index.links.in_python.get(symbol.qualified.partition(".")[0])
+        code = enums_in_python(index.system).get(symbol.qualified.partition(".")[0])
         return f"Python code knows it by this name: {code}" if code else ""
     return ""
 

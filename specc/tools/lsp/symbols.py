@@ -39,6 +39,12 @@ class Symbol:
         """The places that declare it: both ends of a connection."""
         return self.ends or (self,)
 
+    def join(self, other: Symbol) -> None:
+        """Make two symbols declarations of one element."""
+        joined = tuple(dict.fromkeys((*self.declarations, *other.declarations)))
+        for end in joined:
+            end.ends = joined
+
 
 @dataclass(slots=True)
 class FileSymbols:
@@ -143,6 +149,16 @@ def _all_in_files(files: Mapping[str, FileSymbols], path: str, seen: set[str]) -
     yield from file.top.values()
     for used in file.uses:
         yield from (s for s in _all_in_files(files, used, seen) if s.kind != "parameter")
+
+
+def share(files: Mapping[str, FileSymbols], here: Place, element: Symbol) -> None:
+    """Let a buffer have an element of its interface, as if it stood there."""
+    owner, rest = split(here.route)
+    if here.file in files:
+        name = ".".join(map(str, rest))
+        own = Symbol("element", element.name, element.place, owner, name, element.type)
+        files[here.file].inside.setdefault(owner, {}).setdefault(("element", name), own)
+        element.join(own)
 
 
 def symbol_at(files: Mapping[str, FileSymbols], key: Key) -> Symbol | None:
