@@ -75,6 +75,20 @@ class TextNode:
     keys: dict[str | int, "TextNode"] = field(default_factory=dict)
     values: dict[str | int, "TextNode"] = field(default_factory=dict)
 
+    def at(self, route: Route) -> "TextNode | None":
+        """The value at a route from here, if there is one."""
+        node: TextNode | None = self
+        for step in route:
+            node = node.values.get(step) if node else None
+        return node
+
+    def below(self, route: Route = ()) -> "Iterator[tuple[Route, TextNode | None, TextNode]]":
+        """Every value below: its route, the key that names it, and the value itself."""
+        for step, value in self.values.items():
+            here = (*route, step)
+            yield here, self.keys.get(step), value
+            yield from value.below(here)
+
 
 @remembering
 class SourceFile:
@@ -113,6 +127,15 @@ class SourceFile:
                 after = number
             found.append(after)
         return found[::-1]
+
+    def node(self, route: Route) -> TextNode | None:
+        """The value at a route as it is written, if there is one."""
+        return self.spans.at(route) if self.spans else None
+
+    @property
+    def nodes(self) -> Iterator[tuple[Route, TextNode | None, TextNode]]:
+        """Every value: its route, the key that names it, and the value itself."""
+        return self.spans.below() if self.spans else iter(())
 
     def line(self, number: int) -> str:
         """Text of a line, counted from 1, without its line break; empty beyond the file."""

@@ -8,7 +8,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from specc.atomic_files import replacing
 from specc.cli import inspect, streams
+from specc.cli.interruption import held
 from specc.diagnostics import Diagnostic, nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
 from specc.refusal import Refused, reason_of
@@ -182,14 +184,15 @@ def run_import(options: Namespace) -> int:
 
 def _put(text: str, out: str, force: bool) -> None:
     """Write a specification; one that is there may have been completed by hand, so it stays."""
-    from specc.cli.rewrite import create, rewrite
+    from specc.cli.rewrite import rewrite
 
+    if os.path.lexists(out) and not force:
+        raise Refused(f"{out} is there already; `--force` replaces it")
     try:
-        if force and os.path.exists(out):
+        if os.path.exists(out):
             rewrite(out, text)
         else:
-            create(out, text)
-    except FileExistsError as error:
-        raise Refused(f"{out} is there already; `--force` replaces it") from error
+            with held(), replacing(Path(out)) as aside:
+                aside.write_bytes(text.encode())
     except OSError as error:
         raise Refused(f"{out} cannot be written: {reason_of(error)}") from error

@@ -46,21 +46,6 @@ def rewrite(path: str, text: str) -> None:
         raise OSError(error.errno, error.strerror, path) from error
 
 
-def create(path: str, text: str) -> None:
-    """Write a new file; if that fails there is none.
-
-    Raises:
-        OSError: the system refuses, or there is something at the path.
-    """
-    with held(), open(path, "xb") as file:
-        try:
-            file.write(text.encode())
-            file.flush()
-        except BaseException:
-            os.unlink(path)
-            raise
-
-
 def refusal(error: OSError) -> Diagnostic:
     """The finding about a file that could not be rewritten."""
     message = f"the file cannot be written: {reason_of(error)}"

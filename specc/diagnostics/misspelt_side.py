@@ -19,7 +19,7 @@ from typing import NamedTuple
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
 from specc.diagnostics.renaming import as_written, reworded
 from specc.frozen import frozen
-from specc.source import Place, Route, SourceFile, Sources, TextNode
+from specc.source import Place, Route, SourceFile, Sources
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
     "E0201": ("memory", "let", "constants", "parameters", "files"),
@@ -74,8 +74,7 @@ class _Definition:
     @property
     def is_in_system(self) -> bool:
         """Whether its file is that of a system."""
-        spans = self.source.spans
-        return spans is not None and "system" in spans.values
+        return self.source.node(("system",)) is not None
 
     @property
     def is_alone(self) -> bool:
@@ -167,7 +166,7 @@ def _settle(
 
 def _is_also_a_type(name: str, sources: Iterable[SourceFile]) -> bool:
     """Whether a type and something else have a name: its uses do not tell which is right."""
-    routes = (route for source in sources for route, _ in _routes(source.spans, ()))
+    routes = (route for source in sources for route, *_ in source.nodes)
     sections = {("", *route)[-2] for route in routes if route[-1] == name}
     return "types" in sections and len(sections) > 1
 
@@ -218,7 +217,7 @@ def _words(text: str) -> Counter[str]:
 
 def _definitions(slip: _Slip, sections: tuple[str, ...], sources: Sources) -> Iterator[_Definition]:
     for source in sources:
-        for route, _ in _routes(source.spans, ()):
+        for route, *_ in source.nodes:
             if not _is_called(route[-1], slip.right):
                 continue
             section, above = ("", "", *route)[-2], ("", "", "", *route)[-3]
@@ -245,7 +244,7 @@ def _is_member_once(name: str, sources: Sources) -> bool:
     """Whether a name stands nowhere but among the members of an enum."""
     if sum(_count(name, source) for source in sources) != 1:
         return False
-    texts = (value for source in sources for _, value in _routes(source.spans, ()))
+    texts = (node.scalar or "" for source in sources for *_, node in source.nodes)
     return any(name in _NAME.findall(text) and "enum[" in text for text in texts)
 
 
@@ -269,9 +268,9 @@ def _count(
     name = _BRACES.sub("{}", name)
     return sum(
         name in (_BRACES.sub("{}", one[0]), _INDEX.sub("", one[0]) if is_group else "")
-        for route, value in _routes(source.spans, ())
+        for route, _, node in source.nodes
         if route[: len(scope)] == scope and route[-1] not in _PROSE
-        for text, is_key in ((route[-1], True), (value, False))
+        for text, is_key in ((route[-1], True), (node.scalar, False))
         for one in (_NAME.finditer(text) if isinstance(text, str) else ())
         if not is_element
         or one.string[: one.start()].endswith(".")
@@ -283,13 +282,3 @@ def _is_in_buffer(route: Route) -> bool:
     """Whether a key is that of a peer, or of an element of a buffer or an interface."""
     section, above = ("", "", *route)[-2], ("", "", "", *route)[-3]
     return section in ("x", "y") or above in ("x", "y", "interfaces")
-
-
-def _routes(node: TextNode | None, route: Route) -> Iterator[tuple[Route, str]]:
-    """Every route below a node with the scalar that stands there, if one does."""
-    if node is None:
-        return
-    if route:
-        yield route, node.scalar or ""
-    for step, below in node.values.items():
-        yield from _routes(below, (*route, step))

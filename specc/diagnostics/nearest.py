@@ -93,12 +93,12 @@ def _is_swap(one: str, other: str) -> bool:
 
 def apart(one: str, other: str) -> tuple[int, str, str]:
     """Two names without what both begin and end with, and where what is left begins."""
-    start = _common(one, other)
-    end = _common(one[start:][::-1], other[start:][::-1])
+    start = common(one, other)
+    end = common(one[start:][::-1], other[start:][::-1])
     return start, one[start : len(one) - end], other[start : len(other) - end]
 
 
-def _common(one: str, other: str) -> int:
-    """Number of letters that both begin with."""
+def common(one: Sequence[object], other: Sequence[object]) -> int:
+    """How many letters, or parts of names, both begin with."""
     pairs = zip(one, other, strict=False)
     return next((n for n, (a, b) in enumerate(pairs) if a != b), min(len(one), len(other)))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from itertools import takewhile
 from typing import TypeVar
 
+from specc.diagnostics.nearest import common
 from specc.frozen import frozen
 from specc.model.fsm import Condition, Function
 from specc.model.system import Agent, Device, Subsystem, System
@@ -45,8 +45,7 @@ def rate(hz: Fraction) -> str:
 def base(names: Sequence[str]) -> str:
     """A name, or what the names of copies begin with."""
     first, last = min(names), max(names)
-    same = takewhile(lambda pair: pair[0] == pair[1], zip(first, last, strict=False))
-    start = "".join(letter for letter, _ in same).rstrip("_0123456789")
+    start = first[: common(first, last)].rstrip("_0123456789")
     return names[0] if len(names) == 1 else start or names[0]
 
 

@@ -1,7 +1,7 @@
 """Conditions of other formats: `and`, `or`, `not`, also as `&&`, `||`, `!`, over other texts.
 
-What is read is an expression of the model, in which a name or a text without `and`, `or` and `not`
-is called like a let; it knows where it stands.
+What is read is an expression of the model; a name, or a text without `and`, `or` and `not`, is a
+variable in it, which knows where it stands.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Literal
 
 from specc.frozen import frozen
 from specc.lang import show
-from specc.model.expr import FALSE, TRUE, Expr, LetRef, Logic, Unary, walk
+from specc.model.expr import FALSE, TRUE, BoundVariable, Expr, Logic, Unary, walk
 from specc.model.logic import joined, negation, truth
 from specc.model.types import Bool
 
@@ -38,9 +38,9 @@ class LogicError(Exception):
         self.end = end
 
 
-def atom(text: str, start: int = 0) -> LetRef:
+def atom(text: str, start: int = 0) -> BoundVariable:
     """A name, or a text, that begins at an offset."""
-    return LetRef(text, type=Bool(), span=(start, start + len(text)))
+    return BoundVariable(text, type=Bool(), span=(start, start + len(text)))
 
 
 def parse_logic(text: str) -> Expr:
@@ -66,7 +66,7 @@ def join(op: Literal["and", "or"], operands: Iterable[Expr]) -> Expr:
 def substitute(logic: Expr, values: dict[str, bool]) -> Expr:
     """`logic` with names replaced by truth values, simplified."""
     match logic:
-        case LetRef(name=text) if text in values:
+        case BoundVariable(name=text) if text in values:
             return truth(values[text])
         case Unary(operand=operand):
             return negation(substitute(operand, values))
@@ -75,9 +75,9 @@ def substitute(logic: Expr, values: dict[str, bool]) -> Expr:
     return logic
 
 
-def atoms(logic: Expr) -> list[LetRef]:
+def atoms(logic: Expr) -> list[BoundVariable]:
     """The atoms of a condition from left to right."""
-    return [part for part in walk(logic) if isinstance(part, LetRef)]
+    return [part for part in walk(logic) if isinstance(part, BoundVariable)]
 
 
 def render(logic: Expr, name: Callable[[str], str]) -> str:
@@ -86,7 +86,7 @@ def render(logic: Expr, name: Callable[[str], str]) -> str:
     All that is joined gets brackets: nobody has to know what binds more tightly.
     """
     match logic:
-        case LetRef(name=text):
+        case BoundVariable(name=text):
             return name(text)
         case Unary(operand=operand):
             return f"not {_operand(operand, name)}"

@@ -17,7 +17,6 @@ from specc.tools.lsp.cursor import line_break
 from specc.tools.lsp.describe import OutlineEntry, contents
 from specc.tools.lsp.project import Analysis, FileEdit, Project
 from specc.tools.lsp.signature import CallSignature, signature
-from specc.tools.lsp.symbols import node_at
 
 # Repairs that an editor offers: those that findings carry, and rows that are missing.
 
@@ -76,7 +75,8 @@ def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
 
 
 def _decided(analysis: Analysis) -> Iterator[Decided]:
-    return analysis.proofs.decided() if analysis.proofs else iter(())
+    proofs = analysis.result.proofs
+    return proofs.decided() if proofs else iter(())
 
 
 def _is_about(diagnostic: Diagnostic, decided: Decided) -> bool:
@@ -109,7 +109,7 @@ def _behind(
     source: SourceFile | None, route: Route, step: int | None, text: str
 ) -> FileEdit | None:
     """A new entry of a collection behind one of its entries, the last one if it is not given."""
-    whole = node_at(source, route)
+    whole = source.node(route) if source else None
     if source is None or whole is None or not whole.values:
         return None
     last = step if step is not None else next(reversed(whole.values))

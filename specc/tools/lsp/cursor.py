@@ -9,7 +9,6 @@ from specc.frozen import frozen
 from specc.read import read_text
 from specc.schema import ROW_KEYS
 from specc.source import LINE_BREAK, Route, SourceFile, TextNode
-from specc.tools.lsp.symbols import values
 
 # The lines that the last line of a text lies in, known by their indentation alone.
 
@@ -135,19 +134,13 @@ def _in_head(head: str, closing: str, plausible: bool) -> list[Cursor]:
 def _marked(top: TextNode) -> Iterator[Cursor]:
     if top.scalar is not None and _MARK in top.scalar:
         yield Cursor((), True, top.scalar.partition(_MARK)[0])
-    for route, key, node in values(top):
+    for route, key, node in top.below():
         if key is not None and key.scalar and _MARK in key.scalar:
-            others = [str(other) for other in _parent(top, route).keys if other != route[-1]]
+            parent = top.at(route[:-1]) or top
+            others = [str(other) for other in parent.keys if other != route[-1]]
             yield Cursor(route[:-1], True, key.scalar.partition(_MARK)[0], tuple(others))
         elif node.scalar is not None and _MARK in node.scalar:
             yield Cursor(_spelled(route), False, node.scalar.partition(_MARK)[0])
-
-
-def _parent(top: TextNode, route: Route) -> TextNode:
-    node = top
-    for step in route[:-1]:
-        node = node.values[step]
-    return node
 
 
 def _spelled(route: Route) -> Route:

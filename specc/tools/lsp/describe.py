@@ -21,7 +21,7 @@ from specc.schema.keys import SymbolKind
 from specc.schema.places import keys_at, split
 from specc.source import Place, Route, TextNode
 from specc.tools.lsp.index import Index
-from specc.tools.lsp.symbols import Symbol, node_at
+from specc.tools.lsp.symbols import Symbol
 
 # What a hover says of a symbol and of a part of an expression; the text is Markdown.
 
@@ -250,11 +250,10 @@ class OutlineEntry:
 def contents(index: Index, path: str, moved: Callable[[int], int | None]) -> list[OutlineEntry]:
     """The definitions of a file, in its order; `moved` gives offsets in the present text."""
     file = index.files.get(path)
-    source = index.sources.get(path)
     top: list[OutlineEntry] = []
     known: dict[Route, OutlineEntry] = {}
-    for route, symbol in file.by_route.items() if file and source else ():
-        node = node_at(source, route)
+    for route, symbol in file.by_route.items() if file else ():
+        node = index.node(path, route)
         if node is None:
             continue
         name = index.offsets(Place(path, route, "key"))

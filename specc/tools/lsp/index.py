@@ -24,8 +24,6 @@ from specc.tools.lsp.symbols import (
     Symbol,
     collect,
     in_force,
-    node_at,
-    values,
 )
 
 _DEVICES = {"virtual_effectors": "real_effectors", "virtual_receptors": "real_receptors"}
@@ -55,7 +53,8 @@ class Index:
 
     def node(self, path: str, route: Route) -> TextNode | None:
         """The value at a route of a file."""
-        return node_at(self.sources.get(path), route)
+        source = self.sources.get(path)
+        return source.node(route) if source else None
 
     def occurrences(self, path: str) -> tuple[Occurrence, ...]:
         """All names of symbols in a file, in no particular order."""
@@ -127,7 +126,7 @@ class Index:
     def value_at(self, path: str, offset: int) -> tuple[Route, TextNode, bool] | None:
         """The key or the text at a place: its route, where it stands, and whether it is the key."""
         source = self.sources.get(path)
-        for route, key, node in values(source.spans) if source and source.spans else ():
+        for route, key, node in source.nodes if source else ():
             if key is not None and key.start <= offset <= key.end:
                 return route, key, True
             if node.scalar is not None and node.start <= offset <= node.end:
@@ -170,7 +169,7 @@ def _tie(file: FileSymbols, source: SourceFile) -> None:
             _DEVICES.get(str(route[-2])) if symbol.kind == "subsystem" and len(route) > 2 else None
         )
         device = file.by_route.get((*route[:-2], group, route[-1])) if group else None
-        node = node_at(source, route)
+        node = source.node(route)
         if device is not None and node is not None and "uses" not in node.values:
             symbol.tied, device.tied = (device,), (symbol,)
 

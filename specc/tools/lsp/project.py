@@ -7,14 +7,12 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
 from specc.limits import ALLOWED, left, one_run, spend
-from specc.model.system import System
-from specc.pipeline import check_spec
+from specc.pipeline import Result, check_spec
 from specc.policy import judge, reach_of, settings_for
 from specc.read import Document, Reach, claims_to_be_one, read_file, read_text
 from specc.resolve import Findings
@@ -38,14 +36,10 @@ class Analysis:
 
     root: str
     loader: Loader
-    system: System | None
-    diagnostics: tuple[Diagnostic, ...]
-    documents: dict[str, Document] = field(default_factory=dict)
-    found: tuple[Diagnostic, ...] = ()
-    """All diagnostics, whatever comments and settings say of them."""
-    is_system: bool = True
-    """Whether the file describes a system; any other was looked at by itself."""
-    proofs: Any = None
+    result: Result
+    documents: dict[str, Document]
+    diagnostics: tuple[Diagnostic, ...] = ()
+    """What comments and settings leave of those of the result."""
 
     @property
     def complete(self) -> bool:
@@ -55,7 +49,7 @@ class Analysis:
     @cached_property
     def index(self) -> Index:
         """The symbols; made when somebody asks for them."""
-        return build_index(self.loader.sources, self.system, self.loader.findings)
+        return build_index(self.loader.sources, self.result.system, self.loader.findings)
 
     def has(self, path: str) -> bool:
         """Whether a file took part."""
@@ -189,8 +183,7 @@ class Project:
             del self._kept[root]
             if earlier:
                 return self._analysed(root, read)
-        made = Analysis(root, loader, result.system, (), documents, result.diagnostics)
-        return _judged(replace(made, is_system=not result.is_part, proofs=result.proofs))
+        return _judged(Analysis(root, loader, result, documents))
 
     def _reach(self, root: str) -> Reach:
         """What a file may name: besides its project, what is open in the editor, and folders."""
@@ -219,7 +212,7 @@ class Project:
                 if root not in found:
                     found[root] = self._analysed(root, self._read)
         best = [(self._best(root) or analysis) for root, analysis in found.items()]
-        return [a for a in best if any(a.loader.sources.get(path) for path in wanted)]
+        return [a for a in best if any(map(a.has, wanted))]
 
     def analyses(self) -> Iterable[Analysis]:
         """All present analyses."""
@@ -278,13 +271,8 @@ class Project:
 
     def _differs(self, earlier: Analysis) -> int:
         """The most characters of a file that lie in the stretch that has changed since."""
-        return max(
-            (
-                shift(known.text, self.source(known.path).text).size
-                for known in earlier.loader.sources
-            ),
-            default=0,
-        )
+        pairs = ((known.text, self.source(known.path).text) for known in earlier.loader.sources)
+        return max((shift(*texts).size for texts in pairs), default=0)
 
     def _read_mended(self, path: str, row_keys: tuple[str, ...]) -> Document:
         document = self._read(path, row_keys)
@@ -298,18 +286,12 @@ class Project:
         """Systems that are known to read a file."""
         for root, analysis in list(self._current.items()):
             best = analysis if analysis.complete else self._understood.get(root, analysis)
-            if (
-                best.is_system
-                and best.system is not None
-                and best.loader.sources.get(path) is not None
-            ):
+            if best.result.system is not None and not best.result.is_part and best.has(path):
                 yield root
 
     def _forget(self, root: str) -> None:
         """Drop an analysis that no open file takes part in."""
-        if root not in self._open and not any(
-            self._current[root].loader.sources.get(path) for path in self._open
-        ):
+        if root not in self._open and not any(map(self._current[root].has, self._open)):
             self._drop(root)
 
     def _drop(self, root: str) -> None:
@@ -339,8 +321,8 @@ class Project:
 def _judged(analysis: Analysis) -> Analysis:
     """The analysis with the diagnostics that comments and settings leave."""
     settings = settings_for(os.path.dirname(analysis.root)).settings
-    sources, whole = analysis.loader.sources, analysis.is_system
-    judged = judge(analysis.found, sources, settings, whole)
+    sources, result = analysis.loader.sources, analysis.result
+    judged = judge(result.diagnostics, sources, settings, not result.is_part)
     return replace(analysis, diagnostics=judged.diagnostics)
 
 

@@ -19,7 +19,6 @@ from specc.tools.lsp.symbols import (
     Symbol,
     share,
     symbol_at,
-    values,
 )
 
 # Which names of a specification Python code relies on.
@@ -157,13 +156,12 @@ def references_of(
     uses: Iterable[Use],
 ) -> Iterator[Occurrence]:
     """The names of symbols in a file, definitions among them; `uses` are of that file."""
-    if source.spans is not None:
-        reader = _Reader(source, files, links)
-        yield from reader.definitions()
-        yield from (found for use in uses for found in reader.used(use))
-        for route, key, _ in values(source.spans):
-            if key is not None:
-                yield from reader.in_key(route)
+    reader = _Reader(source, files, links)
+    yield from reader.definitions()
+    yield from (found for use in uses for found in reader.used(use))
+    for route, key, _ in source.nodes:
+        if key is not None:
+            yield from reader.in_key(route)
 
 
 @dataclass(slots=True)

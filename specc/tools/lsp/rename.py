@@ -15,7 +15,7 @@ from specc.tools.lsp.completion import PARAMETER_TYPES
 from specc.tools.lsp.index import Index
 from specc.tools.lsp.project import FileEdit, Project
 from specc.tools.lsp.references import Occurrence, enums_in_python
-from specc.tools.lsp.symbols import Symbol, values
+from specc.tools.lsp.symbols import Symbol
 
 # Whether a symbol can be renamed: invalid names, names in use, names that Python relies on.
 
@@ -200,7 +200,7 @@ def _check_read(known: list[tuple[Index, Symbol]]) -> None:
         word = re.compile(rf"\b{re.escape(symbol.name)}\b")
         owners = {end.owner for end in symbol.declarations}
         for source in index.sources:
-            for route, _, node in values(source.spans) if source.spans else ():
+            for route, _, node in source.nodes:
                 role, owner = role_of(route), split(route)[0]
                 is_text = role and role.form in _EXPRESSIONS and (source.path, route) not in read
                 is_near = not owner or () in owners or owner in owners

@@ -12,7 +12,7 @@ from specc.lang.parse import parse_syntax, span
 from specc.model.types import Type
 from specc.schema.keys import SymbolKind
 from specc.schema.places import defined_by, is_device, split
-from specc.source import Place, Route, SourceFile, TextNode
+from specc.source import Place, Route, SourceFile
 
 Key = tuple[str, Route]
 """File and route of a definition."""
@@ -56,14 +56,6 @@ class FileSymbols:
     by_route: dict[Route, Symbol] = field(default_factory=dict)
 
 
-def values(node: TextNode, route: Route = ()) -> Iterator[tuple[Route, TextNode | None, TextNode]]:
-    """Every value below a node: its route, the key that names it and the value itself."""
-    for step, value in node.values.items():
-        here = (*route, step)
-        yield here, node.keys.get(step), value
-        yield from values(value, here)
-
-
 def beside(path: str, relative: str) -> str:
     """The path of a file that the file at `path` names."""
     return os.path.normpath(os.path.join(os.path.dirname(path), relative))
@@ -72,9 +64,7 @@ def beside(path: str, relative: str) -> str:
 def collect(source: SourceFile) -> FileSymbols:
     """The symbols that a file defines; none if it has no tree of values."""
     found = FileSymbols()
-    if source.spans is None:
-        return found
-    for route, _, node in values(source.spans):
+    for route, _, node in source.nodes:
         kind = defined_by(route)
         if kind is not None:
             _add(found, _symbol(kind, route, source.path), route)
@@ -168,11 +158,3 @@ def symbol_at(files: Mapping[str, FileSymbols], key: Key) -> Symbol | None:
     if file is None or route in file.by_route or route[:1] != ("types",) or len(route) != 3:
         return file.by_route.get(route) if file else None
     return file.top.get(("member", f"{route[1]}.{route[2]}"))
-
-
-def node_at(source: SourceFile | None, route: Route) -> TextNode | None:
-    """The value at a route of a file."""
-    node = source.spans if source else None
-    for step in route:
-        node = node.values.get(step) if node else None
-    return node

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
-from itertools import takewhile
 from typing import Any
 
 from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, short
+from specc.diagnostics.nearest import common
 from specc.frozen import frozen
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
@@ -250,8 +250,7 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
 
     def shared(one: str, other: str) -> int:
         """Levels of a namespace."""
-        levels = zip(one.split("/")[:-1], other.split("/")[:-1], strict=False)
-        return len(list(takewhile(lambda pair: pair[0] == pair[1], levels)))
+        return common(one.split("/")[:-1], other.split("/")[:-1])
 
     every = [each for each in topics if len(each.types) == 1]
     states = {t.name: t for t in every if t.type == JOINT_STATE and not t.commanded and t.message}

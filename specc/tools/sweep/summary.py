@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from math import exp, lgamma, log, sqrt
@@ -53,10 +54,9 @@ def rate(hits: int, count: int) -> Estimate:
 def median(numbers: Sequence[float]) -> Estimate:
     """The median, between two order statistics; they need six numbers, and no distribution."""
     ordered, count = sorted(numbers), len(numbers)
-    value = (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
-    if not (rank := _spared(count)):
-        return Estimate(count, value, None, None)
-    return Estimate(count, value, ordered[rank - 1], ordered[count - rank])
+    rank, value = _spared(count), statistics.median(ordered)
+    low, high = (ordered[rank - 1], ordered[count - rank]) if rank else (None, None)
+    return Estimate(count, value, low, high)
 
 
 @cache

@@ -199,18 +199,10 @@ def columns_of(rows: Iterable[Row]) -> list[str]:
 def as_csv(rows: Sequence[Row]) -> str:
     """A table with a line of names; empty where a row has no value."""
     text = io.StringIO()
-    places = {name: place for place, name in enumerate(columns_of(rows))}
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(places)
-    table.writerows(_fields(row, places) for row in rows)
+    table = csv.DictWriter(text, columns_of(rows), lineterminator="\n")
+    table.writeheader()
+    table.writerows({name: _field(value) for name, value in row.items()} for row in rows)
     return text.getvalue()
-
-
-def _fields(row: Row, places: Mapping[str, int]) -> list[str]:
-    fields = [""] * len(places)
-    for name, value in row.items():
-        fields[places[name]] = _field(value)
-    return fields
 
 
 def _field(value: Any) -> str:

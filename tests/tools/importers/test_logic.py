@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from specc.model.expr import FALSE, TRUE, Expr, LetRef, Logic, Truth, Unary
+from specc.model.expr import FALSE, TRUE, BoundVariable, Expr, Logic, Truth, Unary
 from specc.model.logic import truth
 from specc.model.types import Bool
 from specc.tools.importers.logic import LogicError, atom, atoms, parse_logic, render, substitute
@@ -35,7 +35,7 @@ def value(logic: Expr, answers: dict[str, bool]) -> bool:
     match logic:
         case Truth(value=answer):
             return answer
-        case LetRef(name=text):
+        case BoundVariable(name=text):
             return answers[text]
         case Unary(operand=operand):
             return not value(operand, answers)

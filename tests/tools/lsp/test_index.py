@@ -7,7 +7,6 @@ import pytest
 from specc.schema.places import role_of
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
-from specc.tools.lsp.symbols import values
 from tests.house.tree import ROOT
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place
 
@@ -162,7 +161,7 @@ def test_every_name_in_the_structure_of_the_flagship_is_known(flagship: Project)
     for source in view.index.sources:
         known = {(o.start, o.end) for o in view.index.occurrences(source.path)}
         assert source.spans is not None
-        for route, _, node in values(source.spans):
+        for route, _, node in source.nodes:
             role = role_of(route)
             fixed = node.scalar in ("always", "never", "otherwise")
             if role and role.form in ("name", "task") and node.scalar and not fixed:

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import TypeVar
 
 from specc.frozen import frozen
-from specc.model.expr import FALSE, Expr, LetRef
+from specc.model.expr import FALSE, BoundVariable, Expr
 from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.logic import LogicError, atoms, join, parse_logic
 from specc.tools.importers.markup import XmlElement
@@ -255,7 +255,7 @@ class _SubsystemReader:
                 self._unknown_predicate(atom, element, attribute)
         return logic
 
-    def _unknown_predicate(self, atom: LetRef, element: XmlElement, attribute: str) -> None:
+    def _unknown_predicate(self, atom: BoundVariable, element: XmlElement, attribute: str) -> None:
         place = element.value_place(attribute, *atom.span)
         message = f"there is no predicate `{atom.name}`"
         help = "declare the predicate, or correct the name"

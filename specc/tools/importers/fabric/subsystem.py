@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from specc.model.expr import FALSE, TRUE, Expr, LetRef, Unary
+from specc.model.expr import FALSE, TRUE, BoundVariable, Expr, Unary
 from specc.tools.importers.fabric.reader import (
     IN_ERROR,
     OK,
@@ -93,9 +93,9 @@ class _Machine:
         if logic in (TRUE, FALSE):
             return "always" if logic == TRUE else "never"
         match logic:
-            case LetRef(name=predicate):
+            case BoundVariable(name=predicate):
                 wish = predicate
-            case Unary(operand=LetRef(name=predicate)):
+            case Unary(operand=BoundVariable(name=predicate)):
                 wish = f"not_{predicate}"
         text = render(logic, self._predicate)
         key = kind, text, wish
