@@ -37,10 +37,11 @@ class Where:
         whole, route = self.raw, (*self.route, key)
         if type(whole) is dict:  # as nearly all are
             return Where(self.file, route, whole.get(key))
+        if isinstance(whole, list) and isinstance(key, int) and key < len(whole):
+            return Where(self.file, route, whole[key])
         if isinstance(whole, dict):
             return Where(self.file, route_below(whole, key, self.route), whole.get(key))
-        is_there = isinstance(whole, list) and isinstance(key, int) and key < len(whole)
-        return Where(self.file, route, whole[key] if is_there else None)  # type: ignore[index]  # it is a list
+        return Where(self.file, route, None)
 
     def scalar(self, key: str) -> Where:
         """The value at `key`, or this value itself where the short form is used."""

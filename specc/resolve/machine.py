@@ -320,12 +320,13 @@ class MachineResolver:
             if condition is None:
                 condition = self._undeclared("initial", when, at.cell("when", 2))
             told = condition, item.target, trace_of(item), at.place, is_remainder
-            rows += [Transition(source, item.cause, *told) for source in sources if known]
+            for source in sources if known else ():
+                rows.append(Transition(source, item.cause, *told))
         return _spelled_out(rows)
 
     def _sources(self, written: list[str], row: Where) -> list[str]:
         """The states that a row is for."""
-        if all(name in self.definition.states for name in written):
+        if self.definition.states.keys() >= set(written):
             return written
         at = row.cell("from", 0)
         if not isinstance(at.raw, list):
