@@ -168,17 +168,14 @@ def _same_plant(
     named = plant.get("model") if isinstance(plant, dict) else None
     if not plant:
         return _plant(path, model, spec)
-    if not isinstance(named, str) or not os.path.exists(path) or not _is_same(path, spec, named):
+    is_same = isinstance(named, str) and real_path(path) == real_path(str(spec.parent / named))
+    if not isinstance(named, str) or not os.path.exists(path) or not is_same:
         shown = named if isinstance(named, str) else "made by Python"
         raise Refused(
             f"the plant of {spec} is {shown}, and a system has one plant: put the robot into that "
             "model with <attach>, then name that file with --model"
         )
     return named, {}
-
-
-def _is_same(path: str, spec: Path, named: str) -> bool:
-    return os.path.realpath(path) == os.path.realpath(spec.parent / named)
 
 
 def _model(path: str) -> Model:
@@ -242,7 +239,9 @@ def _of_ros2(options: Namespace) -> list[Path]:
     agent = _legal(options.agent or system)
     refuse_taken({spec: ""})
     wait_s = options.wait or _WAIT_S
-    python = _from_anywhere(options.python or "")
+    python = options.python or ""
+    if os.sep in python:  # as runs find it that are started elsewhere
+        python = os.path.abspath(python)
     devices = Devices(_graph(python, wait_s))
     for line in left_out({name: why for why, names in devices.left_out.items() for name in names}):
         streams.say(f"specc: left out: {line}")
@@ -257,11 +256,6 @@ def _of_ros2(options: Namespace) -> list[Path]:
     with placing() as new:
         new.put({spec: text})
     return [spec]
-
-
-def _from_anywhere(python: str) -> str:
-    """A program that is named by its place, as runs find it that are started elsewhere."""
-    return os.path.abspath(python) if os.sep in python else python
 
 
 def _graph(python: str, wait_s: float) -> RosGraph:

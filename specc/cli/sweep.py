@@ -11,7 +11,6 @@ import time
 import uuid
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,12 +25,11 @@ from specc.diagnostics.report import Report, report
 from specc.frozen import frozen
 from specc.refusal import Refused, reason_of
 from specc.tools.sweep import plots, summary
-from specc.tools.sweep.running import Bundle, Figures, SweepJob
+from specc.tools.sweep.running import Figures, SweepJob
 from specc.tools.sweep.settings import Axis, Setting, SweepError, axis_of, seeds_of, settings_of
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
     InputFiles,
-    Workshop,
     bundled,
     carry_out,
     here,
@@ -228,7 +226,11 @@ def _run(
         for n, seed in left
     ]
     bundle = bundled(files, inputs)
-    with _workshop(options, name, folder.path / _WORK, bundle, workers) as (pool, room):
+    with (
+        there(name, options.scheduler, bundle)
+        if options.scheduler
+        else here(name, folder.path / _WORK, bundle, workers)
+    ) as (pool, room):
         progress = _Progress(count, count - len(left))
         streams.say(f"specc: {counted(len(left), 'run')}, {room} at once, into {folder.path}")
         if not room:
@@ -240,14 +242,6 @@ def _run(
         finally:
             progress.close()
     return DONE
-
-
-def _workshop(
-    options: Namespace, name: str, work: Path, bundle: Bundle, workers: int
-) -> AbstractContextManager[Workshop]:
-    if options.scheduler:
-        return there(name, options.scheduler, bundle)
-    return here(name, work, bundle, workers)
 
 
 class _Progress:

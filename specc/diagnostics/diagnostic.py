@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import Literal
 
+from specc.diagnostics.phrases import few
 from specc.frozen import frozen
 from specc.limits import MAX_FAULTS
 from specc.source import Place
@@ -113,9 +114,7 @@ def _one_of(group: list[Diagnostic], names: re.Pattern[str]) -> Diagnostic:
     )
     if not others:
         return first
-    shown = [f"`{name}`" for name in others][:_MOST_NAMED]
-    rest = len(others) - len(shown)
-    listed = ", ".join(shown) + (f" and {rest} more" if rest else "")
+    listed = few([f"`{name}`" for name in others], _MOST_NAMED)
     return replace(first, message=f"{first.message}; so with {listed}")
 
 

@@ -14,7 +14,7 @@ from xml.parsers import expat
 from specc.mjcf.assets import Assets
 from specc.mjcf.defaults import Defaults
 from specc.mjcf.model import Model, ModelError, ModelPart
-from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, excess, step_s
+from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, excess, number, step_s
 from specc.read import ANYWHERE, Reach
 from specc.refusal import reason_of
 from specc.source import real_path
@@ -313,10 +313,7 @@ def _limits(
 
 def _is_other(text: str, usual: float) -> bool:
     """Whether an attribute begins with another number than the usual one."""
-    try:
-        return float((text.split() or [str(usual)])[0]) != usual
-    except ValueError:
-        return True
+    return any(number(first) != usual for first in text.split()[:1])
 
 
 def _resolution(text: str) -> tuple[int, int] | None:

@@ -65,11 +65,12 @@ def _of_options(attributes: Mapping[str, str]) -> str:
 
 def step_s(text: str) -> float | None:
     """How long a step is; None for a text that says nothing that it can be."""
-    found = _number(text)
+    found = number(text)
     return found if found is not None and 0 < found < inf else None
 
 
-def _number(text: str) -> float | None:
+def number(text: str) -> float | None:
+    """The number that a text is; None for any other text."""
     try:
         return float(text)
     except ValueError:
@@ -78,8 +79,8 @@ def _number(text: str) -> float | None:
 
 def _whole(text: str) -> int:
     """A whole number that is not negative, 0 for any other text."""
-    number = _number(text)
-    return int(min(number, 1e18)) if number is not None and number > 0 else 0
+    found = number(text)
+    return int(min(found, 1e18)) if found is not None and found > 0 else 0
 
 
 def _bytes(text: str) -> int:

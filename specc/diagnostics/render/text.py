@@ -1,6 +1,6 @@
 """A report for people: code, place, the line with a caret, related places and a way out."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 
 from specc.diagnostics.phrases import counted
@@ -24,7 +24,7 @@ def render(report: Report, colour: bool = False, columns: int = 2 * MAX_COLUMNS)
 
     ANSI colours only if `colour`; lines of files are cut to fit a terminal of `columns`.
     """
-    paint = _Paint(colour)
+    paint: Paint = _coloured if colour else lambda _, text: text
     blocks = ["\n".join(_finding(finding, paint, columns)) for finding in _apart(report)]
     return "\n\n".join([*blocks, _summary(report)]) + "\n"
 
@@ -34,15 +34,15 @@ def _apart(report: Report) -> list[Finding]:
     return sorted(report.shown, key=lambda finding: finding.diagnostic.severity == "open")
 
 
-class _Paint:
-    def __init__(self, colour: bool) -> None:
-        self._colour = colour
-
-    def __call__(self, style: str, text: str) -> str:
-        return f"{_COLOURS[style]}{text}{_RESET}" if self._colour and text else text
+Paint = Callable[[str, str], str]
+"""Gives a text the colour of a style."""
 
 
-def _finding(finding: Finding, paint: _Paint, columns: int) -> Iterator[str]:
+def _coloured(style: str, text: str) -> str:
+    return f"{_COLOURS[style]}{text}{_RESET}" if text else text
+
+
+def _finding(finding: Finding, paint: Paint, columns: int) -> Iterator[str]:
     found = finding.diagnostic
     numbers = [spot.span.line for spot in (finding.primary, *finding.related)]
     margin = len(str(max(numbers)))
@@ -61,7 +61,7 @@ def _finding(finding: Finding, paint: _Paint, columns: int) -> Iterator[str]:
 
 
 def _spot(
-    spot: Spot, arrow: str, mark: str, style: str, *, margin: int, room: int, paint: _Paint
+    spot: Spot, arrow: str, mark: str, style: str, *, margin: int, room: int, paint: Paint
 ) -> Iterator[str]:
     span = spot.span
     place = f"{visible(span.file)}:{span.line}:{span.col}"

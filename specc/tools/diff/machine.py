@@ -11,6 +11,7 @@ from specc.model.system import Subsystem
 from specc.proof.formula import Formula
 from specc.tools.diff.meaning import Equivalence
 from specc.tools.diff.record import Book, Compared, Pairs, paired
+from specc.tools.diff.values import unassigned
 
 # Changes of a transition table, and of what is assumed of a subsystem.
 
@@ -158,12 +159,11 @@ def _effects(behaviour: Compared, old: Behaviour, new: Behaviour, meaning: Equiv
     """What a behaviour assigns, whichever functions do it."""
     pairs = paired(_effects_of(old), _effects_of(new), lambda effect: effect[1].target)
     declared = {f.name for f in old.functions} & {f.name for f in new.functions}
-    for target, (function, assignment) in pairs.removed.items():
-        if function not in declared:
-            behaviour.changed(target, show(assignment.value), "not assigned")
-    for target, (function, assignment) in pairs.added.items():
-        if function not in declared:
-            behaviour.changed(target, "not assigned", show(assignment.value))
+    removed, added = (
+        [assignment for function, assignment in alone.values() if function not in declared]
+        for alone in (pairs.removed, pairs.added)
+    )
+    unassigned(behaviour, removed, added)
     for target, (before, after) in pairs.both.items():
         in_one_function = before[0] == after[0]
         if not in_one_function and not meaning.same_value(before[1].value, after[1].value):

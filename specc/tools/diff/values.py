@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from specc.lang import show
 from specc.model.expr import Expr
-from specc.model.fsm import Function
+from specc.model.fsm import Assignment, Function
 from specc.model.system import Constant, Element, Let, Subsystem
 from specc.model.types import Bool
 from specc.tools.diff.meaning import Equivalence, type_text
@@ -131,13 +131,18 @@ def compare_functions(old: Subsystem, new: Subsystem, meaning: Equivalence, book
     )
     for function, before, after in both:
         targets = paired(before.assignments, after.assignments, lambda a: a.target)
-        for target, assignment in targets.removed.items():
-            function.changed(target, show(assignment.value), "not assigned")
-        for target, assignment in targets.added.items():
-            function.changed(target, "not assigned", show(assignment.value))
+        unassigned(function, targets.removed.values(), targets.added.values())
         for target, (first, second) in targets.both.items():
             _values(function, target, (first.value, second.value), meaning)
         function.rest(before, after, "whole")
+
+
+def unassigned(thing: Compared, removed: Iterable[Assignment], added: Iterable[Assignment]) -> None:
+    """What a thing does not assign any more, and what it did not before."""
+    for each in removed:
+        thing.changed(each.target, show(each.value), "not assigned")
+    for each in added:
+        thing.changed(each.target, "not assigned", show(each.value))
 
 
 def _targets(function: Function) -> str:

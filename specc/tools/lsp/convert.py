@@ -125,11 +125,6 @@ class Texts:
     uri: Callable[[str], str]
 
 
-def offset(texts: Texts, path: str, position: lsp.Position) -> int:
-    """The offset of a position in the present text of a file."""
-    return texts.columns.offset_at(texts.project.source(path), position)
-
-
 def range_of(texts: Texts, stretch: Stretch) -> lsp.Range:
     """The range of a stretch of a file."""
     source = texts.project.source(stretch.path)
@@ -142,12 +137,8 @@ def location(texts: Texts, stretch: Stretch) -> lsp.Location:
     return lsp.Location(texts.uri(stretch.path), range_of(texts, stretch))
 
 
-def diagnostics(texts: Texts, notes: Iterable[Note]) -> list[lsp.Diagnostic]:
-    """Notes with their ranges, codes and ways out."""
-    return [_diagnostic(texts, note) for note in notes]
-
-
-def _diagnostic(texts: Texts, note: Note) -> lsp.Diagnostic:
+def diagnostic(texts: Texts, note: Note) -> lsp.Diagnostic:
+    """A note with its range, code and ways out."""
     found = note.diagnostic
     return lsp.Diagnostic(
         range=range_of(texts, note.where),

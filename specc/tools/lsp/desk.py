@@ -55,7 +55,7 @@ class Desk:
 
     def _at(self, document: lsp.TextDocumentIdentifier, position: lsp.Position) -> tuple[str, int]:
         path = self._path(document.uri)
-        return path, convert.offset(self._texts, path, position)
+        return path, self._texts.columns.offset_at(self._project.source(path), position)
 
     def begin(self, encoding: str) -> None:
         """Count columns as the client does."""
@@ -87,7 +87,7 @@ class Desk:
         before = {self._path(uri) for uri in told}
         shown = {*found, *before, *map(self._path, changed)}
         return {
-            self._uri(path): convert.diagnostics(self._texts, found.get(path, []))
+            self._uri(path): [convert.diagnostic(self._texts, note) for note in found.get(path, ())]
             for path in sorted(shown)
             if found.get(path) or path in before or project.is_open(path)
         }

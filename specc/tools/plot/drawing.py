@@ -9,7 +9,7 @@ from typing import Any
 
 from specc.diagnostics.render.visible import visible
 from specc.tools.canvas import content, figure, text_width
-from specc.tools.plot.sheet import MANY, Band, Curve, Mark, Panel, Sheet, is_alone, legible
+from specc.tools.plot.sheet import MANY, Band, Curve, Panel, Sheet, is_alone, legible
 
 MOST_PANELS, MOST_BANDS = 12, 100
 _WIDTH_IN = 10.0
@@ -141,15 +141,11 @@ def _mark(every: Sequence[Any], sheet: Sheet) -> None:
         for axes in every[bool(sheet.bands) :]:
             axes.axvline(time_s, color="#888888", linewidth=0.4, alpha=0.7)
     for number, mark in enumerate(sheet.marks, start=1):
-        colour = _FAULT if mark.is_fault else _VIOLATED
+        colour, dash = (_FAULT, _DASHES[0]) if mark.is_fault else (_VIOLATED, _DASHES[1])
         for axes in every:
-            axes.axvline(mark.time_s, color=colour, linewidth=1.0, linestyle=_line_of(mark))
+            axes.axvline(mark.time_s, color=colour, linewidth=1.0, linestyle=dash)
         every[0].annotate(str(number), (mark.time_s, 1.0), xycoords=("data", "axes fraction"),
                           ha="center", va="bottom", color=colour, fontsize=8)  # fmt: skip
-
-
-def _line_of(mark: Mark) -> Any:
-    return "-" if mark.is_fault else _DASHES[1]
 
 
 def _changes(sheet: Sheet) -> Iterator[float]:

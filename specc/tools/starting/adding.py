@@ -34,7 +34,8 @@ def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command:
     parts = AgentSections(robot, SpecNames({*taken, *PEERS}), _mapping(data, "constants"))
     remarks = wrapped(f"Made by `{command}`.", *parts.remarks())
     has_task = "task" in data
-    scene = {k: v for k, v in parts.scene().items() if k not in _mapping(_task(data), "scene")}
+    written_scene = _mapping(_mapping(data, "task"), "scene")
+    scene = {k: v for k, v in parts.scene().items() if k not in written_scene}
     new: dict[str, Data] = {
         **parts.definitions(),
         "agents": {robot.name: noted(parts.agent(), remarks)},
@@ -61,10 +62,6 @@ def _merge(root: Collection) -> None:
             one.flow &= not any(each.above for each in one.entries)
             _merge(one)
     root.entries = list(first.values())
-
-
-def _task(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    return _mapping(data, "task")
 
 
 def _mapping(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:

@@ -234,7 +234,7 @@ class ChannelWriter:
     def _position(self) -> None:
         name, type_, start = self._single()
         self._command(f"{name}_d", self._channel.unit, "", {"is": name, "otherwise": start})
-        leads = [a.rest - self._start_of(a) for a in self._own]
+        leads = [a.rest - self._facts.joints[a.joints[0][0]].start for a in self._own]
         asked = f"x.c.{name}_d"
         if max(map(abs, leads)) > 1e-4:
             lead = self._constant(
@@ -246,15 +246,10 @@ class ChannelWriter:
         self._ask(f"{name}_d", type_, start)
         self._draft.move[f"y.E.{name}_d"] = self._limited(asked, type_, self._channel.unit)
 
-    def _start_of(self, actuator: Actuator) -> float:
-        return self._facts.joints[actuator.joints[0][0]].start
-
     def _velocity(self) -> None:
         name, type_, start = self._single()
-        unit, letter = (
-            self._channel.command,
-            self._letter("w" if self._channel.unit == "rad" else "v"),
-        )
+        unit = self._channel.command
+        letter = self._letter("w" if self._channel.unit == "rad" else "v")
         rest = self._rest(unit, "speeds that carry the weight")
         rate = self._constant(
             "rate", f"{number(self._own[0].gain)}[1/s]", "speed by distance: a guess"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 from specc.diagnostics.nearest import hint
@@ -85,7 +86,7 @@ def _items(text: str, known: set[str]) -> Iterator[str]:
 def _named(item: str, facts: ModelFacts, left: Mapping[str, Actuator]) -> list[Actuator]:
     """What an item of `--group` names: an actuator or joint, or all `FIRST..LAST` of the model."""
     ends = _ends(item, _known(facts))
-    found = _between(*ends, facts) if ends else _at(item, facts)
+    found = _between(*ends, facts) if ends else [facts.actuators[p] for p in _places(item, facts)]
     for actuator in found:
         if actuator.name not in left:
             raise NoGroup(f"{actuator.name} is in another group, or driven already")
@@ -116,10 +117,6 @@ def _between(first: str, last: str, facts: ModelFacts) -> list[Actuator]:
     return order[min(places) : max(places) + 1]
 
 
-def _at(name: str, facts: ModelFacts) -> list[Actuator]:
-    return [facts.actuators[place] for place in _places(name, facts)]
-
-
 def _places(name: str, facts: ModelFacts) -> list[int]:
     joints = {index for index, joint in enumerate(facts.joints) if joint.name == name}
     places = [i for i, a in enumerate(facts.actuators) if a.name == name] or [
@@ -141,25 +138,21 @@ def _places(name: str, facts: ModelFacts) -> list[int]:
 
 
 def _guessed(facts: ModelFacts, actuators: list[Actuator]) -> list[ActuatorGroup]:
-    bodies = {a.name: max(facts.joints[j].body for j, _ in a.joints) for a in actuators}
     wheels = [a for a in actuators if any(facts.joints[j].wheel for j, _ in a.joints)]
     rest = [a for a in actuators if a not in wheels]
-    found = (
-        [ActuatorGroup("base", "base", tuple(wheels), "hinges that turn without end")]
-        if wheels
-        else []
-    )
-    tree = _Tree(facts, {b for a in rest for j, _ in a.joints for b in (facts.joints[j].body,)})
-    chains = _merged(list(tree.chains()), [_bodies(a, facts) for a in rest])
+    why = "hinges that turn without end"
+    found = [ActuatorGroup("base", "base", tuple(wheels), why)] if wheels else []
+    tree = _Tree(facts, _bodies(rest, facts))
+    chains = _merged(list(tree.chains()), [_bodies([a], facts) for a in rest])
     for chain in chains:
-        own = tuple(a for a in rest if bodies[a.name] in chain)
-        if own:
+        if own := tuple(a for a in rest if max(_bodies([a], facts)) in chain):
             found.append(_called(own, chain, facts, tree))
     return _told_apart(_joined(found, facts))
 
 
-def _bodies(actuator: Actuator, facts: ModelFacts) -> set[int]:
-    return {facts.joints[joint].body for joint, _ in actuator.joints}
+def _bodies(actuators: Iterable[Actuator], facts: ModelFacts) -> set[int]:
+    """Those with the joints that some actuators move."""
+    return {facts.joints[joint].body for each in actuators for joint, _ in each.joints}
 
 
 class _Tree:
@@ -190,6 +183,7 @@ class _Tree:
 
 
 def _above(body: int, bodies: set[int], parents: Sequence[int]) -> int:
+    """The nearest of some bodies above a body; 0, the world, if there is none."""
     above = parents[body]
     while above and above not in bodies:
         above = parents[above]
@@ -231,11 +225,9 @@ def _called(
 
 def _floats(own: tuple[Actuator, ...], facts: ModelFacts) -> bool:
     """Whether a free joint carries what the actuators move."""
-    above = facts.joints[own[0].joints[0][0]].body
+    body = facts.joints[own[0].joints[0][0]].body
     free = {joint.body for joint in facts.joints if joint.kind == "free"}
-    while above and above not in free:
-        above = facts.parents[above]
-    return above in free
+    return not free.isdisjoint((body, _above(body, free, facts.parents)))
 
 
 def _joined(groups: list[ActuatorGroup], facts: ModelFacts) -> list[ActuatorGroup]:
@@ -249,7 +241,7 @@ def _joined(groups: list[ActuatorGroup], facts: ModelFacts) -> list[ActuatorGrou
         )
         if same is not None and one_tree:
             both = (*same.actuators, *group.actuators)
-            kept[kept.index(same)] = ActuatorGroup(same.kind, same.wish, both, same.why)
+            kept[kept.index(same)] = replace(same, actuators=both)
         else:
             kept.append(group)
     return kept
@@ -257,8 +249,7 @@ def _joined(groups: list[ActuatorGroup], facts: ModelFacts) -> list[ActuatorGrou
 
 def _base(group: ActuatorGroup, facts: ModelFacts) -> int:
     """The body, above all that the group moves, that hangs from the world or another group."""
-    bodies = {facts.joints[j].body for a in group.actuators for j, _ in a.joints}
-    return facts.parents[min(bodies)]
+    return facts.parents[min(_bodies(group.actuators, facts))]
 
 
 def _told_apart(groups: list[ActuatorGroup]) -> list[ActuatorGroup]:
@@ -270,7 +261,7 @@ def _told_apart(groups: list[ActuatorGroup]) -> list[ActuatorGroup]:
         if counts[wish] > 1:
             common = [_common(g) for g in groups if g.wish == wish]
             wish = _marked(group, set.intersection(*common), common)
-        found.append(ActuatorGroup(group.kind, wish, group.actuators, group.why))
+        found.append(replace(group, wish=wish))
     return found
 
 
