@@ -19,6 +19,7 @@ from typing import NamedTuple
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
 from specc.diagnostics.renaming import as_written, reworded
 from specc.frozen import frozen
+from specc.reachable import grouped
 from specc.source import Place, Route, SourceFile, Sources
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
@@ -100,10 +101,7 @@ class _Definition:
 def settled(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Diagnostic]:
     """The diagnostics, with repairs as files write them, of the side that is misspelt."""
     found = [replace(d, fix=as_written(d.fix, sources)) if d.fix else d for d in diagnostics]
-    slips: dict[_Slip, list[Diagnostic]] = defaultdict(list)
-    for diagnostic in found:
-        if slip := _slip(diagnostic):
-            slips[slip].append(diagnostic)
+    slips = grouped((slip, diagnostic) for diagnostic in found if (slip := _slip(diagnostic)))
     turned = {
         id(diagnostic): fix
         for slip, uses in slips.items()

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 from specc.limits import spend
+from specc.reachable import grouped
 
 MOST = 3
 _LONGEST = 80
@@ -16,9 +17,7 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
 
     None once a run has made all the comparisons that it may make.
     """
-    by_folded: dict[str, list[str]] = {}
-    for candidate in dict.fromkeys(known):
-        by_folded.setdefault(candidate.casefold(), []).append(candidate)
+    by_folded = grouped((candidate.casefold(), candidate) for candidate in dict.fromkeys(known))
     if len(name) > _LONGEST or not spend("names compared", len(by_folded)):
         return []
     close = get_close_matches(name.casefold(), by_folded, n=MOST)

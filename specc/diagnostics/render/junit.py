@@ -6,6 +6,7 @@ from xml.sax.saxutils import escape, quoteattr
 from specc.diagnostics.diagnostic import Severity
 from specc.diagnostics.render.visible import visible, visible_lines
 from specc.diagnostics.report import Finding, Report
+from specc.reachable import grouped
 
 _SEVERITIES: tuple[Severity, ...] = ("error", "warning", "open")
 
@@ -13,9 +14,7 @@ _SEVERITIES: tuple[Severity, ...] = ("error", "warning", "open")
 def render(report: Report) -> str:
     """A suite with a case for every file that was checked or has a finding."""
     files = dict.fromkeys([*report.checked, *(item.primary.span.file for item in report.findings)])
-    by_file: dict[str, list[Finding]] = {}
-    for item in report.shown:
-        by_file.setdefault(item.primary.span.file, []).append(item)
+    by_file = grouped((item.primary.span.file, item) for item in report.shown)
     cases = "".join(_case(file, by_file.get(file, [])) for file in files)
     failed = len({item.primary.span.file for item in _of(report.findings, "error")})
     if report.not_shown:

@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 from specc.lang import show
-from specc.model.fsm import Assignment, Behaviour, Cause, Condition, State, Transition
+from specc.model.fsm import Assignment, Behaviour, Condition, State, Transition
 from specc.model.system import Subsystem
 from specc.proof.formula import Formula
+from specc.reachable import grouped
 from specc.tools.diff.meaning import Equivalence
 from specc.tools.diff.record import Book, Compared, Pairs, paired
 from specc.tools.diff.values import unassigned
@@ -16,7 +17,6 @@ from specc.tools.diff.values import unassigned
 # Changes of a transition table, and of what is assumed of a subsystem.
 
 
-Arc = tuple[str, Cause, str]
 Named = TypeVar("Named", Condition, Behaviour)
 
 
@@ -47,12 +47,9 @@ def _given(old: Subsystem, new: Subsystem, row: Transition, meaning: Equivalence
     return [*terminal, *(meaning.asked.make.negation(formula) for formula in error)]
 
 
-def _arcs(subsystem: Subsystem) -> Iterable[tuple[Transition, ...]]:
-    found: dict[Arc, tuple[Transition, ...]] = {}
-    for row in subsystem.transitions:
-        key = row.source, row.cause, row.target
-        found[key] = (*found.get(key, ()), row)
-    return found.values()
+def _arcs(subsystem: Subsystem) -> Iterable[Sequence[Transition]]:
+    rows = subsystem.transitions
+    return grouped(((row.source, row.cause, row.target), row) for row in rows).values()
 
 
 def _arc_name(row: Transition) -> str:

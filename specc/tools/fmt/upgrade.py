@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import ast
-from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
 
 from specc.lang import ExprError, parse
 from specc.model.fsm import OTHERWISE
+from specc.reachable import grouped
 from specc.schema.files import VERSIONS
 from specc.tools.fmt.tree import Collection, Entry, Scalar, Value
 
@@ -77,12 +77,10 @@ def _tree(text: str) -> ast.expr | None:
 
 def _is_replaced(rows: Collection, name: str, other: str) -> bool:
     """Whether all rows with a condition became remainders: each beside one row with the other."""
-    groups = defaultdict[tuple[str, str], list[str]](list)
     cells = [row for entry in rows.entries if (row := _cells(entry)) is not None]
     if len(cells) < len(rows.entries):
         return False
-    for state, cause, when, _ in cells:
-        groups[state.text, cause.text].append(when.text)
+    groups = grouped(((state.text, cause.text), when.text) for state, cause, when, _ in cells)
     if any(sorted(group) != sorted((name, other)) for group in groups.values() if name in group):
         return False
     for entry in rows.entries:
@@ -107,18 +105,16 @@ def _expression(entry: Entry) -> str:
 
 
 def _join_rows(rows: Collection) -> None:
-    groups = defaultdict[tuple[str, ...], list[Entry]](list)
-    for entry in rows.entries:
-        row = _cells(entry)
-        if row is not None and not entry.above and not entry.beside:
-            groups[tuple(cell.text for cell in row[1:])].append(entry)
+    bare = (entry for entry in rows.entries if not entry.above and not entry.beside)
+    cells = ((entry, row) for entry in bare if (row := _cells(entry)) is not None)
+    groups = grouped((tuple(cell.text for cell in row[1:]), (entry, row)) for entry, row in cells)
     for group in groups.values():
-        found = [row for entry in group if (row := _cells(entry)) is not None]
-        states = {row[0].text: row[0] for row in found}
+        (first, row), *others = group
+        states = {row[0].text: row[0] for _, row in group}
         if 1 < len(states) == len(group):
-            sources = _row(group[0].value, list(states.values()))
-            group[0].value = _row(group[0].value, [sources, *found[0][1:]])
-            rows.entries = [e for e in rows.entries if all(e is not other for other in group[1:])]
+            sources = _row(first.value, list(states.values()))
+            first.value = _row(first.value, [sources, *row[1:]])
+            rows.entries = [e for e in rows.entries if all(e is not other for other, _ in others)]
 
 
 def _cells(entry: Entry) -> tuple[Scalar, Scalar, Scalar, Scalar] | None:

@@ -13,7 +13,7 @@ from specc.model import expr as m
 from specc.model.fsm import Assignment, Function
 from specc.model.system import Let, Subsystem
 from specc.model.trace import Trace
-from specc.reachable import grouped
+from specc.reachable import grouped, reachable
 from specc.tools.graph.diagram import (
     Arc,
     Box,
@@ -56,14 +56,10 @@ def flow(subsystem: Subsystem, name: str, functions: Sequence[Function]) -> Diag
 
 def _needed(subsystem: Subsystem, functions: Iterable[Function]) -> list[Let]:
     """The lets that functions read, also by way of other lets, each after those that it reads."""
-    values = [a.value for f in functions for a in f.assignments]
-    names = {name for value in values for name in _named(value)}
-    found = []
-    for let in reversed(subsystem.lets):
-        if let.name in names:
-            names.update(_named(let.value))
-            found.append(let)
-    return found[::-1]
+    lets = {let.name: let for let in subsystem.lets}
+    first = (name for f in functions for a in f.assignments for name in _named(a.value))
+    names = reachable(first, lambda name: _named(lets[name].value) if name in lets else ())
+    return [let for let in subsystem.lets if let.name in names]
 
 
 def _named(expr: m.Expr) -> Iterator[str]:

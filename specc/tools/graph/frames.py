@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from specc.model.system import Subsystem, System
 from specc.model.types import Pose, Record, Type
+from specc.reachable import grouped
 from specc.tools.graph.diagram import Arc, Box, Cells, Diagram, broken, joined, line
 
 _COLUMNS = 26
@@ -68,10 +69,7 @@ def _poses(name: str, kind: Type, depth: int = 3) -> Iterator[_Found]:
 
 
 def _together(found: Iterator[_Found]) -> dict[tuple[str, str], list[str]]:
-    together: dict[tuple[str, str], dict[str, None]] = {}
-    for pair, name in found:
-        together.setdefault(pair, {})[name] = None
-    return {pair: _limited(list(names)) for pair, names in together.items()}
+    return {pair: _limited(list(dict.fromkeys(names))) for pair, names in grouped(found).items()}
 
 
 def _limited(names: list[str]) -> list[str]:

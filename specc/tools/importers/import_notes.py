@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import frozen
 from specc.reachable import grouped
 from specc.read.document import UnreadableFileError, load_text
 from specc.source import Place, SourceFile, Sources
@@ -21,25 +20,14 @@ from specc.tools.importers.writing import Data, to_yaml
 _WIDTH = 98
 
 
-@frozen
-class Imported:
-    """The text of a specification, empty where an error kept it from being made."""
-
-    text: str
-    diagnostics: tuple[Diagnostic, ...]
-    sources: Sources
-
-
 @dataclass(slots=True)
 class Notes:
     """The files that are imported, and findings about them in the order in which they were made."""
 
     sources: Sources = field(default_factory=Sources)
     diagnostics: list[Diagnostic] = field(default_factory=list)
-
-    def imported(self, text: str = "") -> Imported:
-        """What an import gives."""
-        return Imported(text, tuple(self.diagnostics), self.sources)
+    text: str = ""
+    """Of the specification; empty where an error kept it from being made."""
 
     def error(self, code: str, message: str, place: Place, help: str) -> None:
         """Something without which there is no specification."""

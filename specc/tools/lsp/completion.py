@@ -22,7 +22,7 @@ from specc.resolve.definitions import may_be_size
 from specc.schema.keys import Form, Role, SymbolKind
 from specc.schema.places import defined_by, keys_at, role_of, split, values_at
 from specc.source import Route
-from specc.tools.lsp.cursor import Cursor, cursors
+from specc.tools.lsp.cursor import Cursor, cursors, outside
 from specc.tools.lsp.describe import describe_symbol
 from specc.tools.lsp.formulas import WORDS, following
 from specc.tools.lsp.index import Index
@@ -39,7 +39,6 @@ _ASKED = re.compile(r"\b(?:fresh|present|age|late)\(\s*(\w*)$")
 _COMPARED = re.compile(r"(?:[=!]=\s*|\bin\s*\{(?:[^{}]*[\s,])?)(\w*)$")
 _NAME = re.compile(r"[^\W\d]?\w*$")
 _HEAD = re.compile(r"(\w+)\s*\[[^\[\]]*$")
-_OPENING = {")": "(", "]": "["}
 
 _CONSTANTS: tuple[SymbolKind, ...] = ("parameter", "constant", "file", "operator", "member")
 _VISIBLE: dict[Form, tuple[SymbolKind, ...]] = {
@@ -174,18 +173,8 @@ def _parts(type_: Type | None) -> Iterator[Completion]:
 
 def _postfix(before: str) -> str:
     """The value at the end of a text that a dot may follow: names, calls and brackets."""
-    at, open_brackets = len(before), []
-    while at:
-        char = before[at - 1]
-        if char in _OPENING:
-            open_brackets.append(_OPENING[char])
-        elif open_brackets:
-            if char == open_brackets[-1]:
-                open_brackets.pop()
-        elif not (char.isalnum() or char in "_."):
-            break
-        at -= 1
-    return before[at:]
+    others = (at + 1 for at, char in outside(before) if not (char.isalnum() or char in "_."))
+    return before[next(others, 0) :]
 
 
 def _type_of(index: Index, path: str, owner: Route, text: str) -> Type | None:

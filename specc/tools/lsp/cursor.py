@@ -196,6 +196,22 @@ def _scan(line: str, stack: list[str], quote: str) -> str:
     return quote
 
 
+def outside(before: str) -> Iterator[tuple[int, str]]:
+    """The characters of a text, from its end on, that are in no brackets which it closes."""
+    closed: list[str] = []
+    for at in range(len(before) - 1, -1, -1):
+        char = before[at]
+        if char in _OPENING:
+            closed.append(_OPENING[char])
+        elif not closed:
+            yield at, char
+        elif char == closed[-1]:
+            closed.pop()
+
+
+_OPENING = {")": "(", "]": "[", "}": "{"}
+
+
 def _starts_token(before: str) -> bool:
     """Whether a value or key starts here: inside plain text, quotes and brackets are letters."""
     before = before.rstrip()

@@ -7,12 +7,11 @@ import re
 from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
 from specc.schema.places import role_of
-from specc.tools.lsp.cursor import cursors
+from specc.tools.lsp.cursor import cursors, outside
 from specc.tools.lsp.index import Index
 
 _NAME = re.compile(r"[^\W\d]\w*$")
 _TEXT = re.compile(r"\"[^\"]*\"|'[^']*'")
-_OPENING = {")": "(", "]": "[", "}": "{"}
 
 
 @frozen
@@ -39,16 +38,9 @@ def signature(index: Index | None, text: str, offset: int) -> CallSignature | No
 
 def _call(before: str) -> tuple[str, int] | None:
     """The name in front of the innermost open bracket, and the commas behind it."""
-    closed: list[str] = []
     commas = 0
-    for at in range(len(before) - 1, -1, -1):
-        char = before[at]
-        if char in _OPENING:
-            closed.append(_OPENING[char])
-        elif closed:
-            if char == closed[-1]:
-                closed.pop()
-        elif char == ",":
+    for at, char in outside(before):
+        if char == ",":
             commas += 1
         elif char in "([{":
             name = _NAME.search(before, 0, at)

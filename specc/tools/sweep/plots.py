@@ -10,6 +10,7 @@ from pathlib import Path
 from textwrap import fill, shorten
 from typing import Any
 
+from specc.reachable import grouped
 from specc.tools.canvas import content, figure
 from specc.tools.sweep.running import STEPS
 from specc.tools.sweep.summary import Cell
@@ -45,12 +46,9 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
 
 def differing(cells: Sequence[Cell]) -> Iterator[str]:
     """The columns whose estimates differ."""
-    values: dict[str, set[float]] = {}
-    for cell in cells:
-        for column, estimate in cell.estimates.items():
-            values.setdefault(column, set()).add(estimate.value)
+    values = grouped((column, e.value) for cell in cells for column, e in cell.estimates.items())
     for column, found in values.items():
-        if column == "success" or (len(found) > 1 and not column.startswith(STEPS)):
+        if column == "success" or (len(set(found)) > 1 and not column.startswith(STEPS)):
             yield column
 
 

@@ -137,11 +137,9 @@ def reasons(rows: Sequence[Row]) -> list[tuple[str, list[int]]]:
 
     The most frequent reason comes first.
     """
-    found: dict[str, list[int]] = {}
-    for index, row in enumerate(rows):
-        if not row["success"]:
-            words = "" if row["success"] is None else "not successful: "
-            found.setdefault(words + row["reason"], []).append(index)
+    words = {None: "", False: "not successful: "}
+    failed = ((n, row) for n, row in enumerate(rows) if not row["success"])
+    found = grouped((words[row["success"]] + row["reason"], n) for n, row in failed)
     return sorted(found.items(), key=lambda item: (-len(item[1]), item[0]))
 
 

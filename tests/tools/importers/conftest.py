@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from specc.pipeline import Result, compile_spec
-from specc.tools.importers import Imported, import_fabric, import_scxml
+from specc.tools.importers import Notes, import_fabric, import_scxml
 
 FILES = Path(__file__).parent / "files"
 
@@ -20,17 +20,17 @@ class Workshop:
 
     folder: Path
 
-    def fabric(self, text: str, name: str = "unit") -> Imported:
+    def fabric(self, text: str, name: str = "unit") -> Notes:
         path = self.folder / f"{name}.xml"
         path.write_text(text, encoding="utf-8")
         return import_fabric([str(path)])
 
-    def scxml(self, text: str, name: str = "unit") -> Imported:
+    def scxml(self, text: str, name: str = "unit") -> Notes:
         path = self.folder / f"{name}.scxml"
         path.write_text(text, encoding="utf-8")
         return import_scxml(str(path))
 
-    def compile(self, made: Imported) -> Result:
+    def compile(self, made: Notes) -> Result:
         path = self.folder / "made.yaml"
         path.write_text(made.text, encoding="utf-8")
         return compile_spec(str(path))
@@ -42,5 +42,5 @@ def workshop(tmp_path: Path) -> Workshop:
 
 
 @pytest.fixture
-def codes() -> Callable[[Imported | Result], list[str]]:
+def codes() -> Callable[[Notes | Result], list[str]]:
     return lambda found: sorted(d.code for d in found.diagnostics)

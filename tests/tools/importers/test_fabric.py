@@ -11,11 +11,11 @@ import pytest
 
 from specc.model.system import Subsystem
 from specc.pipeline import Result, build
-from specc.tools.importers import Imported, import_fabric
+from specc.tools.importers import Notes, import_fabric
 from tests.tools.importers.conftest import FILES, Workshop
 
 PRESS, RAM = str(FILES / "press.xml"), str(FILES / "ram.xml")
-Codes = Callable[[Imported | Result], list[str]]
+Codes = Callable[[Notes | Result], list[str]]
 
 
 def control(result: Result, agent: str) -> Subsystem:
@@ -129,7 +129,7 @@ def test_assumptions_can_be_added_by_hand(workshop: Workshop, codes: Codes) -> N
     made = import_fabric([RAM])
     assumed = "assume: [{that: not (cmdValid and jammed), because: a jam voids the command}]"
     text = made.text.replace("      transitions:", f"      {assumed}\n      transitions:", 1)
-    assert codes(workshop.compile(Imported(text, (), made.sources))) == ["E0603"]
+    assert codes(workshop.compile(Notes(made.sources, text=text))) == ["E0603"]
 
 
 def test_one_period_is_taken_from_either_form_of_the_format(workshop: Workshop) -> None:

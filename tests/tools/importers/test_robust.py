@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import strategies as st
 
-from specc.tools.importers import Imported, import_fabric, import_scxml
+from specc.tools.importers import Notes, import_fabric, import_scxml
 from specc.tools.importers.markup import MarkupError, parse_markup
 from tests.seeds import drawn
 from tests.tools.importers.conftest import FILES, Workshop
@@ -38,7 +38,7 @@ def mutated(text: str, random_: random.Random) -> str:
     return text
 
 
-def tried(name: str, text: str, workshop: Workshop) -> Imported:
+def tried(name: str, text: str, workshop: Workshop) -> Notes:
     if name.endswith("scxml"):
         return workshop.scxml(text)
     return workshop.fabric(text)

@@ -14,11 +14,11 @@ from specc.lang.evaluate import Environment, evaluate
 from specc.model.expr import Expr
 from specc.model.system import Subsystem
 from specc.pipeline import Result, build
-from specc.tools.importers import Imported, import_scxml
+from specc.tools.importers import Notes, import_scxml
 from tests.tools.importers.conftest import FILES, Workshop
 
 DOOR = str(FILES / "door.scxml")
-Codes = Callable[[Imported | Result], list[str]]
+Codes = Callable[[Notes | Result], list[str]]
 
 
 def chart(result: Result) -> Subsystem:

@@ -8,7 +8,7 @@ from fractions import Fraction
 from specc.tools.importers.fabric.reader import FabricSubsystem, read_definition
 from specc.tools.importers.fabric.subsystem import AgentMaker
 from specc.tools.importers.fabric.wiring import End, Ends, SharedDefinitions, Wiring, connect
-from specc.tools.importers.import_notes import Imported, Notes, document, read_markup
+from specc.tools.importers.import_notes import Notes, document, read_markup
 from specc.tools.importers.writing import PEERS, Data, SpecNames, rate
 
 DEFAULT_PERIOD_S = Fraction(1, 1000)
@@ -40,7 +40,7 @@ def import_fabric(
     name: str = "",
     period: Fraction | None = None,
     wires: Iterable[tuple[End, End]] = (),
-) -> Imported:
+) -> Notes:
     """The specification of the subsystems that some files define.
 
     `name` is that of the system; `period`, in seconds, replaces the periods in the files; `wires`
@@ -57,13 +57,10 @@ def import_fabric(
                 help = "rename one of the files: subsystems are called as their files or packages"
                 notes.error("E0806", message, definition.root.place, help)
             definitions.append(definition)
-    if notes.failed:
-        return notes.imported()
-    wiring = connect(definitions, wires, notes)
-    if notes.failed:
-        return notes.imported()
-    text = _text(definitions, name, period, wiring, notes)
-    return notes.imported(text)
+    wiring = None if notes.failed else connect(definitions, wires, notes)
+    if wiring is not None and not notes.failed:
+        notes.text = _text(definitions, name, period, wiring, notes)
+    return notes
 
 
 def _text(

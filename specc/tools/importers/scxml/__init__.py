@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from fractions import Fraction
 
-from specc.tools.importers.import_notes import Imported, Notes, document, read_markup
+from specc.tools.importers.import_notes import Notes, document, read_markup
 from specc.tools.importers.logic import atoms
-from specc.tools.importers.scxml.chart import Chart, ChartState, read_chart
-from specc.tools.importers.scxml.machine import EVENTS, Events, GuardedTransition, left, rows_of
+from specc.tools.importers.scxml.chart import Chart, ChartState, Transition, read_chart
+from specc.tools.importers.scxml.machine import EVENTS, Events, left, rows_of
 from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, rate
 
 DEFAULT_PERIOD_S = Fraction(1, 100)
@@ -30,13 +30,13 @@ _REASONS = {
 }
 
 
-def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -> Imported:
+def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -> Notes:
     """The specification of the chart in a file; `period` is in seconds."""
     notes = Notes()
     root = read_markup(path, "scxml", notes)
     chart = read_chart(root, notes) if root is not None else None
     if chart is None:
-        return notes.imported()
+        return notes
     if period is None:
         message = "a chart has no period; 10 ms is assumed"
         notes.changed(message, chart.root.place, "give one with `--period`")
@@ -45,7 +45,8 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
     agents = _SystemMaker(chart, own, period or DEFAULT_PERIOD_S, notes).agents()
     notes.leftovers(chart.root, _REASONS)
     data: dict[str, Data] = {"specc": "1", "system": own, **agents}
-    return notes.imported(document("specc import scxml", [], notes, data))
+    notes.text = document("specc import scxml", [], notes, data)
+    return notes
 
 
 class _SystemMaker:
@@ -117,20 +118,19 @@ class _SystemMaker:
 
     def _rows(self, state: ChartState) -> list[list[Data]]:
         found: list[list[Data]] = []
-        for row in rows_of(state, self._events, self._atom):
-            if not row.condition:
+        for transition, condition in rows_of(state, self._events, self._atom):
+            if not condition:
                 message = "this transition is never taken: an earlier one always is"
-                self._notes.changed(message, row.transition.element.place)
-            found.append(self._row(state, row))
+                self._notes.changed(message, transition.element.place)
+            found.append(self._row(state, transition, condition or "False"))
         return found
 
-    def _row(self, state: ChartState, row: GuardedTransition) -> list[Data]:
-        target = row.transition.target or state.id
-        if not row.transition.target:
+    def _row(self, state: ChartState, transition: Transition, condition: str) -> list[Data]:
+        target = transition.target or state.id
+        if not transition.target:
             message = f"a transition without a target enters `{state.id}` again"
-            self._notes.changed(message, row.transition.element.place)
-        wish = f"{state.id}_to_{target}"
-        name = self._condition(self._initial, row.condition or "False", wish)
+            self._notes.changed(message, transition.element.place)
+        name = self._condition(self._initial, condition, f"{state.id}_to_{target}")
         return [self._states.of(state.id), "terminal", name, self._states.of(target)]
 
     def _condition(self, group: dict[str, Data], text: str, wish: str) -> str:

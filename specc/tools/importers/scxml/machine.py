@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from specc.frozen import frozen
 from specc.model.expr import FALSE, TRUE, Expr
 from specc.model.logic import negation
 from specc.tools.importers.logic import atom, join, render
@@ -77,23 +76,16 @@ EVENTS = "\0"
 """Begins the text of an atom that asks for events; their names follow."""
 
 
-@frozen
-class GuardedTransition:
-    """Under which condition a transition is taken, as text; "" if earlier ones always are."""
-
-    transition: Transition
-    condition: str
-
-
 def rows_of(
     state: ChartState, events: Events, name: Callable[[str], str]
-) -> list[GuardedTransition]:
-    """The rows of a state; `name` gives the expression of an atom."""
+) -> list[tuple[Transition, str]]:
+    """Under which condition each transition of a state is taken; "" if earlier ones always are.
+
+    `name` gives the expression of an atom.
+    """
     ordered = sorted(state.transitions, key=lambda t: bool(t.events))
     known = [(t, events.matching(t.events) if t.events else None) for t in ordered]
-    return [
-        GuardedTransition(t, _condition(t, known[:i], events, name)) for i, t in enumerate(ordered)
-    ]
+    return [(t, _condition(t, known[:i], events, name)) for i, t in enumerate(ordered)]
 
 
 def left(state: ChartState, events: Events, name: Callable[[str], str]) -> str:
