@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Iterator
+from fractions import Fraction
 
 from specc.analysis import Facts
 from specc.analysis.ages import Ages, Held, Trail
-from specc.analysis.dataflow import InputNode, Measured
+from specc.analysis.dataflow import Measured
 from specc.cli import streams
 from specc.diagnostics.phrases import ms
-from specc.model.system import Element
 
 VERSION = 1
 
@@ -28,41 +29,33 @@ def ages(options: Namespace) -> int:
 
 def _as_text(facts: Facts) -> str:
     """A table: reader, element, greatest age, what is allowed, and the path of the oldest value."""
-    rows: list[tuple[str, ...]] = [
-        ("reader", "element", "age", "allowed", "path of the oldest value")
-    ]
-    for node, element, oldest, ages in _found(facts):
-        limit = element.max_age_s
-        allowed = "" if limit is None else ms(limit)
-        age, way = _age(oldest, ages)
-        rows.append((node.reader, _name(node), age, allowed, way))
+    rows = [("reader", "element", "age", "allowed", "path of the oldest value")]
+    for reader, name, limit, oldest in _found(facts):
+        age, way = _age(oldest, facts.ages)
+        rows.append((reader, name, age, "" if limit is None else ms(limit), way))
     return streams.table(rows)
 
 
 def _as_json(facts: Facts) -> str:
     """An object with `version`, `system` and `values`; ages in s, null where none is known."""
-    values = []
-    for node, element, oldest, ages in _found(facts):
-        limit = element.max_age_s
-        values.append(
-            {
-                "reader": node.reader,
-                "element": _name(node),
-                "age_s": float(oldest.age_s) if isinstance(oldest, Trail) else None,
-                "max_age_s": None if limit is None else float(limit),
-                "way": _age(oldest, ages)[1],
-            }
-        )
+    values = [
+        {
+            "reader": reader,
+            "element": name,
+            "age_s": float(oldest.age_s) if isinstance(oldest, Trail) else None,
+            "max_age_s": None if limit is None else float(limit),
+            "way": _age(oldest, facts.ages)[1],
+        }
+        for reader, name, limit, oldest in _found(facts)
+    ]
     return streams.as_json(VERSION, facts.system.name, values=values)
 
 
-def _name(node: InputNode) -> str:
-    return node.short if node.peer else node.element
-
-
-def _found(facts: Facts) -> list[tuple[InputNode, Element, Trail | Held | None, Ages]]:
-    ages = facts.ages
-    return [(node, element, ages.oldest(node), ages) for node, element in facts.received()]
+def _found(facts: Facts) -> Iterator[tuple[str, str, Fraction | None, Trail | Held | None]]:
+    """Reader, element, how old it may be, and what its oldest value comes from."""
+    for node, element in facts.received():
+        name = node.short if node.peer else node.element
+        yield node.reader, name, element.max_age_s, facts.ages.oldest(node)
 
 
 def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:

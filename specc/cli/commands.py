@@ -13,7 +13,7 @@ from specc.cli import inspect, streams
 from specc.cli.interruption import held
 from specc.diagnostics import Diagnostic, nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
-from specc.refusal import Refused, reason_of
+from specc.refusal import Refused, lacking, reason_of
 from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def lsp(options: Namespace) -> int:
     try:
         from specc.tools.lsp.server import serve
     except ModuleNotFoundError as error:
-        raise streams.lacking(error, "pygls", "lsprotocol") from error
+        raise lacking(error, "pygls", "lsprotocol") from error
     return serve()
 
 

@@ -222,13 +222,10 @@ def _each_recorded(
         except KeyboardInterrupt:
             yield from [Recorded(lacks=_INTERRUPTED)] * (len(findings) - number + 1)
             return
-        if lacks:
-            yield Recorded(lacks=lacks)
-            continue
-        kept = scratch.parent / file.name
-        sync(file)
-        os.replace(file, kept)
-        yield Recorded(str(kept))
+        if not lacks:
+            sync(file)
+            file = file.replace(scratch.parent / file.name)
+        yield Recorded(lacks=lacks) if lacks else Recorded(str(file))
 
 
 def _record(

@@ -203,7 +203,7 @@ def _robot(
             if facts.actuators
             else "the model has no actuator that can be held; nothing was written"
         )
-    return Robot(name, facts, model, groups, found, refused)
+    return Robot(name, facts, groups, found, refused)
 
 
 def _name(path: str, model: Model) -> str:

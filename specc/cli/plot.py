@@ -18,7 +18,7 @@ from specc.cli.recordings import called, lost
 from specc.diagnostics.phrases import clipped
 from specc.model.system import System
 from specc.reachable import grouped
-from specc.refusal import Refused
+from specc.refusal import Refused, lacking
 from specc.tools.plot import Signal, found
 from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
 from specc.tools.plot.sheet import PlottedRun, Sheet, bands, cut, marks, numbers_of, panels
@@ -177,7 +177,7 @@ class _Plot:
         try:
             content = drawn(sheet, self._form)
         except ModuleNotFoundError as error:
-            raise streams.lacking(error, "matplotlib") from error
+            raise lacking(error, "matplotlib") from error
         put(self._out, content, self._form, "plot")
         streams.show(f"{self._out}\n")
 

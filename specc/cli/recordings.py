@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from specc import output
 from specc.cli import streams
 from specc.diagnostics.phrases import clipped
-from specc.refusal import Refused, reason_of
+from specc.refusal import Refused, lacking, reason_of
 
 if TYPE_CHECKING:
     from specc.model.system import Subsystem
@@ -194,7 +194,7 @@ def called(module: str, function: str, *arguments: Any) -> Any:
         made = getattr(import_module(f"specc_runtime.{module}"), function)
         return made(*arguments)
     except ModuleNotFoundError as error:
-        raise streams.lacking(error) from error
+        raise lacking(error) from error
     except Exception as error:
         if type(error).__name__ not in ("Unusable", "UsageError", "StepFailed", "OutputLost"):
             raise

@@ -6,12 +6,10 @@ import contextlib
 import os
 import sys
 from collections.abc import Sequence
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, TextIO
 
 from specc.diagnostics.render.visible import Form, harmless, visible
 from specc.diagnostics.report import Report, report, resolve
-from specc.refusal import Refused
 from specc.source import COMMAND_LINE
 
 if TYPE_CHECKING:
@@ -27,13 +25,6 @@ def refuse(why: object) -> int:
     """Say why a command does not do what is asked; the exit code."""
     say(f"specc: {why}")
     return UNUSABLE
-
-
-def lacking(error: ModuleNotFoundError, *packages: str) -> Refused:
-    """What is not installed, and how to install it; raises any error that is not of `packages`."""
-    if packages and (error.name or "").partition(".")[0] not in packages:
-        raise error
-    return Refused(import_module("specc_runtime.extras").remedy(error))
 
 
 # Standard streams: what is printed on them, and those that are closed, full or no longer read.

@@ -23,7 +23,7 @@ from specc.cli.run import judged_to_run
 from specc.diagnostics.phrases import counted, few
 from specc.diagnostics.report import Report, report
 from specc.frozen import frozen
-from specc.refusal import Refused, reason_of
+from specc.refusal import Refused, lacking, reason_of
 from specc.tools.sweep import plots, summary
 from specc.tools.sweep.running import Figures, SweepJob
 from specc.tools.sweep.settings import Axis, Setting, SweepError, axis_of, seeds_of, settings_of
@@ -358,7 +358,7 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
             words = f"no plots of {counted(others, 'other column')}"
             streams.show(f"{words}: {folder.with_name(_SUMMARY)}\n")
     except ModuleNotFoundError as error:
-        streams.say(f"specc: no plots: {streams.lacking(error, 'matplotlib')}")
+        streams.say(f"specc: no plots: {lacking(error, 'matplotlib')}")
 
 
 def _words(setting: Setting) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from specc.cli import streams
 from specc.diagnostics.nearest import hint
-from specc.refusal import Refused, reason_of
+from specc.refusal import Refused, lacking, reason_of
 
 if TYPE_CHECKING:
     from specc.pipeline import Result
@@ -27,7 +27,7 @@ def run_witness(options: argparse.Namespace) -> int:
     try:
         import_module("specc.tools.witness")  # steps generated code
     except ModuleNotFoundError as error:
-        raise streams.lacking(error) from error
+        raise lacking(error) from error
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
         return streams.tell_of(result, options.spec)

@@ -9,7 +9,6 @@ from typing import Any
 
 from specc.diagnostics.phrases import few
 from specc.frozen import frozen
-from specc.mjcf import Model
 from specc.reachable import grouped
 from specc.tools.fmt import formatted
 from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, rate, to_yaml
@@ -40,7 +39,6 @@ class Robot:
 
     name: str
     facts: ModelFacts
-    model: Model
     groups: Sequence[ActuatorGroup]
     receptors: Sequence[Receptor]
     refused: Mapping[str, str]

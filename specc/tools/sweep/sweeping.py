@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
@@ -17,6 +16,7 @@ from specc.analysis.plant import plant_model
 from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.model.system import System
+from specc.refusal import lacking
 from specc.source import COMMAND_LINE, Sources
 from specc.tools.sweep.running import (
     PACKAGES,
@@ -118,9 +118,7 @@ def there(name: str, address: str, bundle: Bundle) -> Iterator[Workshop]:
     try:
         from specc.tools.sweep.cluster import cluster
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("dask", "distributed"):
-            raise
-        raise SweepError(import_module("specc_runtime.extras").remedy(error)) from None
+        raise lacking(error, "dask", "distributed") from None
     with cluster(address, name, bundle) as workshop:
         yield workshop
 
