@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from functools import partial
 from typing import TypeVar
 
@@ -72,7 +72,7 @@ class Context:
     rules: Mapping[type[ast.expr], Rule]
     reserved: Collection[str]
     """Names of the language."""
-    errors: list[ExprError] = field(default_factory=list)
+    errors: list[ExprError]
     """What was found wrong where the typing could go on."""
 
     def infer(self, node: ast.expr, hint: Type | None = None) -> Expr:

@@ -182,7 +182,7 @@ def check(tree: ast.expr, text: str, scope: Scope, expected: Type | None = None)
     Raises:
         ExprErrors: everything that is wrong; an error has no follow-up errors.
     """
-    ctx = Context(scope, text, _RULES, RESERVED)
+    ctx = Context(scope, text, _RULES, RESERVED, [])
     try:
         expr = ctx.expect(tree, expected)
     except ExprErrors as failure:
