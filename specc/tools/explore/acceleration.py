@@ -152,17 +152,17 @@ class Loop:
 
         None if some monitor does not only wait, and is not where it was.
         """
-        watch, way, found = self._composition.watch, self._way, dict[int, list[m.Expr]]()
+        watch, way = self._composition.watch, self._way
         if watch is None:
-            return found
+            return {}
         begin, *after = (watch.at(each.watched).states for each in way[:: self._length])
-        asked = [watch.asked(self._seen(watch, each)) for each in way[1:]]
-        for index, state in enumerate(begin):
-            if any(each[index] != state for each in after):
-                if any(each[index] != asked[0][index] for each in asked):
-                    return None
-                found[index] = asked[0][index]
-        return found
+        moved = [i for i, state in enumerate(begin) if any(each[i] != state for each in after)]
+        if not moved:
+            return {}
+        first, *others = (watch.asked(self._seen(watch, each)) for each in way[1:])
+        if any(each[index] != first[index] for each in others for index in moved):
+            return None
+        return {index: first[index] for index in moved}
 
     def _seen(self, watch: Watch, here: Configuration) -> Known:
         return watch.known(here.watched, self._composition.locals_of(here))
@@ -219,9 +219,19 @@ class Loop:
         for index, asked in (self.waiting or {}).items():
             if times * self._ticks > watch.moving(index, watch.at(begin).states[index], asked):
                 return False
+        return all(
+            asked == watch.asked(_drawn(one, two, times)) for one, two, asked in self._conditions
+        )
+
+    @cached_property
+    def _conditions(self) -> list[tuple[Known, Known, list[list[m.Expr]]]]:
+        """The conditions of monitors at the steps of which values differ in the next repetition."""
+        watch = self._composition.watch
+        if watch is None:
+            return []
         seen = [self._seen(watch, each) for each in self._way]
         pairs = zip(seen[1:], seen[self._length + 1 :], strict=False)
-        return all(watch.asked(one) == watch.asked(_drawn(one, two, times)) for one, two in pairs)
+        return [(a, b, watch.asked(a)) for a, b in pairs if a.memory != b.memory]
 
     def _steps_last(self, times: int) -> bool:
         return all(_are_same(one, two, times) for one, two in self._steps)
