@@ -18,7 +18,7 @@ from specc.cli.parsing import answer
 from specc.refusal import Refused, reason_of
 
 UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141
-_NEW_OBJECTS = 50_000
+_NEW_OBJECTS = 100_000
 """Of a command between two collections of garbage: nearly all that it makes stays to its end."""
 
 

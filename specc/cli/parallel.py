@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -41,8 +40,8 @@ def processes(workers: int, method: str) -> Iterator[ProcessPoolExecutor]:
 
 def _end_with_parent() -> None:
     """End this process when the one that started it ends."""
-
     import multiprocessing
+    import threading
 
     def watch() -> None:
         if parent := multiprocessing.parent_process():

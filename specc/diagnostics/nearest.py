@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 
 from specc.limits import spend
 from specc.reachable import grouped
@@ -17,6 +16,8 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
 
     None once a run has made all the comparisons that it may make.
     """
+    from difflib import get_close_matches  # most specifications have nothing misspelt
+
     by_folded = grouped((candidate.casefold(), candidate) for candidate in dict.fromkeys(known))
     if len(name) > _LONGEST or not spend("names compared", len(by_folded)):
         return []

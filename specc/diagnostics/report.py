@@ -7,7 +7,6 @@ from functools import lru_cache
 from itertools import accumulate
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
-from specc.diagnostics.misspelt_side import settled
 from specc.frozen import frozen
 from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.source import Place, Sources, Span
@@ -94,8 +93,11 @@ def _letters(finding: Finding) -> int:
 
 def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding]:
     """Look the places of diagnostics up; equal diagnostics are kept once."""
-    told = settled(dict.fromkeys(diagnostics), sources)
-    return [_finding(diagnostic, sources) for diagnostic in told]
+    if not (told := dict.fromkeys(diagnostics)):
+        return []
+    from specc.diagnostics.misspelt_side import settled  # not needed where nothing is found
+
+    return [_finding(diagnostic, sources) for diagnostic in settled(told, sources)]
 
 
 def report(findings: Iterable[Finding], checked: Iterable[str]) -> Report:
