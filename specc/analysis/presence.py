@@ -226,7 +226,7 @@ class PresentValues:
         known = self._known_at(use)
         key = id(use.text.expr), known, use.tests, self._moment(use)
         if key not in self._lacking:
-            context = (*_in_order(known), *said(use.tests))
+            context = (*self._in_order(known), *said(use.tests))
             needs = self.needs(use.text.expr)
             self._lacking[key] = [n for n in needs if self._lacks(n, context, key[-1])]
         return self._lacking[key]
@@ -262,15 +262,22 @@ class PresentValues:
         return "functions" if later else "start"
 
     @cached_property
-    def _facts(self) -> Known:
-        """What matters; facts about the clock do not, as it starts anew with every state."""
+    def _facts(self) -> Context:
+        """What matters, in an order that does not depend on the run.
+
+        Facts about the clock do not, as it starts anew with every state.
+        """
         needs = (need for text in texts(self._subsystem) for need in self.needs(text.expr))
-        return frozenset(f for f in {n.fact for n in needs} if not self._dependences.of(f).clock)
+        facts = (f for f in {n.fact for n in needs} if not self._dependences.of(f).clock)
+        return tuple(sorted(facts, key=repr))
+
+    def _in_order(self, known: Known) -> Context:
+        return tuple([fact for fact in self._facts if fact in known])
 
     @cached_property
     def _held(self) -> Held[Expr]:
         """What holds in every period in which the functions of a state are executed."""
-        most = {state.name: self._facts for state in self._subsystem.states}
+        most = {state.name: frozenset(self._facts) for state in self._subsystem.states}
         if self._subsystem.initial_state in most:
             initial = {item.name: item.init.type for item in self._subsystem.memory}
             most[self._subsystem.initial_state] = _there_by_type(self._facts, initial)
@@ -294,7 +301,7 @@ class PresentValues:
 
     def _kept(self, facts: Known, state: str, held: Known, conditions: Context) -> Known:
         known = self._when_asked(self._subsystem.state(state), held)
-        context = _with_items((*conditions, *_in_order(known)))
+        context = _with_items((*conditions, *self._in_order(known)))
         return frozenset(f for f in facts if f in known or self._prover.implies(context, f))
 
     def _when_asked(self, state: State, held: Known) -> Known:
@@ -330,11 +337,6 @@ def _outside(ways: tuple[Context, ...]) -> tuple[Context, ...]:
     return tuple(tuple(test for test in way if not has_free_variable(test)) for way in ways)
 
 
-def _in_order(known: Known) -> Context:
-    """Facts in an order that does not depend on the run."""
-    return tuple(sorted(known, key=repr))
-
-
 def _with_items(conditions: Iterable[Expr]) -> list[Expr]:
     """Conditions with what they say of lists: where some item passes a test, there is one."""
     found: list[Expr] = []
@@ -355,7 +357,7 @@ def _written(state: State) -> dict[str, Type]:
     return {a.name: a.value.type for a in state.behaviour.assignments if not a.peer}
 
 
-def _there_by_type(facts: Known, memory: Mapping[str, Type]) -> Known:
+def _there_by_type(facts: Iterable[Expr], memory: Mapping[str, Type]) -> Known:
     """Facts about memory that has got a value of a type that is never None, or never empty."""
     return frozenset(
         fact
