@@ -7,6 +7,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
 
+from specc.analysis.graph import CAUSES
 from specc.analysis.guards import Guards, Implied
 from specc.analysis.machine import Machine
 from specc.analysis.plant import BoundElement
@@ -55,9 +56,9 @@ class Reads:
 
     def asked(self, state: State) -> frozenset[Read]:
         """The inputs whose values the conditions depend on that may end a state."""
-        rows = self._machine.subsystem.transitions
+        rows = (self._machine.subsystem.rows(state.name, cause) for cause in CAUSES)
         ends = (state.behaviour.terminal.when, state.behaviour.error.when)
-        entered = [row.condition.when for row in rows if row.source == state.name]
+        entered = [row.condition.when for of_cause in rows for _, row in of_cause]
         return frozenset[Read]().union(*map(self.of, (*ends, *entered)))
 
     def used(self, state: State) -> frozenset[Read]:

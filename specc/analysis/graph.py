@@ -9,7 +9,7 @@ from specc.frozen import frozen
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, RowVerdict
-from specc.reachable import fixpoint, reachable
+from specc.reachable import fixpoint, grouped, reachable
 
 # What a transition graph falls into. The only door to networkx, which is imported when asked.
 
@@ -58,6 +58,12 @@ def last_components(following: Sequence[Iterable[int]]) -> list[frozenset[int]]:
     graph.add_nodes_from(range(len(following)))
     graph.add_edges_from((here, there) for here, out in enumerate(following) for there in out)
     return sorted(map(frozenset, networkx.attracting_components(graph)), key=min)
+
+
+def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[str]) -> bool:
+    """Whether `goal` can be reached from each of the states."""
+    sources = grouped((target, source) for source, target in edges)
+    return states <= reachable([goal], lambda state: sources.get(state, ())).keys()
 
 
 # The transition graph of a machine without the rows that can never be taken.

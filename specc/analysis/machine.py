@@ -82,7 +82,6 @@ class Machine:
         self.arrivals = arrivals
         self.faulty = faulty
         self._constants = constants
-        self._verdicts: dict[tuple[str, Cause], RowVerdict] = {}
         self._settled: dict[int, bool | None] = {}
         self._provers: list[Prover] = []
         self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
@@ -204,18 +203,14 @@ class Machine:
 
         What peers always send makes rows complete, but none superfluous.
         """
-        key = state, cause
-        verdict = self._alone[key]
-        if not verdict.arrivals:
-            return verdict
-        if key not in self._verdicts:
+        verdict = self._alone[state, cause]
+        if verdict.arrivals:
             present = self.presence.in_conditions(state)
             prove = partial(self.prover.prove_rows, state, cause, present=present)
             verdict, fresh = prove(), self.arrivals.fresh
             if fresh and not verdict.proved:
                 verdict = verdict.where_fresh(prove(fresh=fresh).decision, fresh)
-            self._verdicts[key] = verdict
-        return self._verdicts[key]
+        return verdict
 
     @cached_property
     def _alone(self) -> dict[tuple[str, Cause], RowVerdict]:
@@ -245,11 +240,6 @@ class Machine:
     def leaving(self) -> dict[str, list[RowEdge]]:
         """The steps by the state that they leave."""
         return grouped((step.row.source, step) for step in self.steps)
-
-    @cached_property
-    def entering(self) -> dict[str, list[RowEdge]]:
-        """The steps by the state that they enter."""
-        return grouped((step.row.target, step) for step in self.steps)
 
     @cached_property
     def reached(self) -> frozenset[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
 from specc.frozen import frozen
@@ -59,16 +59,14 @@ def text_of(part: Constant | Let | Memory | Condition | Assignment | Axiom) -> E
     return ExpressionText(getattr(part, name), part.place, key)
 
 
-def _kept(find: Callable[[Subsystem], Iterable[T]]) -> Callable[[Subsystem], tuple[T, ...]]:
-    """A question whose answer a subsystem keeps: many checks ask it."""
-    name = f"{find.__name__} of it"
+def _kept(find: Callable[[Subsystem], Iterable[T]]) -> Callable[[Subsystem], Sequence[T]]:
+    """What subsystems keep the answer to: many checks ask."""
 
-    def answer(subsystem: Subsystem) -> tuple[T, ...]:
+    def answer(subsystem: Subsystem) -> Sequence[T]:
         kept = vars(subsystem)
-        if name not in kept:
-            kept[name] = tuple(find(subsystem))
-        found: tuple[T, ...] = kept[name]
-        return found
+        if find.__name__ not in kept:
+            kept[find.__name__] = tuple(find(subsystem))
+        return kept[find.__name__]  # type: ignore[no-any-return]  # what was kept
 
     return answer
 

@@ -198,8 +198,7 @@ def one_writer(facts: Facts) -> Iterator[Diagnostic]:
                 target = assignment.peer, assignment.name
                 if target in first:
                     yield _twice(behaviour, assignment, first[target])
-                else:
-                    first[target] = assignment
+                first.setdefault(target, assignment)
 
 
 def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) -> Diagnostic:

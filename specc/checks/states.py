@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 
 from specc.analysis import Facts, Machine
-from specc.analysis.graph import StrongComponent, components
+from specc.analysis.graph import StrongComponent, all_lead_to, components
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.model.fsm import State
@@ -140,21 +140,15 @@ def states_left(facts: Facts) -> Iterator[Diagnostic]:
         if not machine.ways_are_known:
             continue
         subsystem, reached = machine.subsystem, machine.reached
-        if reached <= _leading_to(subsystem.initial_state, machine).keys():
-            continue
         edges = [(step.row.source, step.row.target) for step in machine.steps]
+        if all_lead_to(subsystem.initial_state, edges, reached):
+            continue
         names = [state.name for state in subsystem.states if state.name in reached]
         found = components(names, edges)
         cycles = [part for part in found if len(part.states) > 1]
         for part in found:
             if not part.left and _is_trap(part, cycles, set(edges)):
                 yield _not_left(subsystem, part)
-
-
-def _leading_to(state: str, machine: Machine) -> dict[str, None]:
-    """The states from which a state can be reached."""
-    entering = machine.entering
-    return reachable([state], lambda name: [step.row.source for step in entering.get(name, ())])
 
 
 def _is_trap(

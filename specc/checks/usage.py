@@ -24,8 +24,6 @@ MOST = 8
 Edges = Mapping[str, Set[str]]
 _NONE: frozenset[str] = frozenset()
 _KINDS = {
-    LetRef: ("let", attrgetter("name")),
-    MemoryRef: ("memory element", attrgetter("name")),
     Call: ("operator", attrgetter("operator")),
     ConstantRef: ("constant", attrgetter("name")),
     FileRef: ("file", attrgetter("name")),
@@ -33,7 +31,7 @@ _KINDS = {
 
 
 def _named(parts: Iterable[Expr]) -> set[str]:
-    """What parts of expressions name."""
+    """The definitions that parts of expressions name."""
     kinds = ((_KINDS[type(part)], part) for part in parts if type(part) in _KINDS)
     return {f"{kind} {name(part)}" for (kind, name), part in kinds}
 
@@ -41,28 +39,22 @@ def _named(parts: Iterable[Expr]) -> set[str]:
 def _unused(
     code: str, places: Mapping[str, Place], edges: Edges, start: Set[str]
 ) -> Iterator[Diagnostic]:
-    """Of some things those that nothing names which serves a purpose.
+    """Of some things those that nothing names, each with the others that only it uses.
 
     `edges` say what each thing names, and the `start` has a purpose of its own.
     """
     used = reachable(start, lambda one: edges.get(one, _NONE)).keys()
-    left = {label: place for label, place in places.items() if label not in used}
-    yield from _left_over(code, left, {label: edges.get(label, _NONE) for label in left})
-
-
-def _left_over(code: str, left: Mapping[str, Place], edges: Edges) -> Iterator[Diagnostic]:
-    """Of things without a use those that no other one names, each with those that only it uses."""
-    order = {label: index for index, label in enumerate(left)}
-    inner = {other for label in left for other in edges[label] if other != label}
+    left = {label: index for index, label in enumerate(places) if label not in used}
+    inner = {other for label in left for other in edges.get(label, _NONE) if other != label}
     for label in (label for label in left if label not in inner):
-        found = reachable(edges[label], lambda one: edges.get(one, _NONE))
-        behind = sorted(found.keys() & order.keys(), key=order.__getitem__)
+        found = reachable(edges.get(label, _NONE), lambda one: edges.get(one, _NONE) - used)
+        behind = sorted(found.keys() & left.keys(), key=left.__getitem__)
         yield Diagnostic(
             code,
             f"{_quoted(label)} is not used",
-            left[label],
+            places[label],
             related=tuple(
-                Related(left[other], f"and so is {_quoted(other)}") for other in behind[:MOST]
+                Related(places[other], f"and so is {_quoted(other)}") for other in behind[:MOST]
             ),
             help="use or delete it",
         )
@@ -77,14 +69,7 @@ def _quoted(label: str) -> str:
 
 
 Part = Behaviour | Condition | Function | Let | Memory
-_PARTS: dict[type, str] = {
-    Behaviour: "behaviour",
-    Condition: "",
-    Function: "function",
-    Let: "let",
-    Memory: "memory element",
-}
-Named = dict[tuple[type[Expr], str], Let | Memory]
+Readable = dict[tuple[type[Expr], str], Let | Memory]
 
 
 def parts_used(facts: Facts) -> Iterator[Diagnostic]:
@@ -94,7 +79,7 @@ def parts_used(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnostic]:
-    named: Named = {(LetRef, item.name): item for item in subsystem.lets}
+    named: Readable = {(LetRef, item.name): item for item in subsystem.lets}
     named |= {(MemoryRef, item.name): item for item in subsystem.memory}
     every = (*subsystem.behaviours, *subsystem.functions, *subsystem.conditions, *named.values())
     parts: dict[int, Part] = {id(part): part for part in every}
@@ -106,17 +91,20 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     start += [part for part in named.values() if part.name in RESERVED]
     used = reachable(map(id, start), lambda one: map(id, _needed(parts.get(one), named)))
     left = {_label(part): part for key, part in parts.items() if key not in used}
-    places = {label: part.place for label, part in left.items()}
     edges = {label: set(map(_label, _needed(part, named))) for label, part in left.items()}
-    yield from _left_over("W0611", places, edges)
+    yield from _unused("W0611", {label: part.place for label, part in left.items()}, edges, _NONE)
 
 
 def _label(part: Part) -> str:
-    kind = _PARTS[type(part)] or f"{part.kind} condition"  # type: ignore[union-attr]  # a condition
-    return f"{kind} {part.name}"
+    match part:
+        case Condition(kind=kind):
+            return f"{kind} condition {part.name}"
+        case Memory():
+            return f"memory element {part.name}"
+    return f"{type(part).__name__.lower()} {part.name}"
 
 
-def _needed(part: Part | None, named: Named) -> list[Part]:
+def _needed(part: Part | None, named: Readable) -> list[Part]:
     """The parts that a part names, and the memory that it writes."""
     match part:
         case Behaviour(functions=functions):
@@ -130,7 +118,7 @@ def _needed(part: Part | None, named: Named) -> list[Part]:
     return []
 
 
-def _named_in(values: Iterable[Expr], named: Named) -> list[Part]:
+def _named_in(values: Iterable[Expr], named: Readable) -> list[Part]:
     """The lets and the memory that expressions name."""
     nodes = [n for value in values for n in walk(value) if isinstance(n, (LetRef, MemoryRef))]
     return [named[name] for n in nodes if (name := (type(n), n.name)) in named]

@@ -62,6 +62,11 @@ class Moves:
         )
         self._of_rows: dict[tuple[str, str, str], Implicants] = {}
 
+    @cached_property
+    def entering(self) -> dict[str, list[RowEdge]]:
+        """The steps by the state that they enter."""
+        return grouped((step.row.target, step) for step in self.machine.steps)
+
     def needed(self, row: Transition) -> Implicants:
         """What must be fresh for a row to be taken."""
         end = self.subsystem.state(row.source).behaviour.ending(row.cause)
@@ -234,7 +239,7 @@ class Wait:
 
     def _sent_before(self, state: State) -> Inputs:
         """What the states before the waiting one send to the one that is waited for."""
-        before = {step.row.source for step in self.reader.machine.entering.get(state.name, ())}
+        before = {step.row.source for step in self.reader.entering.get(state.name, ())}
         states = map(self.reader.subsystem.state, before - {state.name})
         return frozenset[InputName]().union(*map(self._asks, states))
 

@@ -108,17 +108,11 @@ class Prover:
         if question is None:
             conditions = tuple(self._formula(row.condition.when) for row in rows)
             key = conditions, self._context(behaviour, cause), without
-            question = self._questions.get(key) or self._new_question(*key)
-            self._alike[alike] = question
+            if key not in self._questions:
+                axioms = [a for index, a in enumerate(self._axioms) if index != without]
+                self._questions[key] = Question(*key[:2], axioms, self._solver)
+            question = self._alike[alike] = self._questions[key]
         return question, rows
-
-    def _new_question(
-        self, conditions: tuple[Formula, ...], context: tuple[Formula, ...], without: int | None
-    ) -> Question:
-        axioms = [a for index, a in enumerate(self._axioms) if index != without]
-        made = Question(conditions, context, axioms, self._solver)
-        self._questions[conditions, context, without] = made
-        return made
 
     def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
         """Whether an axiom, by its index, has to do with the rows of a state and cause."""
