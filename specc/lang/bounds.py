@@ -41,10 +41,17 @@ def bounds(expr: m.Expr, parts: Sequence[Range]) -> Range:
     if operation is None:
         return ever
     if not isinstance(expr, m.Logic):  # generated code has operands of others in its own
-        become = ranges.whole if isinstance(expr.type, (Bool, Int)) else ranges.of_float
+        become = ranges.whole if _takes_whole(expr) else ranges.of_float
         pairs = zip(m.children(expr), parts, strict=True)
         parts = [become(part) if isinstance(of.type, Int) else part for of, part in pairs]
     return ranges.both(ranges.computed(operation, parts), ever)
+
+
+def _takes_whole(expr: m.Expr) -> bool:
+    """Whether whole numbers are taken as they are: a quotient is rounded, and not what it is of."""
+    if isinstance(expr, m.Binary) and expr.op == "/":
+        return isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
+    return not any(type_.units for type_ in (expr.type, *expr.type.parts))
 
 
 def _ever(expr: m.Expr) -> Range:

@@ -5,6 +5,7 @@ Every node has `type` and `span`, the offsets of its text inside the YAML scalar
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterator
 from dataclasses import KW_ONLY, field, fields, replace
@@ -26,9 +27,22 @@ class Node:
 
 @frozen
 class Number(Node):
-    """A literal in SI units. `value` is an int for type int, else a float."""
+    """A literal in SI units. `value` is an int for type int, else a float.
+
+    0.0 and -0.0 are two literals: they have other angles.
+    """
 
     value: float
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Number):
+            return NotImplemented
+        value, like = self.value, other.value
+        same = value == like and self.type == other.type
+        return same and (value != 0 or math.copysign(1, value) == math.copysign(1, like))
+
+    def __hash__(self) -> int:
+        return hash((self.value, self.type))
 
 
 @frozen

@@ -186,3 +186,39 @@ def test_what_is_measured_in_every_period_has_its_range(tmp_path: Path) -> None:
     done = specc("explore", tmp_path / "noise.yaml")
     assert "`always(a.c.x.m.speed <= 2[m/s])`: proved" in done.stdout
     assert "`a.c` can never leave `S0`" in done.stderr
+
+
+ALONE = """\
+specc: 1.2
+system: alone
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      y: {{b: {{v: "vector[2, int]"}}}}
+      memory: {{r: {{type: real, init: 0}}, n: {{type: int, init: 0}}}}
+      through: {{r: "{r}", n: "{n}", y.b.v: "{v}"}}
+  b:
+    control:
+      rate: 10 Hz
+      x: {{a: {{v: {{type: "vector[2, int]", init: "[0, 0]"}}}}}}
+      memory: {{seen: {{type: int, init: 0}}}}
+      through: {{seen: "x.a.v[1]"}}
+require:
+  - {{that: "always({that})", because: it is tried}}
+"""
+UNDECIDED = "not decided"
+NUMBERS = [
+    ("-r", "0", "[0, 0]", "atan2(a.c.r, -1) > 0", "violated"),
+    ("-r", "0", "[0, 0]", "a.c.r <= 0 and a.c.r >= 0", "proved"),
+    ("0", "0", "[floor(9007199254740993 / 3), n]", "b.c.x.a.v[0] < 3002399751580331", UNDECIDED),
+    ("0", "0", "[-9007199254740993, n]", "b.c.x.a.v[0] >= -9007199254740992", UNDECIDED),
+]
+
+
+@pytest.mark.parametrize(("r", "n", "v", "that", "verdict"), NUMBERS)
+def test_zeros_have_signs_and_whole_numbers_are_not_rounded(
+    r: str, n: str, v: str, that: str, verdict: str, tmp_path: Path
+) -> None:
+    (tmp_path / "alone.yaml").write_text(ALONE.format(r=r, n=n, v=v, that=that), encoding="utf-8")
+    assert f"`always({that})`: {verdict}" in specc("explore", tmp_path / "alone.yaml").stdout

@@ -60,6 +60,7 @@ def test_values_lie_within(tree: m.Expr, env: Environment, around: float) -> Non
         (f"late(x.c.n) + {BIG + 3}", (BIG + 3, math.inf)),
         (f"len(seen) + {BIG + 3}", (BIG + 3, math.inf)),
         (f"{BIG + 1} * 1.0", (float(BIG), float(BIG))),
+        (f"{BIG + 1} / 3", ((BIG + 1) / 3, (BIG + 1) / 3)),
         (f"max({BIG + 1}, ratio)", (float(BIG), math.inf)),
         (f"{HUGE} + count if count > {HUGE} else 1", (-math.inf, math.inf)),
         (f"min(count, {HUGE})", (-math.inf, math.inf)),

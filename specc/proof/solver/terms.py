@@ -107,11 +107,20 @@ class Terms:
             case "item":
                 return self.item(expr)
         if isinstance(expr, Choice):
-            then, otherwise = self.argument(expr.then), self.argument(expr.otherwise)
-            return z3.If(self.boolean(expr.test), then, otherwise)
+            arms = map(self._value, (expr.then, expr.otherwise))
+            return z3.If(self.boolean(expr.test), *arms)
         if isinstance(expr.type, Real):
-            return z3.Const(f"argument {self._numbering.number(expr)}", VALUE)
+            return self._named(expr)
         return self.unknown(expr)
+
+    def _value(self, expr: Expr) -> Any:
+        """The term of an argument beside others that may be of another type: an integer, None."""
+        term = self.argument(expr)
+        return term if term.sort() == VALUE else self._named(expr)
+
+    def _named(self, expr: Expr) -> Any:
+        """A value of which it is known only by which expression it comes."""
+        return z3.Const(f"argument {self._numbering.number(expr)}", VALUE)
 
     def unknown(self, expr: Expr) -> Any:
         """A value of which only its parts are known, if it has any."""

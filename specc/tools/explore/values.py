@@ -138,6 +138,6 @@ class ValueNumbers:
 
 def _shown(region: Region, expr: m.Expr) -> Value:
     low, high = region
-    if low != high:
+    if low != high or (low == 0 and not isinstance(expr.type, Int)):  # 0.0 or -0.0
         return region
     return m.Number(int(low) if isinstance(expr.type, Int) else low, type=expr.type)
