@@ -8,6 +8,7 @@ of a pose what all coordinates of its position do.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from specc.lang import ranges
 from specc.lang.builtins import FUNCTIONS
@@ -18,7 +19,18 @@ from specc.model.types import Bool, Int
 
 
 def operation_of(expr: m.Expr) -> Operation | None:
-    """How the range of an expression follows from those of its parts; None if it is not known."""
+    """How the range of an expression follows from those of its parts; None if it is not known.
+
+    Whole numbers beside reals become floats, as in generated code.
+    """
+    operation = _operation(expr)
+    if operation is None or _takes_whole(expr):
+        return operation
+    is_whole = [isinstance(part.type, Int) for part in m.children(expr)]
+    return partial(_of_floats, operation, is_whole) if any(is_whole) else operation
+
+
+def _operation(expr: m.Expr) -> Operation | None:
     match expr:
         case m.Binary(op=sign):
             return SIGNS[sign].range
@@ -33,25 +45,29 @@ def operation_of(expr: m.Expr) -> Operation | None:
     return ranges.choice if isinstance(expr, m.Choice) else None
 
 
+def _takes_whole(expr: m.Expr) -> bool:
+    """Whether whole numbers are taken as they are: a quotient is rounded, and not what it is of."""
+    if isinstance(expr, m.Binary) and expr.op == "/":
+        return isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
+    return not any(type_.units for type_ in (expr.type, *expr.type.parts))
+
+
+def _of_floats(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
+    pairs = zip(parts, is_whole, strict=True)
+    return operation(*[ranges.of_float(part) if whole else part for part, whole in pairs])
+
+
 def bounds(expr: m.Expr, parts: Sequence[Range]) -> Range:
-    """The range of an expression by those of its parts; whole numbers beside reals are floats."""
+    """The range of an expression by those of its parts."""
     if isinstance(expr, (m.Number, m.Truth)):
         return ranges.of_value(expr.value)
     ever, operation = _ever(expr), operation_of(expr)
     if operation is None:
         return ever
     if not isinstance(expr, m.Logic):  # generated code has operands of others in its own
-        become = ranges.whole if _takes_whole(expr) else ranges.of_float
         pairs = zip(m.children(expr), parts, strict=True)
-        parts = [become(part) if isinstance(of.type, Int) else part for of, part in pairs]
+        parts = [ranges.whole(part) if isinstance(of.type, Int) else part for of, part in pairs]
     return ranges.both(ranges.computed(operation, parts), ever)
-
-
-def _takes_whole(expr: m.Expr) -> bool:
-    """Whether whole numbers are taken as they are: a quotient is rounded, and not what it is of."""
-    if isinstance(expr, m.Binary) and expr.op == "/":
-        return isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
-    return not any(type_.units for type_ in (expr.type, *expr.type.parts))
 
 
 def _ever(expr: m.Expr) -> Range:
