@@ -71,7 +71,9 @@ class MemoryBounds:
             for item in subsystem.memory
             if isinstance(item.type, (Int, Real))
         }
-        lets = {LetRef(let.name, type=let.value.type): let.value for let in subsystem.lets}
+        lets: dict[Expr, Expr] = {
+            LetRef(let.name, type=let.value.type): let.value for let in subsystem.lets
+        }
         read = reachable(
             (let for values in self._written.values() for let in _names(values)),
             lambda let: _names([lets[let]]) if let in lets else (),
