@@ -1,13 +1,11 @@
 """The ten runs that docs/architectures.md tells of; tests repeat fewer.
 
 What the page says of each is compared with it, as the tests do.
-
-    python bench/architectures.py
-    python bench/architectures.py reactive        one of them
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from collections.abc import Sequence
@@ -36,8 +34,13 @@ def measured(each: Architecture) -> tuple[str, ...]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make the runs and print the table."""
-    names = list(sys.argv[1:] if arguments is None else arguments)
-    chosen = [a for a in ARCHITECTURES if not names or a.name in names]
+    parser = argparse.ArgumentParser(description=__doc__)
+    known = [each.name for each in ARCHITECTURES]
+    parser.add_argument("name", nargs="*", help=f"all by default: {', '.join(known)}")
+    names = parser.parse_args(arguments).name
+    if unknown := sorted({*names} - {*known}):
+        parser.error(f"unknown: {', '.join(unknown)}")
+    chosen = [each for each in ARCHITECTURES if not names or each.name in names]
     print(table(TITLE, HEAD, [measured(each) for each in chosen]))
     return 0
 

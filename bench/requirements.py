@@ -1,11 +1,8 @@
-"""What exploring says of every requirement of the specifications of the project.
-
-python bench/requirements.py                  of all that are there
-python bench/requirements.py SPEC...          of some
-"""
+"""What exploring says of every requirement of the specifications of the project."""
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -39,10 +36,11 @@ def judged(spec: Path) -> Iterator[tuple[str, str, str]]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Explore and print the table."""
-    named = [Path(name) for name in (sys.argv[1:] if arguments is None else arguments)]
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("spec", type=Path, nargs="*", help="all of the project by default")
     places = ("*.yaml", "architectures/*.yaml", "examples/*.yaml")
     every = sorted(spec for place in places for spec in SPECS.glob(place))
-    rows = [row for spec in named or every for row in judged(spec)]
+    rows = [row for spec in parser.parse_args(arguments).spec or every for row in judged(spec)]
     said = Counter(" ".join(verdict.split()[:2]).strip(",") for *_, verdict in rows)
     title = "; ".join(f"{number} {verdict}" for verdict, number in said.most_common())
     print(table(f"Requirements: {title}", HEAD, rows))

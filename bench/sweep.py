@@ -7,6 +7,7 @@ time says something only on a machine that does nothing else, CPU time on any.
 
 from __future__ import annotations
 
+import argparse
 import csv
 import os
 import resource
@@ -75,6 +76,7 @@ def swept(folder: Path, seeds: range, workers: int) -> float:
 
 def main() -> None:
     """Measure in turns: a quarter of the runs alone, then all of them as one sweep."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     workers = len(os.sched_getaffinity(0))
     lone_s = swept_s = swept_cpu_s = 0.0
     begun_s = children_s()
