@@ -28,6 +28,13 @@ def replacing(path: Path) -> Iterator[Path]:
         aside.unlink(missing_ok=True)
 
 
+def put(path: Path, content: str | bytes) -> None:
+    """Put a file there as a whole; what is no character of a text is spelt out. Raises OSError."""
+    data = content.encode(errors="backslashreplace") if isinstance(content, str) else content
+    with replacing(path) as aside:
+        aside.write_bytes(data)
+
+
 def sync(path: Path) -> None:
     """Have the content of a file written to the disk. Raises OSError."""
     handle = os.open(path, os.O_RDONLY)

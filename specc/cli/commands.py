@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from specc.atomic_files import replacing
+from specc.atomic_files import put
 from specc.cli import inspect, streams
 from specc.cli.interruption import held
 from specc.diagnostics import Diagnostic, nearest
@@ -178,11 +178,11 @@ def run_import(options: Namespace) -> int:
     if options.out is None:
         streams.show(text)
     else:
-        _put(text, options.out, options.force)
+        _save(text, options.out, options.force)
     return 0
 
 
-def _put(text: str, out: str, force: bool) -> None:
+def _save(text: str, out: str, force: bool) -> None:
     """Write a specification; one that is there may have been completed by hand, so it stays."""
     from specc.cli.rewrite import rewrite
 
@@ -192,7 +192,7 @@ def _put(text: str, out: str, force: bool) -> None:
         if os.path.exists(out):
             rewrite(out, text)
         else:
-            with held(), replacing(Path(out)) as aside:
-                aside.write_bytes(text.encode())
+            with held():
+                put(Path(out), text)
     except OSError as error:
         raise Refused(f"{out} cannot be written: {reason_of(error)}") from error

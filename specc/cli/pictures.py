@@ -11,7 +11,7 @@ from pathlib import Path
 from struct import pack
 from zlib import crc32
 
-from specc.atomic_files import replacing
+from specc import atomic_files
 from specc.cli.interruption import held
 from specc.refusal import Refused, reason_of
 
@@ -24,8 +24,8 @@ def put(path: str, content: bytes, form: str, by: str) -> None:
             if _holds(path, made):
                 return
             raise Refused(_stays(path, form))
-        with held(), replacing(Path(path)) as aside:
-            aside.write_bytes(made)
+        with held():
+            atomic_files.put(Path(path), made)
     except OSError as error:
         raise Refused(f"{path} cannot be written: {reason_of(error)}") from error
 

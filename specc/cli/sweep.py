@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc import __version__
+from specc.atomic_files import put
 from specc.cli import streams
 from specc.cli.interruption import MESSAGE, code_of, held, terminable
 from specc.cli.parallel import cores, processes
@@ -36,7 +37,7 @@ from specc.tools.sweep.sweeping import (
     inputs_of,
     there,
 )
-from specc.tools.sweep.table import TABLE, Folder, as_csv, write
+from specc.tools.sweep.table import TABLE, Folder, as_csv
 
 if TYPE_CHECKING:
     from specc.pipeline import Build
@@ -288,19 +289,19 @@ def _row(asked: _Asked, setting: Setting, seed: int, figures: Figures) -> dict[s
 
 def _renew(asked: _Asked, folder: Folder) -> None:
     runs = folder.runs(asked.settings, asked.seeds)
-    write(folder.path / TABLE, as_csv([_row(asked, *run) for run in runs]))
+    put(folder.path / TABLE, as_csv([_row(asked, *run) for run in runs]))
 
 
 def _conclude(options: Namespace, asked: _Asked, folder: Folder) -> None:
     """Write table, summary and plots, and print what people look at first."""
     runs = list(folder.runs(asked.settings, asked.seeds))
     rows = [_row(asked, *run) for run in runs]
-    write(folder.path / TABLE, as_csv(rows))
+    put(folder.path / TABLE, as_csv(rows))
     if not rows:
         return
     names = [axis.title for axis in asked.axes]
     cells = summary.cells_of(rows, names)
-    write(folder.path / _SUMMARY, as_csv(summary.as_rows(cells, names)))
+    put(folder.path / _SUMMARY, as_csv(summary.as_rows(cells, names)))
     streams.show(streams.table(summary.as_text(summary.worst(cells, _SETTINGS), names)))
     if (others := len(cells) - _SETTINGS) > 0:
         words = f"and {counted(others, 'setting')} with as much success or more"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
+from specc.diagnostics.nearest import common
+
 
 def listed(names: Iterable[str], word: str) -> str:
     """`a`, `a and b`, `a, b and c`."""
@@ -21,6 +23,13 @@ def few(names: Sequence[str], most: int, between: str = ", ") -> str:
     """All names; of more than so many the first ones: `a, b and 3 more`."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return between.join(names[:most]) + more
+
+
+def stem(names: Sequence[str]) -> str:
+    """What names of copies begin with, without numbers; the first one if that is nothing."""
+    first, last = min(names), max(names)
+    shared = first[: common(first, last)].rstrip("_0123456789")
+    return names[0] if first == last else shared or names[0]
 
 
 def clipped(text: str, most: int) -> str:

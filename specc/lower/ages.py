@@ -14,7 +14,7 @@ from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal
 from specc.model.expr import Lag
 from specc.model.system import Element, Subsystem, System
-from specc.reachable import reachable
+from specc.reachable import grouped, reachable
 
 
 def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[str, ...]]:
@@ -112,9 +112,7 @@ def _behind(
 
 def _alike(by_state: dict[str, list[Edge]]) -> Iterator[tuple[tuple[str, ...], list[Edge]]]:
     """The states with what is read there, those that read the same together."""
-    groups: dict[tuple[Edge, ...], list[str]] = {}
-    for state, edges in by_state.items():
-        groups.setdefault(tuple(edges), []).append(state)
+    groups = grouped((tuple(edges), state) for state, edges in by_state.items())
     return ((tuple(states), list(edges)) for edges, states in groups.items() if edges)
 
 

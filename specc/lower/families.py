@@ -5,12 +5,11 @@ They differ in their names, their peers and the values of parameters, which thei
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, replace
-from itertools import takewhile
 
 from specc.analysis.reads import nodes
+from specc.diagnostics.phrases import stem
 from specc.frozen import frozen
 from specc.lower.annotations import PythonTypes
 from specc.lower.flow import Proofs
@@ -20,6 +19,7 @@ from specc.lower.nodes import Nodes
 from specc.lower.table import TermTable
 from specc.model.expr import ConstantRef, Expr, constants_in, mapped
 from specc.model.system import Constant, Device, Subsystem, System
+from specc.reachable import grouped
 from specc.source import Place
 
 Part = Subsystem | Device
@@ -50,7 +50,7 @@ class Family:
     def stem(self) -> tuple[str, str]:
         """Agent and own name, or what those of all members begin with."""
         agents = [part.agent for part in self.members]
-        return _stem(agents), _stem([part.name for part in self.members])
+        return stem(agents), stem([part.name for part in self.members])
 
     def made(self, part: Part, class_name: str) -> str:
         """The call that makes a member."""
@@ -60,22 +60,11 @@ class Family:
         )
 
 
-def _stem(names: list[str]) -> str:
-    """What the names begin with, without numbers; the first name if they have nothing in common."""
-    if len(set(names)) == 1:
-        return names[0]
-    alike = takewhile(lambda chars: len(set(chars)) == 1, zip(*names, strict=False))
-    return re.sub(r"[_\d]+$", "", "".join(chars[0] for chars in alike)) or names[0]
-
-
 def families(
     system: System, parts: Iterable[Part], proofs: Proofs, types: PythonTypes
 ) -> Iterator[Family]:
     """The parts by the module that they share, in the order of the first ones."""
-    alike: dict[object, list[Part]] = {}
-    for part in parts:
-        alike.setdefault(_shape(part, proofs), []).append(part)
-    for members in alike.values():
+    for members in grouped((_shape(part, proofs), part) for part in parts).values():
         family = _family(system, members, types) if len(members) > 1 else None
         yield from (family,) if family else (Family((part,)) for part in members)
 

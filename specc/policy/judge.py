@@ -9,6 +9,7 @@ from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
 from specc.policy.ignores import Ignore, ignores_of, unused
 from specc.policy.settings import Settings
+from specc.reachable import grouped
 from specc.source import Place, SourceFile, Sources
 
 _EXPLORED = "W10"
@@ -72,9 +73,7 @@ def _commented(
     found: list[Diagnostic], ignores: list[tuple[SourceFile, Ignore]], sources: Sources
 ) -> tuple[list[Diagnostic], set[Place]]:
     """Findings that no comment suppresses, and the places of codes that suppress some."""
-    by_line: dict[tuple[str, int, str], list[Place]] = {}
-    for source, entry in ignores:
-        by_line.setdefault((source.path, entry.line, entry.code), []).append(entry.place)
+    by_line = grouped(((s.path, entry.line, entry.code), entry.place) for s, entry in ignores)
     if not by_line:
         return found, set()
     kept: list[Diagnostic] = []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from specc.diagnostics.phrases import stem
 from specc.model.system import Element, Memory, Port, Subsystem, System
 from specc.model.wires import Wire, Wires
 from specc.tools.graph.diagram import (
@@ -22,7 +23,6 @@ from specc.tools.graph.diagram import (
 from specc.tools.graph.names import (
     AgentFamily,
     Part,
-    base,
     copies,
     is_named,
     rate,
@@ -137,4 +137,4 @@ def _other(wires: list[Wire]) -> Box:
     if end is None:
         return Box(id, "missing", (line(wires[0].name), line("not there", "note")))
     agents = list(dict.fromkeys(wire.name.partition(".")[0] for wire in wires))
-    return Box(id, "other", (symbol(end, base(agents)), *broken(end.title, _TITLE)))
+    return Box(id, "other", (symbol(end, stem(agents)), *broken(end.title, _TITLE)))

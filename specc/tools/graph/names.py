@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypeVar
 
-from specc.diagnostics.nearest import common
 from specc.frozen import frozen
 from specc.model.fsm import Condition, Function
 from specc.model.system import Agent, Device, Subsystem, System
@@ -40,13 +39,6 @@ def is_named(part: Condition | Function) -> bool:
 def rate(hz: Fraction) -> str:
     """A rate in Hz."""
     return f"{float(hz):.6g} Hz"
-
-
-def base(names: Sequence[str]) -> str:
-    """A name, or what the names of copies begin with."""
-    first, last = min(names), max(names)
-    start = first[: common(first, last)].rstrip("_0123456789")
-    return names[0] if len(names) == 1 else start or names[0]
 
 
 def span(names: Sequence[str]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 
+from specc.diagnostics.phrases import stem
 from specc.frozen import frozen
 from specc.model.system import Agent, Device, Subsystem, System
 from specc.model.wires import Wires
@@ -20,7 +21,7 @@ from specc.tools.graph.diagram import (
     joined,
     line,
 )
-from specc.tools.graph.names import AgentFamily, base, copies, rate, span, symbol
+from specc.tools.graph.names import AgentFamily, copies, rate, span, symbol
 
 _COLUMNS = 22
 _ABREAST = 2
@@ -99,7 +100,7 @@ def _head(of: AgentFamily, columns: int) -> tuple[Line, ...]:
 
 def _node(part: _Copies, agents: int) -> Box:
     first = part[0]
-    whose = base(list(dict.fromkeys(each.agent for each in part)))
+    whose = stem(list(dict.fromkeys(each.agent for each in part)))
     lines: list[Line] = [symbol(first, whose)]
     if len(part) > agents:
         own = [each.name for each in part[: len(part) // agents]]

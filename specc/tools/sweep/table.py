@@ -19,7 +19,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from specc.atomic_files import replacing
+from specc.atomic_files import put
 from specc.diagnostics.phrases import counted, listed
 from specc.tools.sweep.running import LIMIT, Figures
 from specc.tools.sweep.settings import Setting, SweepError, meaning
@@ -107,7 +107,7 @@ class Folder:
     def _check(self) -> None:
         path = self.path / ABOUT
         if not path.exists():
-            write(path, json.dumps(self._about, indent=2) + "\n")
+            put(path, json.dumps(self._about, indent=2) + "\n")
             return
         try:
             there = json.loads(path.read_text(encoding="utf-8"))
@@ -209,9 +209,3 @@ def _field(value: Any) -> str:
     if value is None:
         return ""
     return json.dumps(value) if isinstance(value, bool | float) else str(value)
-
-
-def write(path: Path, text: str) -> None:
-    """Put a file there as a whole. Raises OSError."""
-    with replacing(path) as aside:
-        aside.write_text(text, encoding="utf-8", errors="backslashreplace", newline="")

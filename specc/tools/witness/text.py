@@ -8,7 +8,7 @@ from pathlib import Path
 from textwrap import wrap
 from zlib import crc32
 
-from specc.atomic_files import replacing
+from specc import atomic_files
 from specc.emit import emit
 from specc.lang.values import spelled
 from specc.lower import FilePlan
@@ -156,8 +156,7 @@ def put(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     if os.path.lexists(path) and not _is_own(path, text):
         raise ForeignFileError(str(path))
-    with replacing(path) as aside:
-        aside.write_text(text, encoding="utf-8", newline="\n")
+    atomic_files.put(path, text)
 
 
 def _is_own(path: Path, text: str) -> bool:
