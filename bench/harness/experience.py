@@ -9,9 +9,10 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
+from specc.atomic_files import put
 from specc.tools.sweep.plots import plot
 from specc.tools.sweep.summary import Estimate, cells_of, median, rate
-from specc.tools.sweep.table import as_csv, write
+from specc.tools.sweep.table import as_csv
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = DOCS / "experiments.md"
@@ -72,7 +73,7 @@ def keep_rows(name: str, rows: Sequence[Row]) -> None:
     """Keep rows as they are, with a few digits."""
     DATA.mkdir(exist_ok=True)
     short = [{n: _short(v) for n, v in row.items()} for row in rows]
-    write(DATA / f"{name}.csv", as_csv(short))
+    put(DATA / f"{name}.csv", as_csv(short))
 
 
 def _short(value: Any) -> Any:
@@ -105,7 +106,7 @@ def _value(text: str) -> Any:
 
 def write_page() -> None:
     """Make the tables and pictures again. Raises OSError."""
-    write(PAGE, page(PAGE.read_text(encoding="utf-8")))
+    put(PAGE, page(PAGE.read_text(encoding="utf-8")))
     draw(DATA)
 
 

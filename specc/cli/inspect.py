@@ -10,11 +10,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from specc.cli.interruption import held, is_behind
-from specc.cli.parallel import cores, processes
 from specc.cli.targets import targets
 from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
 from specc.frozen import frozen
 from specc.limits import one_run
+from specc.parallel import cores, processes
 from specc.policy import Overrides, forget, judge, settings_for
 from specc.source import Place, Sources, real_path
 

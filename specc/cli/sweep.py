@@ -19,11 +19,11 @@ from specc import __version__
 from specc.atomic_files import put
 from specc.cli import streams
 from specc.cli.interruption import MESSAGE, code_of, held, terminable
-from specc.cli.parallel import cores, processes
 from specc.cli.run import judged_to_run
 from specc.diagnostics.phrases import counted, few
 from specc.diagnostics.report import Report, report
 from specc.frozen import frozen
+from specc.parallel import cores, processes
 from specc.refusal import Refused, lacking, reason_of
 from specc.tools.sweep import plots, summary
 from specc.tools.sweep.running import Figures, SweepJob

@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import gc
 import multiprocessing
-import os
 import signal
 import sys
 import threading
@@ -22,11 +21,12 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
+from specc.parallel import end_with_parent
+
 LIMIT_S = 10.0
 """A job that takes longer is given up."""
 LIMIT_GB = 2
 """Address space of the process; a job that needs more is given up."""
-_WATCH_S = 1.0
 _NEW_OBJECTS = 10_000
 """Between two collections of garbage: a job makes many objects, and most of them stay."""
 
@@ -114,7 +114,7 @@ class Worker:
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        arguments = (theirs, self._make, self._answers, os.getpid())
+        arguments = (theirs, self._make, self._answers)
         self._process = context.Process(target=_work, args=arguments, daemon=True)
         self._process.start()
         theirs.close()
@@ -179,13 +179,13 @@ class Worker:
 
 
 def _work(
-    pipe: Connection, make: Callable[[], object], answers: tuple[type[Exception], ...], parent: int
+    pipe: Connection, make: Callable[[], object], answers: tuple[type[Exception], ...]
 ) -> None:
     """Do what comes through the pipe until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _limit_memory()
     gc.set_threshold(_NEW_OBJECTS)
-    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+    end_with_parent()
     desk = make()
     while True:
         try:
@@ -217,11 +217,3 @@ def _limit_memory() -> None:
         with suppress(ValueError, OSError):  # some systems have no such limit
             least = wanted if most == resource.RLIM_INFINITY else min(wanted, most)
             resource.setrlimit(resource.RLIMIT_AS, (least, most))
-
-
-def _watch(parent: int) -> None:
-    """End with the process that asks, also in the middle of a job."""
-    while os.getppid() == parent:
-        time.sleep(_WATCH_S)
-    sys.stderr.flush()
-    os._exit(1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -27,7 +28,7 @@ def processes(workers: int, method: str) -> Iterator[ProcessPoolExecutor]:
     from concurrent.futures import ProcessPoolExecutor
 
     context = multiprocessing.get_context(method)
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent)
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=end_with_parent)
     try:
         yield pool
     except BaseException:
@@ -38,14 +39,15 @@ def processes(workers: int, method: str) -> Iterator[ProcessPoolExecutor]:
         pool.shutdown(cancel_futures=True)
 
 
-def _end_with_parent() -> None:
-    """End this process when the one that started it ends."""
+def end_with_parent() -> None:
+    """End this process when the one that started it ends, whatever it is doing."""
     import multiprocessing
     import threading
 
     def watch() -> None:
         if parent := multiprocessing.parent_process():
             parent.join()
+        sys.stderr.flush()
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

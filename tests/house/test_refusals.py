@@ -1,0 +1,34 @@
+"""What cannot be done as it is asked is raised, and `specc/cli/main.py` tells it."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+SPECC = Path(__file__).resolve().parents[2] / "specc"
+TELLS = "cli/main.py"
+GOES_ON = {"cli/explore.py": "a trace that cannot be recorded is told with its reason"}
+
+
+def _caught(text: str) -> Iterator[str]:
+    """Names of exceptions that a module handles."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ExceptHandler) and node.type is not None:
+            yield from (part.id for part in ast.walk(node.type) if isinstance(part, ast.Name))
+
+
+def test_one_module_tells_refusals() -> None:
+    found = {
+        module.relative_to(SPECC).as_posix()
+        for module in SPECC.rglob("*.py")
+        if "Refused" in _caught(module.read_text(encoding="utf-8"))
+    }
+    assert found == {TELLS, *GOES_ON}
+
+
+def test_one_module_says_why_the_system_refuses() -> None:
+    found = {
+        module.relative_to(SPECC).as_posix()
+        for module in SPECC.rglob("*.py")
+        if ".strerror or" in module.read_text(encoding="utf-8")
+    }
+    assert found == {"refusal.py"}
