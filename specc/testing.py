@@ -8,16 +8,14 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 from specc_runtime.faults import Fault
-from specc_runtime.forms import Element
 from specc_runtime.loading import load_layouts, load_system
 from specc_runtime.stepping import Stepper, array
 from specc_runtime.track import outcome_of
 
 from specc import output
-from specc.analysis.reads import nodes
 from specc.diagnostics.nearest import hint
 from specc.lang import (
     Environment,
@@ -27,9 +25,9 @@ from specc.lang import (
     evaluate,
     expression,
     members_of,
-    show,
 )
 from specc.lang.errors import Declared
+from specc.lower.module import lag_slots
 from specc.model import expr as e
 from specc.model.system import types_used
 from specc.model.types import Enum, Real, Type
@@ -43,6 +41,7 @@ anything else is a value in SI units as operators get it (docs/your_robot.md).
 """
 
 NONE: Mapping[str, Any] = MappingProxyType({})
+T = TypeVar("T")
 
 
 class Stepped:
@@ -77,14 +76,15 @@ class Stepped:
         )
         self._environment = _environment({c.name: c.value for c in constants})
         self._methods = {state: method for state, (*_, method) in layout.ends.items()}
-        self._x = {".".join(("x", *element.name)): element for element in layout.x}
-        self._lags = {
-            show(lag): (f"{lag.name}_{self._x[show(lag.input)].attribute}", lag.type)
-            for lag in nodes(self._model)
-            if isinstance(lag, e.Lag)
+        of_inputs = {(e.name[0], e.name[1]): e.attribute for e in layout.x}
+        self._x = {
+            f"x.{peer}.{name}": (of_inputs[peer, name], item.type)
+            for (peer, name), item in self._model.inputs.items()
         }
-        self._y = {".".join(("y", *element.name)): element for element in layout.y}
-        self._memory = {element.name[0]: element for element in layout.memory}
+        self._lags = lag_slots(self._model, of_inputs)
+        self._y = {".".join(("y", *element.name)): element.attribute for element in layout.y}
+        of_memory = {element.name[0]: element.attribute for element in layout.memory}
+        self._memory = {m.name: (of_memory[m.name], m.type) for m in self._model.memory}
         self.row = ""
         """The row that the last step took, as `state cause condition -> next`; empty for none."""
 
@@ -107,7 +107,7 @@ class Stepped:
             Fault: what ends a run, such as an assumption that does not hold.
         """
         __tracebackhide__ = True
-        gone = [self._element(self._x, name).attribute for name in absent]
+        gone = [_known(self._x, name)[0] for name in absent]
         self._stepper.feed(self._inputs(arrives), self._inputs(there), gone)
         outcome = outcome_of(self._subsystem, ())
         if isinstance(outcome, Fault):
@@ -122,14 +122,13 @@ class Stepped:
             ValueError: as `step`, or some memory has no value yet, as before the first step.
         """
         for name, value in memory.items():
-            element = self._element(self._memory, name)
-            types = {item.name: item.type for item in self._model.memory}
-            setattr(self._subsystem.memory, element.attribute, self.value(value, types[name]))
+            attribute, type_ = _known(self._memory, name)
+            setattr(self._subsystem.memory, attribute, self.value(value, type_))
         if state:
             if state not in self._methods:
                 raise ValueError(_unknown("state", state, self._methods))
-            left = [n for n, e in self._memory.items() if not self._has(e)]
-            if left:
+            kept = self._subsystem.memory
+            if left := [n for n, (name, _) in self._memory.items() if not hasattr(kept, name)]:
                 names = " and ".join(left)
                 raise ValueError(f"{names} has no value before the first `step()`; or give one")
             self._stepper.place(state, self._methods[state])
@@ -137,18 +136,16 @@ class Stepped:
         if self.state:  # else the first step gives memory its values
             self._stepper.settle()
 
-    def _has(self, element: Element) -> bool:
-        return hasattr(self._subsystem.memory, element.attribute)
-
     def __getitem__(self, name: str) -> Any:
         """An output that was written last, `y.c.v`, or memory, in SI units.
 
         Raises:
             ValueError: there is no such element, or it has no value yet.
         """
-        buffer = self._subsystem.y if name.startswith("y.") else self._subsystem.memory
-        known = self._y if name.startswith("y.") else self._memory
-        attribute = self._element(known, name).attribute
+        if name.startswith("y."):
+            buffer, attribute = self._subsystem.y, _known(self._y, name)
+        else:
+            buffer, (attribute, _) = self._subsystem.memory, _known(self._memory, name)
         if not hasattr(buffer, attribute):
             raise ValueError(f"{name} has no value yet")
         return getattr(buffer, attribute)
@@ -157,7 +154,7 @@ class Stepped:
     def sent(self) -> dict[str, Any]:
         """The outputs that the last step wrote, by name."""
         written = self._subsystem.sends.get(self.state, ())
-        return {n: self[n] for n, element in self._y.items() if element.attribute in written}
+        return {name: self[name] for name, attribute in self._y.items() if attribute in written}
 
     def value(self, given: Any, type_: Type | None = None) -> Any:
         """The value of a text in the specification's language; any other value as it is.
@@ -176,19 +173,8 @@ class Stepped:
             raise ValueError(f"{given!r} has no value here: {error}") from None
 
     def _inputs(self, values: Values) -> dict[str, Any]:
-        types = {f"x.{peer}.{name}": i.type for (peer, name), i in self._model.inputs.items()}
-        asked = {name: self._lags[name] for name in values if name in self._lags}
-        found = {slot: self.value(values[name], type_) for name, (slot, type_) in asked.items()}
-        return found | {
-            self._element(self._x, name).attribute: self.value(value, types[name])
-            for name, value in values.items()
-            if name not in asked
-        }
-
-    def _element(self, known: Mapping[str, Element], name: str) -> Element:
-        if name not in known:
-            raise ValueError(_unknown("element", name, known))
-        return known[name]
+        slots = {name: self._lags.get(name) or _known(self._x, name) for name in values}
+        return {slot: self.value(values[name], type_) for name, (slot, type_) in slots.items()}
 
 
 def _environment(constants: Mapping[str, e.Expr]) -> Environment:
@@ -206,6 +192,12 @@ def _as_runtime(value: Any, type_: Type) -> Any:
         made.setflags(write=False)
         return made
     return float(value) if isinstance(type_, Real) and isinstance(value, int) else value
+
+
+def _known(known: Mapping[str, T], name: str) -> T:
+    if name not in known:
+        raise ValueError(_unknown("element", name, known))
+    return known[name]
 
 
 def _unknown(what: str, name: str, known: Iterable[str]) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Collection, Mapping
 from fractions import Fraction
 from types import MappingProxyType
 
+from specc.analysis.reads import nodes
+from specc.lang.show import show
 from specc.lower.annotations import Annotations, Contracts, PythonTypes
 from specc.lower.names import (
     OWN_ATTRIBUTES,
@@ -22,6 +24,7 @@ from specc.lower.names import (
 from specc.lower.terms import Term
 from specc.model import expr as e
 from specc.model.system import Constant, Device, Subsystem, System
+from specc.model.types import Type
 from specc.reachable import grouped, reachable
 
 # Constants of a module: declared ones, and literal arrays that need not be built every period.
@@ -187,3 +190,14 @@ def memory_names(part: Subsystem | Device) -> dict[str, str]:
     names = Namespace()
     items = part.memory if isinstance(part, Subsystem) else part.y
     return {item.name: names.new(item.name) for item in items}
+
+
+def lag_slots(
+    subsystem: Subsystem, inputs: Mapping[tuple[str, str], str]
+) -> dict[str, tuple[str, Type]]:
+    """The slots beside `inputs` that say how far these are behind, with their types.
+
+    They go by what asks for them in expressions: `age(x.c.T_d)`.
+    """
+    asked = (node for node in nodes(subsystem) if isinstance(node, e.Lag))
+    return {show(lag): (f"{lag.name}_{inputs[lag.input.key]}", lag.type) for lag in asked}

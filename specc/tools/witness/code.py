@@ -19,17 +19,15 @@ from specc_runtime.faults import UndecidedTransition
 from specc_runtime.loading import load_system
 from specc_runtime.stepping import Stepper, array
 
-from specc.analysis.reads import nodes
 from specc.frozen import frozen
 from specc.lang.kinds import first_value, kind
 from specc.lang.values import Fields, Value, alike
 from specc.lower.annotations import PythonTypes, named_types
-from specc.lower.module import Module
-from specc.model.expr import Lag
+from specc.lower.module import Module, lag_slots
 from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
-from specc.proof.search import Answer, LagKey, lag_key
+from specc.proof.search import Answer, LagKey
 from specc.tools.witness.subject import OPERATORS, alone, unproved
 
 # What a script does, period by period. Values go by the names that the specification has for them:
@@ -135,12 +133,7 @@ class SubsystemCode:
             input_text(key): (self.names.inputs[key], item.type)
             for key, item in self.subsystem.inputs.items()
         }
-        self.elements |= {
-            lag_text(key): (f"{lag.name}_{self.names.inputs[key[1:]]}", lag.type)
-            for lag in nodes(self.subsystem)
-            if isinstance(lag, Lag)
-            for key in [lag_key(lag)]
-        }
+        self.elements |= lag_slots(self.subsystem, self.names.inputs)
         self.memory = {
             item.name: (self.names.memory[item.name], item.type) for item in self.subsystem.memory
         }
