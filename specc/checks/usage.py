@@ -84,7 +84,7 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     every = (*subsystem.behaviours, *subsystem.functions, *subsystem.conditions, *named.values())
     parts: dict[int, Part] = {id(part): part for part in every}
     start: list[Part] = [state.behaviour for state in subsystem.states]
-    start += [row.condition for row in subsystem.transitions]
+    start += [row.condition for row in subsystem.transitions if id(row.condition) in parts]
     start += _named_in([axiom.that for axiom in subsystem.axioms], named)
     start += [item for item in subsystem.memory if item.name in watched]
     # Nothing can name these in an expression, which is an error of its own.
