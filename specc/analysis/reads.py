@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 from typing import NamedTuple, TypeVar
 
 from specc.frozen import frozen
@@ -23,7 +24,7 @@ from specc.model.expr import (
 )
 from specc.model.fsm import Assignment, Axiom, Condition
 from specc.model.requirement import expressions
-from specc.model.system import Constant, Let, Memory, Subsystem, System
+from specc.model.system import Constant, Element, Let, Memory, Subsystem, System
 from specc.proof import InputName
 from specc.source import Place
 
@@ -49,11 +50,13 @@ class ExpressionText(NamedTuple):
         return text.within(*node.span)
 
 
-_TEXTS = {Memory: ("init", "init"), Condition: ("when", "when"), Axiom: ("that", "")}
+TextOwner = Constant | Element | Let | Memory | Condition | Assignment | Axiom
+_INIT = "init", "init"
+_TEXTS = {Element: _INIT, Memory: _INIT, Condition: ("when", "when"), Axiom: ("that", "")}
 """The field of the expression, and the key of its text, of parts that do not have a `value`."""
 
 
-def text_of(part: Constant | Let | Memory | Condition | Assignment | Axiom) -> ExpressionText:
+def text_of(part: TextOwner) -> ExpressionText:
     """The expression of a part, and its text."""
     name, key = _TEXTS.get(type(part), ("value", "is"))
     return ExpressionText(getattr(part, name), part.place, key)
@@ -74,15 +77,11 @@ def _kept(find: Callable[[Subsystem], Iterable[T]]) -> Callable[[Subsystem], Seq
 @_kept
 def texts(subsystem: Subsystem) -> Iterator[ExpressionText]:
     """All expressions of a subsystem."""
-    yield from map(text_of, subsystem.constants)
-    for port in subsystem.ports:
-        inits = ((e.init, e.place) for e in port.elements if e.init is not None)
-        yield from (ExpressionText(init, place, "init") for init, place in inits)
-    for parts in (subsystem.memory, subsystem.lets, subsystem.conditions):
-        yield from map(text_of, parts)
-    for function in subsystem.functions:
-        yield from map(text_of, function.assignments)
-    yield from map(text_of, subsystem.axioms)
+    first = (e for port in subsystem.ports for e in port.elements if e.init is not None)
+    assigned = (item for function in subsystem.functions for item in function.assignments)
+    own = subsystem.constants, first, subsystem.memory, subsystem.lets, subsystem.conditions
+    every: Iterator[TextOwner] = chain(*own, assigned, subsystem.axioms)
+    return map(text_of, every)
 
 
 @_kept

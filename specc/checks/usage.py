@@ -222,12 +222,10 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
 def elements_written(facts: Facts) -> Iterator[Diagnostic]:
     """W0413."""
     for subsystem in facts.subsystems:
-        behaviours = {state.behaviour.name: state.behaviour for state in subsystem.states}
-        written = {(a.peer, a.name) for b in behaviours.values() for a in b.assignments}
         for wire in facts.wires.of(subsystem):
             port, reader = wire.port, wire.other
             for element in port.elements if port.direction == "y" else ():
-                if (port.peer, element.name) in written:
+                if (port.peer, element.name) in subsystem.written:
                     continue
                 yield Diagnostic(
                     "W0413",

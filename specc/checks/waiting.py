@@ -61,11 +61,7 @@ class Moves:
             lets, lambda name: tuple(self._implicants(lets[name], yes) for yes in (False, True))
         )
         self._of_rows: dict[tuple[str, str, str], Implicants] = {}
-
-    @cached_property
-    def entering(self) -> dict[str, list[RowEdge]]:
-        """The steps by the state that they enter."""
-        return grouped((step.row.target, step) for step in self.machine.steps)
+        self.entering = grouped((step.row.target, step) for step in machine.steps)
 
     def needed(self, row: Transition) -> Implicants:
         """What must be fresh for a row to be taken."""
