@@ -28,7 +28,7 @@ from specc.model.fsm import Cause
 from specc.model.requirement import Requirement
 from specc.model.system import Constant, Element, Subsystem, System
 from specc.model.wires import Wires
-from specc.proof import Ticks
+from specc.proof import Numbering, Ticks
 
 
 class Facts:
@@ -123,7 +123,8 @@ class Facts:
     @cached_property
     def misfits(self) -> PointlessParts:
         """What cannot be meant in the constants of the system."""
-        return PointlessParts(self.system, self._constants, Dependences(()))
+        numbering = Numbering({}, {c.name: c.value for c in self.system.constants})
+        return PointlessParts(self.system, self._constants, Dependences(()), numbering)
 
     @cached_property
     def ticks(self) -> Ticks:

@@ -136,7 +136,8 @@ class Machine:
     @cached_property
     def misfits(self) -> PointlessParts:
         """What cannot be meant in expressions."""
-        return PointlessParts(self.subsystem, self._constants, self.dependences)
+        numbering = self.prover.numbering
+        return PointlessParts(self.subsystem, self._constants, self.dependences, numbering)
 
     @cached_property
     def dependences(self) -> Dependences:

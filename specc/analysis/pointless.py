@@ -79,27 +79,23 @@ class PointlessParts:
         owner: Subsystem | System,
         constants: Mapping[str, Constant],
         dependences: Dependences,
+        numbering: Numbering,
     ) -> None:
-        """`constants` of the system, in order of dependence; `dependences` on lets of the owner."""
+        """`constants` of the system; `numbering` and `dependences` know those, and the lets."""
         self._dependences = dependences
+        self._numbering = numbering
+        own = (*constants.values(), *owner.constants)
         self._named: dict[tuple[type, str], Constant | Let | Memory] = {
-            (ConstantRef, name): constant for name, constant in constants.items()
+            (ConstantRef, constant.name): constant for constant in own
         }
-        self._named |= {(ConstantRef, constant.name): constant for constant in owner.constants}
-        lets: dict[str, Expr] = {}
-        period_s = None
         writing: list[Assignment] = []
         if isinstance(owner, Subsystem):
-            lets = {item.name: item.value for item in owner.lets}
-            period_s = 1 / owner.rate_hz if owner.rated else None
             writing = [a for f in owner.functions for a in f.assignments if not a.peer]
             written = {item.name for item in writing}
             self._named |= {(LetRef, item.name): item for item in owner.lets}
             self._named |= {
                 (MemoryRef, item.name): item for item in owner.memory if item.name not in written
             }
-        values = {n: c.value for (kind, n), c in self._named.items() if isinstance(c, Constant)}
-        self._numbering = Numbering(lets, values, period_s)
         self._constants = {constant.place for constant in owner.constants}
         self._lets = {item.place for item in owner.lets} if isinstance(owner, Subsystem) else set()
         every = texts(owner) if isinstance(owner, Subsystem) else tuple(texts_of_system(owner))

@@ -42,7 +42,8 @@ class Prover:
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
         known = lets, {**constants, **own}, always_present
-        self._translator = Translator(*known, 1 / subsystem.rate_hz)
+        period_s = 1 / subsystem.rate_hz if subsystem.rated else None
+        self._translator = Translator(*known, period_s)
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
         self._solver = Solver(self.numbering)
