@@ -123,7 +123,7 @@ class Prover:
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
         """Whether all conditions can hold together; None if the question is too large."""
-        return self._can_hold([self._formula(c) for c in conditions])
+        return self._can_hold([*map(self._formula, conditions)], self._axioms)
 
     def constant(self, condition: Expr, *, by_tables: bool = False) -> bool | None:
         """The truth value of a condition that has only one; None for others and if unknown.
@@ -132,7 +132,9 @@ class Prover:
         """
         formula = self._formula(condition)
         for asked, value in ((formula, False), (self._translator.make.negation(formula), True)):
-            possible = can_hold([asked], None) if by_tables else self._can_hold([asked])
+            possible = (
+                can_hold([asked], None) if by_tables else self._can_hold([asked], self._axioms)
+            )
             if possible is False:
                 return value
         return None
@@ -152,7 +154,7 @@ class Prover:
         if moment == "conditions":
             negated = self._translator.make.negation(self._formula(fact))
             asked = [*map(self._formula, context), negated]
-            possible = self._can_hold(asked) if assuming else can_hold(asked, self._solver)
+            possible = self._can_hold(asked, self._axioms if assuming else ())
             return None if possible is None else not possible
         translator, solver = self._anywhere
         said = [*context, *(self._assumed if moment == "functions" else ())]
@@ -188,11 +190,11 @@ class Prover:
         self._solvers.append(Solver(translator.numbering))
         return translator, self._solvers[-1]
 
-    def _can_hold(self, formulas: list[Formula]) -> bool | None:
-        key = tuple(formulas)
-        if key not in self._possible:
-            self._possible[key] = can_hold([*formulas, *self._axioms], self._solver)
-        return self._possible[key]
+    def _can_hold(self, formulas: Iterable[Formula], axioms: Iterable[Formula]) -> bool | None:
+        asked = (*formulas, *axioms)
+        if asked not in self._possible:
+            self._possible[asked] = can_hold(asked, self._solver)
+        return self._possible[asked]
 
 
 def _where_fresh(decision: Decision, came: Iterable[Expr]) -> Decision:
