@@ -130,21 +130,14 @@ class _Plot:
     def _all(self, runs: Sequence[PlottedRun]) -> tuple[list[str], tuple[str, ...]]:
         """The machines in the order of the specification, and those that never changed."""
         known = [s.qualified_name for s in self._system.subsystems] if self._system else []
-        there = {name: None for run in runs for name in run.traces.lines}
-        names = [name for name in known if name in there]
-        names += [name for name in there if name not in known]
-        states = {
-            name: {
-                span.state
-                for run in runs
-                for span in (run.traces.lines[name].spans if name in run.traces.lines else ())
-            }
-            for name in names
-        }
-        moving = [name for name in names if len(states[name]) > 1]
+        lines = [item for run in runs for item in run.traces.lines.items()]
+        states = grouped((name, span.state) for name, line in lines for span in line.spans)
+        names = [name for name in known if name in states]
+        names += [name for name in states if name not in known]
+        moving = [name for name in names if len(set(states[name])) > 1]
         if not moving:
             return names, ()
-        return moving, tuple(f"{n} {next(iter(states[n]))}" for n in names if n not in moving)
+        return moving, tuple(f"{name} {states[name][0]}" for name in names if name not in moving)
 
     def _put_table(self, runs: Sequence[PlottedRun], names: Sequence[str]) -> None:
         if self._words:

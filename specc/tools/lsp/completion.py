@@ -304,16 +304,9 @@ def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Completion]
 
 def _far_elements(index: Index, path: str, route: tuple[str | int, ...]) -> Iterator[Completion]:
     """Elements that the other end of a connection has."""
-    far = index.links.peers.get((path, route))
-    direction = "y" if route[-2] == "x" else "x"
-    file = index.files.get(far[0]) if far else None
-    for symbol in file.inside.get(far[1], {}).values() if file and far else ():
-        same_side = symbol.qualified.startswith(f"{route[-2]}.")
-        device = symbol.qualified.count(".") == 1
-        if symbol.kind == "element" and (device or not same_side):
-            if device and not symbol.qualified.startswith(f"{direction}."):
-                continue
-            yield Completion(symbol.name, "element", str(symbol.type or ""))
+    wire = index.links.wires.get((path, route))
+    for element in wire.elements if wire else ():
+        yield Completion(element.name, "element", str(element.type))
 
 
 def _parameters(index: Index, path: str, cursor: Cursor) -> Iterator[Completion]:

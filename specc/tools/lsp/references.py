@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from specc.frozen import frozen
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Enum, Type, within
-from specc.model.wires import Wires
+from specc.model.wires import Wire, Wires
 from specc.resolve.context import Use
 from specc.schema.places import split
 from specc.source import Place, Route, SourceFile
@@ -56,8 +56,8 @@ def _crossing(system: System) -> Iterator[tuple[Type, str]]:
 class Links:
     """Definitions that keys stand for, named by file and route, so that they outlive the model."""
 
-    peers: dict[Key, Key] = field(default_factory=dict)
-    """Key of a buffer (owner, direction, peer) -> subsystem or device at the other end."""
+    wires: dict[Key, Wire] = field(default_factory=dict)
+    """Key of a buffer (owner, direction, peer) -> its wire, if there is another end."""
     named: dict[Key, Key] = field(default_factory=dict)
     """Key of a buffer -> what has the name of its peer: an agent, not its control subsystem."""
     agents: dict[str, Key] = field(default_factory=dict)
@@ -118,10 +118,10 @@ def _connect(
     files: Mapping[str, FileSymbols], links: Links, subsystem: Subsystem, wires: Wires
 ) -> None:
     for wire in wires.of(subsystem):
-        port, other = wire.port, wire.part
-        if other is None:
+        port = wire.port
+        if wire.part is None:
             continue
-        links.peers.setdefault(key_of(port.place), key_of(other.place))
+        links.wires.setdefault(key_of(port.place), wire)
         if named := wires.named(subsystem, port):
             links.named.setdefault(key_of(port.place), key_of(named))
         far = {e.name: symbol_at(files, key_of(e.place)) for e in wire.elements}
