@@ -142,7 +142,7 @@ def _accepts(path: str, wanted: dict[Repair, Finding]) -> Accepts:
     before = read_spec(path).system
 
     def accepts(text: str, repairs: tuple[Repair, ...]) -> bool:
-        if not _is_yaml(text):
+        if not read_text("mended", text).ok:
             return False
         after = read_spec(path, {real_path(path): text})
         found = [wanted[repair].diagnostic for repair in repairs]
@@ -154,10 +154,6 @@ def _accepts(path: str, wanted: dict[Repair, Finding]) -> Accepts:
         return not changes_elsewhere(before, after.system, places)
 
     return accepts
-
-
-def _is_yaml(text: str) -> bool:
-    return read_text("mended", text).ok
 
 
 def _is_toml(text: str) -> bool:

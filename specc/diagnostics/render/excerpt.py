@@ -1,5 +1,7 @@
 """The line of a file around a spot, cut to a readable width, and the columns to underline."""
 
+from itertools import accumulate
+
 from specc.diagnostics.render.visible import visible, width
 from specc.frozen import frozen
 from specc.source import Span
@@ -50,19 +52,9 @@ def _windowed(before: str, marked: str, after: str, columns: int) -> tuple[str, 
 def _head(text: str, columns: int) -> str:
     if width(text) <= columns:
         return text
-    return _fitting(text, columns) + _CUT
+    fitting = sum(taken <= columns - len(_CUT) for taken in accumulate(map(width, text)))
+    return text[:fitting] + _CUT
 
 
 def _tail(text: str, columns: int) -> str:
-    if width(text) <= columns:
-        return text
-    return _CUT + _fitting(text[::-1], columns)[::-1]
-
-
-def _fitting(text: str, columns: int) -> str:
-    room = columns - len(_CUT)
-    for count, char in enumerate(text):
-        room -= width(char)
-        if room < 0:
-            return text[:count]
-    return text
+    return _head(text[::-1], columns)[::-1]

@@ -25,13 +25,10 @@ def render(report: Report, colour: bool = False, columns: int = 2 * MAX_COLUMNS)
     ANSI colours only if `colour`; lines of files are cut to fit a terminal of `columns`.
     """
     paint: Paint = _coloured if colour else lambda _, text: text
-    blocks = ["\n".join(_finding(finding, paint, columns)) for finding in _apart(report)]
+    # Open points stand behind all that is wrong.
+    told = sorted(report.shown, key=lambda finding: finding.diagnostic.severity == "open")
+    blocks = ["\n".join(_finding(finding, paint, columns)) for finding in told]
     return "\n\n".join([*blocks, _summary(report)]) + "\n"
-
-
-def _apart(report: Report) -> list[Finding]:
-    """Open points behind all that is wrong."""
-    return sorted(report.shown, key=lambda finding: finding.diagnostic.severity == "open")
 
 
 Paint = Callable[[str, str], str]

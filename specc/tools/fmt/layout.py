@@ -8,6 +8,8 @@ several lines inside braces is joined if it fits.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import dropwhile
+from operator import not_
 
 from specc.read import read_text
 from specc.read.comments import comments_in
@@ -40,9 +42,7 @@ def formatted(text: str, change: Callable[[Collection], None] | None = None) -> 
     Attacher(text, root).attach(comments)
     if change is not None:
         change(root)
-    lines = [*_Printer(text).lines(root, FILE)]
-    while lines and not lines[0]:
-        del lines[0]
+    lines = dropwhile(not_, _Printer(text).lines(root, FILE))
     new = "".join(f"{line.rstrip()}\n" for line in lines)
     if new != text:
         _compare(text, new, [comment.text for comment in comments], same=change is None)
@@ -58,7 +58,7 @@ class _Printer:
         columns = self._table(whole) if here.is_table else None
         entries = _ordered(whole, here)
         for number, entry in enumerate(entries):
-            above = entry.above if number else entry.above[_blanks(entry.above) :]
+            above = entry.above if number else [*dropwhile(not_, entry.above)]
             if columns and number == 0:
                 above = [*above[:-1], *self._header(above[-1:], columns)]
             yield from above
@@ -216,10 +216,6 @@ def _has_braces(value: Value) -> bool:
     if not isinstance(value, Collection):
         return False
     return value.is_mapping or any(_has_braces(entry.value) for entry in value.entries)
-
-
-def _blanks(lines: list[str]) -> int:
-    return next((number for number, line in enumerate(lines) if line), len(lines))
 
 
 def _compare(old: str, new: str, comments: list[str], *, same: bool) -> None:

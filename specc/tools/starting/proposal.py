@@ -111,8 +111,7 @@ class Devices:
                 title = f"{topic.type} on {topic.name}"
                 device = self._new(camera or topic.name, title, acts=topic.commanded)
         except UnfitTopic as unfit:
-            shown = f"{_shown(topic.name)} ({_shown(topic.types[0])})"
-            self.left_out.setdefault(str(unfit), []).append(f"{shown}. {_ends(topic)}")
+            self._leave_out(unfit, topic.name, topic.types[0], _ends(topic))
             return
         if camera:
             device.rate_hz, self._cameras[camera] = _SEEN_HZ, device
@@ -127,18 +126,21 @@ class Devices:
             self._read(device, topic, found)
 
     def _action(self, name: str, type_: str) -> None:
-        shown = f"{_shown(name)} ({_shown(type_)})"
         try:
             if not is_legal(name, type_):
                 raise UnfitTopic("its name is none of ROS 2")
             device = self._new(name, f"Action {name}", acts=True)
         except UnfitTopic as unfit:
-            self.left_out.setdefault(str(unfit), []).append(f"{shown}. An action.")
+            self._leave_out(unfit, name, type_, "An action.")
             return
         device.reports["status"] = "text"
         told = ("Its goal, feedback and result are bound alike, each by a function of `through`.",)
         bind: dict[str, Data] = {"action": name, "type": type_, "part": "status"}
         device.bind["status"] = Noted(bind, told)
+
+    def _leave_out(self, why: UnfitTopic, name: str, type_: str, said: str) -> None:
+        shown = f"{_shown(name)} ({_shown(type_)}). {said}"
+        self.left_out.setdefault(str(why), []).append(shown)
 
     def _read(self, device: ProposedDevice, topic: Topic, found: Mapping[str, str]) -> None:
         """Bind elements to what a topic has."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from specc.analysis.plant import units_of_sensor
@@ -65,7 +66,8 @@ def _of_sensors(sensors: list[Sensor], model: Model) -> Iterator[Receptor]:
     """Sensors of several kinds at one object, unlike any other one, are one receptor."""
     at = grouped(((sensor.of, sensor.object), sensor) for sensor in sensors)
     kinds = {place: _kinds(own, model) for place, own in at.items()}
-    alone = [p for p, own in kinds.items() if p[1] and len(own) > 1 and _once(own, kinds.values())]
+    often = Counter(kinds.values())
+    alone = [p for p, own in kinds.items() if p[1] and len(own) > 1 and often[own] == 1]
     for place in alone:
         yield Receptor(place[1], f"Sensors at {place[1]}", tuple(_elements(at[place], model)))
     rest = [s for s in sensors if (s.of, s.object) not in alone]
@@ -73,10 +75,6 @@ def _of_sensors(sensors: list[Sensor], model: Model) -> Iterator[Receptor]:
         yield Receptor(
             "sensors", "All other sensors" if alone else "Sensors", tuple(_elements(rest, model))
         )
-
-
-def _once(own: tuple[str, ...], all_: Iterable[tuple[str, ...]]) -> bool:
-    return sum(each == own for each in all_) == 1
 
 
 def _kinds(sensors: Iterable[Sensor], model: Model) -> tuple[str, ...]:

@@ -82,7 +82,7 @@ def _few(places: Sequence[float], labels: Sequence[str]) -> tuple[list[float], l
 
 def _line(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -> None:
     places, ticks = _scale([cell.values[0] for cell in cells])
-    known = [(x, e) for x, cell in zip(places, cells, strict=True) if (e := _of(cell, column))]
+    known = [(x, e) for x, c in zip(places, cells, strict=True) if (e := c.estimates.get(column))]
     xs, ys = [x for x, _ in known], [e.value for _, e in known]
     # Where there is no interval nothing is drawn: one of no length would look like certainty.
     below = [nan if e.low is None else e.value - e.low for _, e in known]
@@ -98,7 +98,7 @@ def _line(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -
 
 def _map(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -> None:
     first, second = (list(dict.fromkeys(c.values[i] for c in cells)) for i in (0, 1))
-    known = {cell.values: e.value for cell in cells if (e := _of(cell, column))}
+    known = {cell.values: e.value for cell in cells if (e := cell.estimates.get(column))}
     grid = [[known.get((x, y), nan) for x in first] for y in second]
     is_rate = _is_rate(cells, column)
     low, high = (0.0, 1.0) if is_rate else (None, None)
@@ -126,12 +126,8 @@ def _ink(image: Any, value: float) -> str:
     return "black" if 0.3 * red + 0.59 * green + 0.11 * blue > 0.5 else "white"
 
 
-def _of(cell: Cell, column: str) -> Any:
-    return cell.estimates.get(column)
-
-
 def _is_rate(cells: Sequence[Cell], column: str) -> bool:
-    return all(e.is_rate for cell in cells if (e := _of(cell, column)))
+    return all(e.is_rate for cell in cells if (e := cell.estimates.get(column)))
 
 
 def _titled(column: str) -> str:

@@ -111,8 +111,8 @@ class Planner:
             for driven in self._runs(wanted, self._paths):
                 runs.append(driven)
                 yield partial(self._reached, driven, goals)
-        for driven in runs:
-            yield partial(self._remembered, driven, goals)
+        for driven in runs:  # with memory, time and old inputs set directly
+            yield partial(self._set, driven, driven.at, goals, None)
         yield partial(self._put, goals)
 
     def _of_absence(self, wanted: Situation | None) -> Iterator[Attempt]:
@@ -184,10 +184,6 @@ class Planner:
             return self._checked(Script(reached.steps, None, step, seen.answers))
 
         return self._driver.patiently(last)
-
-    def _remembered(self, driven: Driven, goals: Sequence[Goal]) -> Script:
-        """With memory, time and old inputs set directly."""
-        return self._set(driven, driven.at, goals, None)
 
     def _put(self, goals: Sequence[Goal]) -> Script:
         """With the state itself set directly after the first period."""
