@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from specc.lang import ExprError
 from specc.lang.parse import parse_syntax, span
 from specc.model.types import Type
+from specc.reachable import reachable
 from specc.schema.keys import SymbolKind
 from specc.schema.places import defined_by, is_device, split
 from specc.source import Place, Route, SourceFile
@@ -124,21 +125,11 @@ def _members(text: str) -> Iterator[ast.Name]:
 
 def in_force(files: Mapping[str, FileSymbols], path: str, owner: Route) -> Iterator[Symbol]:
     """The symbols that a text in a subsystem of a file may name, innermost first."""
-    file = files.get(path)
-    if file is not None:
-        if owner and not is_device(owner):
-            yield from file.inside.get(owner, {}).values()
-        yield from _all_in_files(files, path, set())
-
-
-def _all_in_files(files: Mapping[str, FileSymbols], path: str, seen: set[str]) -> Iterator[Symbol]:
-    file = files.get(path)
-    if file is None or path in seen:
-        return
-    seen.add(path)
-    yield from file.top.values()
-    for used in file.uses:
-        yield from (s for s in _all_in_files(files, used, seen) if s.kind != "parameter")
+    if path in files and owner and not is_device(owner):
+        yield from files[path].inside.get(owner, {}).values()
+    for file in reachable((path,), lambda file: files[file].uses if file in files else ()):
+        own = files[file].top.values() if file in files else ()
+        yield from (symbol for symbol in own if file == path or symbol.kind != "parameter")
 
 
 def share(files: Mapping[str, FileSymbols], here: Place, element: Symbol) -> None:

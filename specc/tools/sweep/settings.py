@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import lru_cache
-from itertools import product
+from itertools import accumulate, pairwise, product
 from math import prod
 
 from specc.frozen import frozen
@@ -148,17 +148,6 @@ def _between(name: str, first: str, last: str, count: str) -> list[str]:
 
 def _split(text: str, sign: str) -> list[str]:
     """Parts of a text between signs that stand in no brackets."""
-    return ["".join(part) for part in _parts(text, sign)]
-
-
-def _parts(text: str, sign: str) -> Iterator[list[str]]:
-    part: list[str] = []
-    depth = 0
-    for char in text:
-        depth += _BRACKETS.get(char, 0)
-        if char == sign and depth == 0:
-            yield part
-            part = []
-        else:
-            part.append(char)
-    yield part
+    depths = accumulate(_BRACKETS.get(char, 0) for char in text)
+    outside = [at for at, depth in enumerate(depths) if depth == 0 and text[at] == sign]
+    return [text[begin + 1 : end] for begin, end in pairwise((-1, *outside, len(text)))]
