@@ -105,14 +105,12 @@ def texts_of_system(system: System) -> Iterator[ExpressionText]:
 
 def inputs_read(subsystem: Subsystem) -> frozenset[InputName]:
     """Inputs whose value or arrival some expression asks for."""
-    every = nodes(subsystem)
-    return frozenset(node.key for node in every if isinstance(node, Input))
+    return frozenset(node.key for node in nodes(subsystem) if isinstance(node, Input))
 
 
 def arrivals_asked(subsystem: Subsystem) -> frozenset[InputName]:
     """Inputs of which it matters whether a new value has come."""
-    every = nodes(subsystem)
-    return frozenset(node.input.key for node in every if isinstance(node, Fresh))
+    return frozenset(node.input.key for node in nodes(subsystem) if isinstance(node, Fresh))
 
 
 @frozen

@@ -159,17 +159,14 @@ class Numbering:
         return self._ranges.get(number, ANY)
 
     def _compound(self, expr: Expr, parts: list[int]) -> int:
-        known, given = [*map(self._typed, children(expr), parts)], parts
-        if isinstance(expr, (Unary, Binary)):
-            folded = _fold(expr.op, known)
+        given = parts
+        if isinstance(expr, (Unary, Binary, Builtin)):
+            known = [*map(self._typed, children(expr), parts)]
+            folded = _result(expr, known) if isinstance(expr, Builtin) else _fold(expr.op, known)
             if folded is not None:
                 return self._known(folded)
-        if isinstance(expr, Builtin):
-            folded = _result(expr, known)
-            if folded is not None:
-                return self._known(folded)
-            if FUNCTIONS[expr.name].compares and len(parts) == 3:
-                parts = [*sorted(parts[:2]), parts[2]]
+        if isinstance(expr, Builtin) and FUNCTIONS[expr.name].compares and len(parts) == 3:
+            parts = [*sorted(parts[:2]), parts[2]]
         if isinstance(expr, Binary) and SIGNS[expr.op].commutes:
             parts = sorted(parts)
         whole = isinstance(expr, Binary) and isinstance(expr.type, Int)  # 2 * n, unlike 2.0 * n
