@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
+from specc.pipeline import compile_spec
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.composition import Composition, Precision
+from specc.tools.explore.graph import Graph
+from specc.tools.explore.values import MOST_COMBINED
 from tests.commands import specc
 
 SPEC = """\
@@ -222,3 +228,41 @@ def test_zeros_have_signs_and_whole_numbers_are_not_rounded(
 ) -> None:
     (tmp_path / "alone.yaml").write_text(ALONE.format(r=r, n=n, v=v, that=that), encoding="utf-8")
     assert f"`always({that})`: {verdict}" in specc("explore", tmp_path / "alone.yaml").stdout
+
+
+REGIONS = """\
+specc: 1.2
+system: regions
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      y: {b: {n: int}}
+      memory: {i: {type: int, init: 1}, j: {type: int, init: 2}, k: {type: int, init: 3}}
+      conditions:
+        terminal: {far: "elapsed > 5.9[s]", odd: i in_tens or j in_tens or k in_tens}
+      functions:
+        up: {i: i + 3, j: j + 5, k: k + 7, y.b.n: k}
+        down: {i: i - 1000, j: j - 1000, k: k - 1000}
+      behaviours: {A: {functions: [up], terminal: far}, B: {functions: [down], terminal: odd}}
+      states: {SA: A, SB: B}
+      initial_state: SA
+      transitions: [[SA, terminal, always, SB], [SB, terminal, always, SA]]
+  b:
+    control:
+      rate: 10 Hz
+      x: {a: {n: {type: int, init: 0}}}
+      memory: {n: {type: int, init: 0}}
+      through: {n: x.a.n}
+"""
+
+
+def test_regions_of_many_values_have_few_combinations(tmp_path: Path) -> None:
+    """Each of three values may come to lie in any of fifteen regions, all in one step."""
+    tens = [f"{{0}} == {10 * number}" for number in range(7)]
+    text = re.sub(r"(\w) in_tens", lambda of: " or ".join(tens).format(of[1]), REGIONS)
+    (tmp_path / "regions.yaml").write_text(text, encoding="utf-8")
+    abstraction = Abstraction(compile_spec(str(tmp_path / "regions.yaml")).proofs)
+    (names,) = abstraction.slices()
+    graph = Graph(Composition(names, abstraction, Precision(exact=True)), 500)
+    assert 15 < max(map(len, graph.edges)) <= MOST_COMBINED

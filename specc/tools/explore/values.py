@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from math import prod
+from typing import Any, TypeVar
 
 from specc.lang.bounds import bounded
 from specc.model import expr as m
@@ -17,14 +18,15 @@ MOST_VALUES = 32
 """Values that are followed of one element; of later ones only the region is known."""
 MOST_PARTS = 500
 """Parts of a value that is followed: a list may grow in every period."""
-MOST_OPTIONS = 16
-"""Branches of a period that come from values of which only the region is known."""
+MOST_OPTIONS, MOST_COMBINED = 16, 256
+"""Branches of a period that come from one value of which only the region is known, and from all."""
 
 MOST_RANGES = 4
 """Ranges of unknown values that are followed of one output; in a circle they may grow for ever."""
 
-UNKNOWN, ABSENT = 0, 1
-"""Numbers of an unknown and an absent value; other numbers stand for literals and SOME."""
+UNKNOWN, ABSENT, PRESENT = 0, 1, 2
+"""Numbers of an unknown value, an absent one, and SOME; others stand for what is known."""
+Target = TypeVar("Target")
 
 
 class Numbers(dict[Any, int]):
@@ -51,7 +53,7 @@ class ValueNumbers:
         self._most = most
         self._regions = Regions(cuts)
         self._numbers = Numbers()
-        for reserved in ("unknown", "absent", SOME):
+        for reserved in ("unknown", "absent", SOME):  # as `UNKNOWN`, `ABSENT`, `PRESENT`
             self._numbers.of(reserved)
         self._seen: dict[str, set[int]] = {}
         self._ranges: dict[str, set[int]] = {}
@@ -80,7 +82,7 @@ class ValueNumbers:
             if isinstance(expr, m.Number):
                 return self._in(target, expr, expr.value, expr.value)
             self.widened.add(target)
-            return (UNKNOWN if isinstance(expr, m.Nothing) else self._numbers.of(SOME),)
+            return (UNKNOWN if isinstance(expr, m.Nothing) else PRESENT,)
         if known.is_unclear(expr):
             if is_number(expr):
                 return self._in(target, expr, *bounded(expr, known.range_of))
@@ -91,7 +93,7 @@ class ValueNumbers:
             if number in ranges or len(ranges) < MOST_RANGES:
                 ranges.add(number)
                 return (number,)
-        return (self._numbers.of(SOME) if is_some(expr, known) else UNKNOWN,)
+        return (PRESENT if is_some(expr, known) else UNKNOWN,)
 
     def follows(self, target: str, number: int) -> bool:
         """Whether a number that a target comes to have is followed; it is from then on."""
@@ -128,12 +130,21 @@ class ValueNumbers:
         if len(regions) > 1:
             self.widened.add(target)
         if len(regions) > MOST_OPTIONS:
-            return (self._numbers.of(SOME),)
+            return (PRESENT,)
         return tuple(self._numbers.of(_shown(region, expr)) for region in regions)
 
     def value(self, number: int) -> Value | None:
         """The value that a number stands for; None if it is unknown or absent."""
         return None if number in (UNKNOWN, ABSENT) else self._numbers.things[number]
+
+
+def combinable(options: Mapping[Target, tuple[int, ...]]) -> dict[Target, tuple[int, ...]]:
+    """The options of several targets, where there are too many together without the widest."""
+    left = dict(options)
+    while prod(map(len, left.values())) > MOST_COMBINED:
+        widest = max(left, key=lambda target: len(left[target]))
+        left[widest] = (PRESENT,)
+    return left
 
 
 def _shown(region: Region, expr: m.Expr) -> Value:

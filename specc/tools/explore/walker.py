@@ -21,7 +21,7 @@ from specc.tools.explore.partial import SOME, Known, Value, filled, static
 from specc.tools.explore.regions import leaves
 from specc.tools.explore.symmetry import renamed
 from specc.tools.explore.timing import Clocks
-from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers
+from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers, combinable
 
 OVER = -1
 """The clock of a machine that has failed: others go on until its outputs are due."""
@@ -277,6 +277,7 @@ class Walker:
         free += tuple(f"what `{name}` is" for (_, name), n in written.items() if len(n) > 1)
         lost = self._lost(buffers, source, branch.target)
         clock = self.clocks.begin(branch.target) if entered else clock
+        written = combinable(written)
         for numbers in product(*written.values()):
             values = dict(zip(written, numbers, strict=True))
             kept = tuple(values.get(("", name), number) for name, number in memory.items())
