@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence, Set
 from typing import Generic, NamedTuple, TypeVar
 
 from specc.frozen import frozen
@@ -50,14 +50,17 @@ def components(states: Sequence[N], edges: Iterable[tuple[N, N]]) -> tuple[Stron
     )
 
 
-def last_components(following: Sequence[Iterable[int]]) -> list[frozenset[int]]:
+def last_components(following: Mapping[int, Set[int]]) -> list[frozenset[int]]:
     """The components of a graph of numbers that no edge leaves, by the smallest number in them."""
     import networkx
 
     graph = networkx.DiGraph()
-    graph.add_nodes_from(range(len(following)))
-    graph.add_edges_from((here, there) for here, out in enumerate(following) for there in out)
-    return sorted(map(frozenset, networkx.attracting_components(graph)), key=min)
+    graph.add_nodes_from(following)
+    graph.add_edges_from((here, there) for here, out in following.items() for there in out)
+    found = networkx.strongly_connected_components(graph)
+    # networkx has `attracting_components`, which makes a second graph, of all components.
+    last = (members for members in found if all(following[each] <= members for each in members))
+    return sorted(map(frozenset, last), key=min)
 
 
 def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[str]) -> bool:

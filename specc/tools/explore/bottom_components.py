@@ -242,11 +242,10 @@ class BottomComponent:
 
 def lasting(graph: Graph, abstraction: Abstraction) -> list[BottomComponent]:
     """The bottom components that were explored completely, in the order of their discovery."""
-    beyond = len(graph.edges)
-    following = [{min(e.target, beyond) for e in graph.going_on(n)} for n in range(beyond)]
-    found = last_components([*following, {beyond}])
-    return [
-        BottomComponent(graph, abstraction, members)
-        for members in found
-        if beyond not in members and following[min(members)]
-    ]
+    beyond = range(len(graph.edges), len(graph.configurations))
+    following = {n: {e.target for e in graph.going_on(n)} for n in range(len(graph.edges))}
+    before = grouped((there, here) for here, out in following.items() for there in out)
+    leaving = reachable(beyond, lambda number: before.get(number, ()))
+    closed = {number: out for number, out in following.items() if number not in leaving}
+    found = last_components(closed)
+    return [BottomComponent(graph, abstraction, each) for each in found if closed[min(each)]]

@@ -7,7 +7,7 @@ visible (logical execution time).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from itertools import product
 from math import lcm
@@ -80,6 +80,15 @@ class Edge(NamedTuple):
     ends: bool = False
     loop: tuple[Edge, ...] = ()
     times: int = 1
+
+
+class _Result(NamedTuple):
+    """A machine after a step, with its number and its move; whether it has failed."""
+
+    part: MachineState
+    number: int
+    move: tuple[int, Move]
+    ends: bool
 
 
 class Composition:
@@ -202,16 +211,15 @@ class Composition:
         pairs = zip(self._parts, parts, strict=True)
         return Configuration(phase, tuple([numbers[part] for numbers, part in pairs]), watched)
 
-    def _made(
+    def _watched(
         self, phase: int, parts: Sequence[MachineState], before: int, visible: Visible
-    ) -> tuple[Configuration, tuple[int, ...]]:
-        """A configuration, and the requirements violated before the next configuration."""
+    ) -> tuple[int, tuple[int, ...]]:
+        """The number of what monitors know, and the requirements violated in these ticks."""
         if self.watch is None:
-            return self.numbered(phase, parts), ()
+            return 0, ()
         each = zip(self.walkers, parts, strict=True)
         locals_ = [walker.locals.things[part.local] for walker, part in each]
-        watched, violated = self.watch.after(before, visible, locals_, self.lasts[phase])
-        return self.numbered(phase, parts, watched), violated
+        return self.watch.after(before, visible, locals_, self.lasts[phase])
 
     def start(self) -> tuple[Configuration, Edge]:
         """The configurations after time 0, at which each machine executes its initial behaviour."""
@@ -221,8 +229,9 @@ class Composition:
             begun = walker.start(buffers)
             parts.append(MachineState(begun.local, buffers, begun.move.sent))
             moves.append((index, begun.move))
-        made, violated = self._made(0, parts, self.watch.begin if self.watch else 0, ())
-        return made, Edge(0, tuple(moves), (), violated)
+        begin = self.watch.begin if self.watch else 0
+        watched, violated = self._watched(0, parts, begin, ())
+        return self.numbered(0, parts, watched), Edge(0, tuple(moves), (), violated)
 
     def following(self, here: Configuration) -> Iterator[tuple[Configuration, Edge]]:
         """The edges from a configuration, none at the end of a run; `target` is not set yet."""
@@ -232,20 +241,37 @@ class Composition:
         if any(self.walkers[i].is_over(parts[i].local) for i in due):
             return
         visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.watch else ()
+        before = list(parts)
         overtaken = self.deliver(due, parts)
+        numbers = list(here.parts)
+        for i in range(len(parts)):
+            if parts[i] is not before[i] and i not in due:
+                numbers[i] = self._parts[i][parts[i]]
         found = [self.walkers[i].step(parts[i].local, parts[i].buffers) for i in due]
         if self._still:
             found = [tuple(sorted(outcomes, key=_happens)[:1]) for outcomes in found]
-        seen = [tuple(b & ~1 for b in parts[i].buffers) for i in due]
-        for outcomes in product(*found):
-            moves = tuple([(i, o.move) for i, o in zip(due, outcomes, strict=True)])
-            ends = True in [outcome.ends for outcome in outcomes]
-            edge = Edge(-1, moves, overtaken, (), (), ends)
-            for i, buffers, outcome in zip(due, seen, outcomes, strict=True):
-                parts[i] = _after(outcome, buffers)
+        each = [list(self._results(i, parts[i], o)) for i, o in zip(due, found, strict=True)]
+        for results in product(*each):
+            for i, result in zip(due, results, strict=True):
+                parts[i], numbers[i] = result.part, result.number
             ordered, turn = self.ordered(parts) if self.copies else (parts, ())
-            made, violated = self._made(phase, ordered, here.watched, visible)
-            yield made, edge._replace(violated=violated, turn=turn) if violated or turn else edge
+            watched, violated = self._watched(phase, ordered, here.watched, visible)
+            made = Configuration(phase, tuple(numbers), watched)
+            if ordered is not parts:
+                made = self.numbered(phase, ordered, watched)
+            moves = tuple([result.move for result in results])
+            ends = True in [result.ends for result in results]
+            yield made, Edge(-1, moves, overtaken, violated, turn, ends)
+
+    def _results(
+        self, index: int, part: MachineState, outcomes: Iterable[Outcome]
+    ) -> Iterator[_Result]:
+        """A machine after each outcome of a step, its buffers read."""
+        seen = tuple([number & ~1 for number in part.buffers])
+        for outcome in outcomes:
+            after = MachineState(outcome.local, seen, outcome.move.sent)
+            number = self._parts[index][after]
+            yield _Result(after, number, (index, outcome.move), outcome.ends)
 
     def ordered(self, parts: list[MachineState]) -> tuple[list[MachineState], Frame]:
         """The machines with copies in order, and the permutation: for each its index before."""
@@ -350,10 +376,6 @@ class Composition:
 def _happens(outcome: Outcome) -> tuple[bool, bool]:
     """Sort key: whether an outcome ends the run, and whether it takes an avoidable row."""
     return outcome.ends, outcome.move.row >= 0 and bool(outcome.move.free)
-
-
-def _after(outcome: Outcome, buffers: tuple[int, ...]) -> MachineState:
-    return MachineState(outcome.local, buffers, outcome.move.sent)
 
 
 def turned(frame: Frame, turn: Frame) -> Frame:
