@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 
+from specc.model import expr as m
+from specc.model.types import Int, Real
 from specc.pipeline import Result
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.acceleration import Loop
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.lines import Line
+from specc.tools.explore.lines import Line, lined
 from specc.tools.explore.timing import Clocks
 from specc.tools.explore.watch import Watch
 from tests.explore.counters import counting
@@ -102,6 +105,23 @@ def alone(end: str, step: dict[str, str], require: str = "a.c.k >= 0") -> dict[s
         "agents": {"a": {"control": control}, "b": {"control": reader}},
         "require": [{"that": f"always({require})", "because": "it is so"}],
     }
+
+
+@pytest.mark.parametrize("end", ["k >= 400", "k >= 401"])
+def test_zeros_that_change_their_sign_are_not_the_same(end: str, tmp_path: Path) -> None:
+    step = {"r": "-r if abs(r) < 1 else 0.0"}
+    result = compiled(alone(f"{end} and atan2(r, -1) > 0[rad]", step), tmp_path)
+    assert wrong(result, dict.fromkeys(("graphs", "repeated", "said"), 0)) == []
+
+
+def test_a_line_has_no_zero_with_a_sign() -> None:
+    step = Line(Fraction(-2), Fraction(1))
+    real, whole = (m.MemoryRef("r", type=of) for of in (Real(), Int()))
+    turned = m.Unary("-", real, type=Real())
+    assert lined(turned, {real: step}.get, 2) == Line(Fraction(2), Fraction(-1))
+    assert lined(turned, {real: step}.get, 3) is None
+    assert lined(m.Unary("-", whole, type=Int()), {whole: step}.get, 3) is not None
+    assert lined(m.Binary("+", real, real, type=Real()), {real: step}.get, 3) is not None
 
 
 CARELESS = {

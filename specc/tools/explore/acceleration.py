@@ -108,8 +108,10 @@ def _slopes(composition: Composition, one: Configuration, two: Configuration) ->
 
 
 def _line(one: Value | None, two: Value | None) -> Line | None:
-    """The line through two numbers."""
+    """The line through two numbers; 0.0 and -0.0, which come in turn, are on none."""
     if not (isinstance(one, m.Number) and isinstance(two, m.Number)):
+        return None
+    if one != two and one.value == two.value:
         return None
     return Line(Fraction(one.value), Fraction(two.value) - Fraction(one.value))
 

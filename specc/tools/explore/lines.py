@@ -9,6 +9,7 @@ from typing import NamedTuple
 from specc.lang.ranges import Range
 from specc.lang.signs import SIGNS
 from specc.model import expr as m
+from specc.model.types import Int
 
 EXACT = 2**53
 """Up to it integers equal floats; beyond, it matters which of the two a real is in a run."""
@@ -35,6 +36,13 @@ class Line(NamedTuple):
         most = max(abs(self.base), abs(self.at(times - 1)))
         return most * grid <= EXACT and 1 / grid > 0.0
 
+    def meets_zero(self, times: int) -> bool:
+        """Whether one of its first `times` values is zero."""
+        if not self.slope:
+            return not self.base
+        turns = -self.base / self.slope
+        return turns.denominator == 1 and 0 <= turns < times
+
 
 def lined(expr: m.Expr, known: Callable[[m.Expr], Line | None], times: int) -> Line | None:
     """The line of a sum, difference or multiple of lines; None if some value may round.
@@ -53,7 +61,15 @@ def lined(expr: m.Expr, known: Callable[[m.Expr], Line | None], times: int) -> L
             found = None if a is None or b is None else _combined(word, a, b)
         case _:
             found = known(expr)
-    return found if found and found.is_exact(times) else None
+    if found is None or not found.is_exact(times):
+        return None
+    return None if _may_lose_sign(expr) and found.meets_zero(times) else found
+
+
+def _may_lose_sign(expr: m.Expr) -> bool:
+    """Whether it may be -0.0, which no line has: a sum of others is 0.0."""
+    is_turned = isinstance(expr, m.Unary) or (isinstance(expr, m.Binary) and expr.op == "*")
+    return is_turned and not isinstance(expr.type, Int)
 
 
 def _combined(word: str, a: Line, b: Line) -> Line | None:
