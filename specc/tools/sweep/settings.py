@@ -92,7 +92,8 @@ def seeds_of(text: str) -> tuple[int, ...]:
     """`FROM:TO` without TO, or seeds separated by commas. Raises SweepError."""
     parts = [part.strip() for part in re.split("[:,]", text)]
     if not all(part.isascii() and part.isdigit() and len(part) < 19 for part in parts):
-        raise SweepError(f"--seeds {text}: seeds are whole numbers, 0 or more")
+        way = "as in 0:10, or in 1,5,7"
+        raise SweepError(f"--seeds {text}: seeds are whole numbers, 0 or more, {way}")
     numbers = [int(part) for part in parts]
     if ":" not in text:
         return tuple(dict.fromkeys(numbers))
