@@ -247,7 +247,7 @@ class Terms:
             return self._leaf(expr)
         item = self._numbering.written(expr)
         if item is not None:
-            return self.as_float(item)
+            return self.number(item) if isinstance(expr.type, Int) else self.as_float(item)
         match value:
             case Unary(op="-", operand=operand):
                 return self.number(Unary("-", part(operand), type=expr.type))
