@@ -225,7 +225,7 @@ def _error(verb: Verb, deed: Deed, facts: Facts) -> Iterator[Diagnostic]:
         message = f"`{element}` cannot be {verb.done}: {fault}"
         help = "name an element of which numbers are measured"
         yield Diagnostic("E0517", message, deed.place, related=related, help=help)
-    elif (units := _units(known, facts)) is not None:
+    elif verb.numbers != "none" and (units := _units(known, facts)) is not None:
         of = f"`{element}`, before its `through`," if known.binding.through else f"`{element}`"
         yield from _fitting(verb, of, deed, units)
 

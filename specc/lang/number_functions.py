@@ -9,6 +9,8 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import reduce
+from operator import gt, lt
 from typing import Any
 
 from specc.lang import functions as rules
@@ -78,20 +80,16 @@ def _rising(value: Callable[[float], float]) -> Operation:
 # What the solver has: terms, or laws of a result that is unknown.
 
 
-def _least_term(of: SolverTerms, *args: Any) -> Any:
-    """`min(a, b, ...)`."""
-    first, *rest = args
-    for other in rest:
-        first = of.choice(first < other, first, other)
-    return first
+def _chosen(is_first: Callable[[Any, Any], Any]) -> Encoding:
+    """`min(a, b, ...)` and `max(a, b, ...)`."""
+
+    def term(of: SolverTerms, *args: Any) -> Any:
+        return reduce(lambda a, b: of.choice(is_first(a, b), a, b), args)
+
+    return term
 
 
-def _greatest_term(of: SolverTerms, *args: Any) -> Any:
-    """`max(a, b, ...)`."""
-    first, *rest = args
-    for other in rest:
-        first = of.choice(first > other, first, other)
-    return first
+_least_term, _greatest_term = _chosen(lt), _chosen(gt)
 
 
 def _clamped_term(of: SolverTerms, a: Any, low: Any, high: Any) -> Any:
@@ -150,11 +148,6 @@ def _from_sqrt(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wan
         yield 0, value * value
 
 
-def _from_float(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
-    """An integer in the place of a real."""
-    yield 0, int(value)
-
-
 def _from_any(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
     """Each argument in turn, of a function that chooses one of them."""
     for index in range(len(now)):
@@ -176,7 +169,7 @@ def _from_sign(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wan
 
 
 def _from_whole(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
-    """`floor(a)` and `round(a)`."""
+    """`floor(a)`, `round(a)` and `float(a)`."""
     yield 0, _typed(types[0], value)
 
 
@@ -359,7 +352,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         overflows=False,
         range=_rising(float),
         term=lambda of, a: a,
-        inverse=_from_float,
+        inverse=_from_whole,
     ),
     m.FINITE: BuiltinFunction(
         "a -> real: the result of arithmetic, which has been looked at",

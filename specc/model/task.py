@@ -70,7 +70,7 @@ _ROWS = (
         "Bodies, with the force on each along x, y and z of the world.", unit=NEWTON,
         nothing=(0, "by no force", "say with which force, e.g. `[0, 0, 20[N]]`")),
     Verb("block", "blocked", "joint", "none", "Joints that do not move."),
-    Verb("silent", "silent", "samples", "none",
+    Verb("silent", "silenced", "samples", "none",
         "Elements of sporadic devices that have no samples."),
     Verb("scale", "scaled", "measurement", "each",
         "Elements of devices, with the factors of what is measured: one, or one a number.",

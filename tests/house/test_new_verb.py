@@ -11,18 +11,21 @@ from tests.runtime.test_disturbances import MODEL, SPEC
 
 ROWS = {
     "specc/model/task.py": (
-        '    Verb("silent", "silent"',
+        '    Verb("silent", "silenced"',
         '    Verb("drop", "dropped", "distance", "one", "Joints, and how far they fall.",'
-        ' lasts=False, nothing=(0, "from nowhere", "say from where"), spoiled=("block",)),\n',
+        ' lasts=False, nothing=(0, "from nowhere", "say from where"), spoiled=("block",)),\n'
+        '    Verb("flip", "flipped", "measurement", "none", "Elements of the other sign."),\n',
     ),
     "runtime/specc_runtime/disturbances.py": (
         '    "silent": Verb(',
-        '    "drop": Verb(once=lambda plant, by: plant.shift({of: -by[of] for of in by})),\n',
+        '    "drop": Verb(once=lambda plant, by: plant.shift({of: -by[of] for of in by})),\n'
+        '    "flip": Verb(lasts=_distort, on_plant=False),\n',
     ),
 }
 """Files, where the row stands, and the row."""
 DROP = '  disturb: [{at: "1[s]", drop: {cart: "3[m]"}, because: of the test}]\n'
 IDLE = '  disturb: [{at: "1[s]", drop: {cart: "0[m]"}, because: of the test}]\n'
+FLIP = '  disturb: [{at: "1[s]", flip: [cart.E.wheels.s], because: of the test}]\n'
 FAR = "require: [{that: 'within(1.1[s], plant.s < -1.9[m])', because: of the test}]\n"
 
 
@@ -36,6 +39,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (scratch / "cart.xml").write_text(MODEL, "utf-8")
     (scratch / "drop.yaml").write_text(f"{SPEC}{DROP}{FAR}", "utf-8")
     (scratch / "idle.yaml").write_text(f"{SPEC}{IDLE}", "utf-8")
+    (scratch / "flip.yaml").write_text(f"{SPEC}{FLIP}", "utf-8")
     return scratch
 
 
@@ -45,5 +49,7 @@ def test_two_rows_are_all_there_is_to_write(copy: Path) -> None:
     assert ran.returncode == 0, ran.stderr
     checked = in_copy(copy, "specc", "validate", "idle.yaml")
     assert "W0519]: `cart` is dropped from nowhere" in checked.stderr
+    flipped = in_copy(copy, "specc", "validate", "flip.yaml")
+    assert flipped.returncode == 0, flipped.stderr
     told = in_copy(copy, "specc", "diff", "drop.yaml", "idle.yaml")
     assert "drop cart" in told.stdout

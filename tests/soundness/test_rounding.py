@@ -52,6 +52,8 @@ TABLES = {
 }
 FAIL = ("one more", "scaled")
 """Right of exact numbers, wrong of rounded ones; the inputs of the test show it."""
+WRONG = {("folded", "real"): {"E0601"}}
+"""Tables whose rows are wrong of the numbers that are rounded before; all others are right."""
 
 
 def three(rows: tuple[str, ...], kind: str) -> Tree:
@@ -80,6 +82,7 @@ def test_proofs_hold_of_rounded_sums(name: str, kind: str, tmp_path: Path) -> No
     proved = result.proofs.is_proved("a.m", "S0", "terminal")
     said = {d.code for d in result.diagnostics} & {"W0606", "E0601", "E0602"}
     assert not (said and proved)
+    assert said - {"W0606"} == WRONG.get((name, kind), set())
     if kind == "real" and name in FAIL:
         assert found.ended["undecided where it is not proved"]
 
