@@ -74,7 +74,7 @@ TICKS, RUNS, BUDGET = 60, 2, 2_000
 def phrase(rng: Random, sort: str, names: dict[str, list[str]], depth: int) -> str:
     """An expression over some names by their sort."""
     made = rng.choice((*names.get(sort, ()), *names.get(sort, ()), *LITERALS.get(sort, ("True",))))
-    if sort in PHRASES and (sort == "test" or (depth and rng.randrange(4))):
+    if sort in PHRASES and (sort == "test" or (depth > 0 and rng.randrange(4))):
         made = rng.choice(PHRASES[sort])
     return re.sub(r"{(\w+)}", lambda part: f"({phrase(rng, part[1], names, depth - 1)})", made)
 
