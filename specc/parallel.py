@@ -45,9 +45,12 @@ def end_with_parent() -> None:
     import threading
 
     def watch() -> None:
-        if parent := multiprocessing.parent_process():
-            parent.join()
-        sys.stderr.flush()
-        os._exit(1)
+        try:
+            if parent := multiprocessing.parent_process():
+                parent.join()
+            if sys.stderr is not None:
+                sys.stderr.flush()
+        finally:
+            os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -186,6 +186,8 @@ def _save(text: str, out: str, force: bool) -> None:
     """Write a specification; one that is there may have been completed by hand, so it stays."""
     from specc.cli.rewrite import rewrite
 
+    if not Path(out).name:
+        raise Refused(f"--out `{out}` names no file")
     if os.path.lexists(out) and not force:
         raise Refused(f"{out} is there already; `--force` replaces it")
     try:

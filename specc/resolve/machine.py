@@ -254,7 +254,7 @@ class MachineResolver:
         self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, inside: Where
     ) -> Condition:
         """A condition of a behaviour: one that is declared, or one that stands there."""
-        name = given.condition or f"{behaviour}.{kind}"
+        name = f"{behaviour}.{kind}" if given.condition is None else given.condition
         if given.condition is None:
             self._conditions[kind, name] = self._declared(kind, name, given, inside[kind])
         elif given.when is not None:

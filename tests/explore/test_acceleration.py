@@ -122,6 +122,32 @@ def test_a_line_has_no_zero_with_a_sign() -> None:
     assert lined(turned, {real: step}.get, 3) is None
     assert lined(m.Unary("-", whole, type=Int()), {whole: step}.get, 3) is not None
     assert lined(m.Binary("+", real, real, type=Real()), {real: step}.get, 3) is not None
+    for factor, times, is_line in (
+        (0.5, 9, True),
+        (-0.5, 2, True),
+        (-0.5, 3, False),
+        (0.0, 1, False),
+        (-0.0, 1, False),
+    ):
+        product = m.Binary("*", real, m.Number(factor, type=Real()), type=Real())
+        assert (lined(product, {real: step}.get, times) is not None) == is_line, factor
+    rising = Line(Fraction(0), Fraction(1))
+    product = m.Binary("*", real, m.Number(0.0, type=Real()), type=Real())
+    assert lined(product, {real: rising}.get, 9) == Line(Fraction(0), Fraction(0))
+
+
+@pytest.mark.parametrize("z", ["s - k", "-0.0 - k", "s - n", "k * -0.0", "0.0 * k", "-1 * k"])
+def test_what_is_minus_zero_on_the_way_is_not_skipped(z: str, tmp_path: Path) -> None:
+    step = {"k": "k + 1", "n": "n + 1", "z": z}
+    tree = alone("k >= 1 and atan2(z, -1) < -3[rad]", step, "state(a.c) == S0 or a.c.k > 1")
+    memory = {"k": "int", "n": "int", "z": "real", "s": "real"}
+    starts = {"k": "-100.0", "n": "-100", "z": "1.0", "s": "-0.0"}
+    control = tree["agents"]["a"]["control"]
+    control["memory"] = {n: {"type": of, "init": starts[n]} for n, of in memory.items()}
+    control["memory"]["k"]["type"] = "real"
+    result = compiled(tree, tmp_path)
+    assert result.ok, result.diagnostics
+    assert wrong(result, dict.fromkeys(("graphs", "repeated", "said"), 0)) == []
 
 
 CARELESS = {

@@ -13,7 +13,9 @@ def _caught(text: str) -> Iterator[str]:
     """Names of exceptions that a module handles."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.ExceptHandler) and node.type is not None:
-            yield from (part.id for part in ast.walk(node.type) if isinstance(part, ast.Name))
+            parts = list(ast.walk(node.type))
+            yield from (part.id for part in parts if isinstance(part, ast.Name))
+            yield from (part.attr for part in parts if isinstance(part, ast.Attribute))
 
 
 def test_one_module_tells_refusals() -> None:

@@ -34,10 +34,18 @@ def named(tree: ast.AST) -> Iterator[ast.AST]:
         if isinstance(node, ast.MatchClass):
             of = zip(node.kwd_attrs, node.kwd_patterns, strict=True)
             yield from (pattern for name, pattern in of if name == "op")
+            yield from (each for each in node.patterns if isinstance(each, ast.MatchValue))
+        elif isinstance(node, ast.Match) and _is_operator(node.subject):
+            yield from (case.pattern for case in node.cases)
+        elif isinstance(node, ast.Subscript) and _is_operator(node.slice):
+            yield node.value
         elif isinstance(node, ast.Compare):
             sides = [node.left, *node.comparators]
-            names = {getattr(side, "attr", getattr(side, "id", "")) for side in sides}
-            yield from sides if names & OPERATOR else ()
+            yield from sides if any(map(_is_operator, sides)) else ()
+
+
+def _is_operator(node: ast.AST) -> bool:
+    return getattr(node, "attr", getattr(node, "id", "")) in OPERATOR
 
 
 def signs(module: str) -> set[str]:
@@ -57,5 +65,8 @@ def test_modules_that_name_an_operator_ask_nothing_that_its_row_says() -> None:
 def test_a_module_that_names_an_operator_is_found() -> None:
     assert signs("if expr.op == '+': pass") == {"+"}
     assert signs("if sign in '+-': pass") == {"+-"}
+    assert signs("{'+': add}[expr.op]") == {"+"}
+    assert signs("match expr.op:\n    case '+': pass") == {"+"}
+    assert signs("match expr:\n    case Binary('+', a, b): pass") == {"+"}
     assert signs("match expr:\n    case Binary(op='*' | '/'): pass") == {"*", "/"}
     assert not signs("if name == '+': pass")

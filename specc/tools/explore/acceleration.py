@@ -17,7 +17,7 @@ from typing import NamedTuple, TypeVar
 from specc.model import expr as m
 from specc.proof.clock import LONGEST
 from specc.tools.explore.composition import Composition, Configuration, Edge, MachineState
-from specc.tools.explore.lines import Line
+from specc.tools.explore.lines import Line, is_minus_zero
 from specc.tools.explore.partial import SOME, Known, Value, filled
 from specc.tools.explore.symmetry import Frame
 from specc.tools.explore.walker import Local, Move, Walker
@@ -108,10 +108,10 @@ def _slopes(composition: Composition, one: Configuration, two: Configuration) ->
 
 
 def _line(one: Value | None, two: Value | None) -> Line | None:
-    """The line through two numbers; 0.0 and -0.0, which come in turn, are on none."""
+    """The line through two numbers; -0.0 is on none."""
     if not (isinstance(one, m.Number) and isinstance(two, m.Number)):
         return None
-    if one != two and one.value == two.value:
+    if is_minus_zero(one.value) or is_minus_zero(two.value):
         return None
     return Line(Fraction(one.value), Fraction(two.value) - Fraction(one.value))
 

@@ -54,7 +54,7 @@ def _crossing(system: System) -> Iterator[tuple[Type, str]]:
 
 @dataclass(slots=True)
 class Links:
-    """Definitions that keys stand for, named by file and route, so that they outlive the model."""
+    """Definitions that keys stand for, named by file and route."""
 
     wires: dict[Key, Wire] = field(default_factory=dict)
     """Key of a buffer (owner, direction, peer) -> its wire, if there is another end."""

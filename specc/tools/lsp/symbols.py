@@ -137,9 +137,11 @@ def share(files: Mapping[str, FileSymbols], here: Place, element: Symbol) -> Non
     owner, rest = split(here.route)
     if here.file in files:
         name = ".".join(map(str, rest))
-        own = Symbol("element", element.name, element.place, owner, name, element.type)
-        files[here.file].inside.setdefault(owner, {}).setdefault(("element", name), own)
-        element.join(own)
+        known = files[here.file].inside.setdefault(owner, {})
+        if ("element", name) not in known:  # a description is there once for each of its uses
+            own = Symbol("element", element.name, element.place, owner, name, element.type)
+            known["element", name] = own
+            element.join(own)
 
 
 def symbol_at(files: Mapping[str, FileSymbols], key: Key) -> Symbol | None:

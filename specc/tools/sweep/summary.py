@@ -54,7 +54,7 @@ def rate(hits: int, count: int) -> Estimate:
 def median(numbers: Sequence[float]) -> Estimate:
     """The median, between two order statistics; they need six numbers, and no distribution."""
     ordered, count = sorted(numbers), len(numbers)
-    rank, value = _spared(count), statistics.median(ordered)
+    rank, value = _spared(count), float(statistics.median(ordered))
     low, high = (ordered[rank - 1], ordered[count - rank]) if rank else (None, None)
     return Estimate(count, value, low, high)
 

@@ -223,3 +223,19 @@ def test_hover_explains_what_is_no_symbol(old: str, new: str, words: str, tmp_pa
     hover = answers.hover(project, system, len(before))
     assert hover is not None
     assert words in hover.text
+
+
+def test_an_end_of_a_connection_is_told_once_for_all_copies() -> None:
+    project = Project()
+    project.analyse(str(ROOT / "specs/rovers.yaml"))
+    shared = [
+        symbol
+        for analysis in project.analyses()
+        for file in analysis.index.files.values()
+        for symbol in file.by_route.values()
+        if len(symbol.declarations) > 1
+    ]
+    assert shared
+    for symbol in shared:
+        names = [(each.place, each.qualified) for each in symbol.declarations]
+        assert len(names) == len(set(names)), symbol.qualified
