@@ -201,6 +201,23 @@ def test_commands_go_with_the_joints_of_their_namespace() -> None:
     assert found["robot.E.right_arm.q_d"]["joints"] == ["elbow", "base", "wrist"]
 
 
+def test_a_joint_is_commanded_once() -> None:
+    text, codes = proposed(
+        graph(
+            joints("/left/joint_states", "a", "b"),
+            joints("/joint_states", "a", "b", "lift"),
+            read("/left/velocity_controller/commands", "std_msgs/msg/Float64MultiArray"),
+            read("/lift_controller/commands", "std_msgs/msg/Float64MultiArray"),
+        )
+    )
+    assert codes == ["W0413"]
+    found = data(text)["plant"]["bind"]
+    assert found.keys() == {
+        *("robot.E.left_arm.q", "robot.E.left_arm.dq_d", "robot.R.joint_states.q"),
+    }
+    assert "its joints are those of another arm, which has commands" in text
+
+
 @pytest.mark.parametrize(
     ("topic", "said"),
     [

@@ -63,10 +63,11 @@ class Devices:
         self.is_simulated = any(t.name == "/clock" and t.publishers for t in graph.topics)
         self._names = SpecNames(PEERS)
         self._cameras: dict[str, ProposedDevice] = {}
+        self._moved = set[str]()
         topics = {t.name: t for t in graph.topics if not is_about_ros(t)}
         for state, command, element, unit in arms(topics.values()):
-            if self._arm(state, command, element, unit):
-                del topics[state.name], topics[command.name]
+            for done in self._arm(state, command, element, unit):
+                del topics[done.name]
         for topic in topics.values():
             if topic.publishers or topic.readers:
                 self._single(topic)
@@ -80,24 +81,33 @@ class Devices:
         self.every.append(ProposedDevice(self._names.new(wish), title, acts))
         return self.every[-1]
 
-    def _arm(self, state: Topic, command: Topic, element: str, unit: str) -> bool:
-        """Whether joint states and their commands are a device."""
+    def _arm(self, state: Topic, command: Topic, element: str, unit: str) -> tuple[Topic, ...]:
+        """A device for joint states and their commands, unless another arm moves those joints.
+
+        Returns:
+            The topics that nothing else is to be made of.
+        """
         space = state.name.rpartition("/")[0]
         space = space if f"{command.name}/".startswith(f"{space}/") else ""
         try:
             found = elements(state, "", self.frames)
             checked(command)
+            joints = joints_of(state)
+            if not self._moved.isdisjoint(joints):
+                unfit = UnfitTopic("its joints are those of another arm, which has commands")
+                self._leave_out(unfit, command.name, command.types[0], _ends(command))
+                return (command,)
             device = self._new(f"{space}/arm", "Passes on commands to joints", acts=True)
         except UnfitTopic:
-            return False
-        joints = joints_of(state)
+            return ()
+        self._moved.update(joints)
         device.reports.update(found)
         self._read(device, state, found)
         device.commands[element] = f"vector[{len(joints)}, {unit}]"
         named: dict[str, Data] = {"joints": joints} if command.type == JOINT_STATE else {}
         guess = f"A guess: in {unit}, of {', '.join(joints)}, in this order."
         device.bind[element] = _bound(command, named, (_ends(command), guess))
-        return True
+        return state, command
 
     def _single(self, topic: Topic) -> None:
         """A device for a topic; an image and what its camera says of it are of one."""
