@@ -31,7 +31,7 @@ from specc.model.expr import (
     Unary,
     children,
 )
-from specc.model.types import Int, Real
+from specc.model.types import Int, Real, Spatial, Vector
 from specc.proof.clock import ELAPSED
 from specc.proof.formula import (
     Apart,
@@ -120,6 +120,8 @@ _LOOKED_INTO = (
 
 _MOST_LEAVES = 64
 """Parts of a comparison that are counted, in which lets may be many times over."""
+_MOST_APART = 64
+"""Components of a vector that are told apart."""
 
 
 class Relations:
@@ -175,15 +177,19 @@ class Relations:
             part = open_.pop()
             if part is None:
                 continue
-            expr = self._numbering.looked_through(part)
+            expr = self._through(part)
             if id(expr) in seen or self._is_known(expr):
                 continue
             seen.add(id(expr))
+            if isinstance(expr, Component) and _apart(whole := self._through(expr.value)):
+                yield self._numbering.number(whole), expr.index
+                continue
             if isinstance(expr, _LOOKED_INTO) or _is_looked_into(expr):
                 open_ += children(expr)
                 continue
             if not isinstance(expr, BoundVariable):
-                yield self._numbering.number(expr)
+                yield (number := self._numbering.number(expr))
+                yield from ((number, index) for index in range(_apart(expr)))
             if isinstance(expr, Builtin) and _is_told(expr):
                 open_ += expr.args
             elif isinstance(expr, Call) and any(arg.type.is_discrete for arg in expr.args):
@@ -201,7 +207,7 @@ class Relations:
                 return False
         return any(
             isinstance(side, computed) or (isinstance(side, Builtin) and _is_computed(side))
-            for side in map(self._numbering.looked_through, (a, b))
+            for side in map(self._through, (a, b))
             if not self._is_known(side)
         )
 
@@ -232,7 +238,7 @@ class Relations:
         """Numbers of what expressions are made of, through lets, as often as it is there."""
         open_ = list(exprs)
         while open_:
-            expr = self._numbering.looked_through(open_.pop())
+            expr = self._through(open_.pop())
             parts = children(expr)
             open_ += parts
             if not parts:
@@ -242,7 +248,7 @@ class Relations:
         """What is added up, or subtracted."""
         open_ = [expr]
         while open_:
-            match part := self._numbering.looked_through(open_.pop()):
+            match part := self._through(open_.pop()):
                 case Unary(op="-") | Binary(op="+" | "-"):
                     open_ += children(part)
                 case _:
@@ -251,12 +257,24 @@ class Relations:
     def _whole(self, expr: Expr) -> Expr:
         """What an expression is a component or field of; any other one itself."""
         while isinstance(expr, Component | FieldOf):
-            expr = self._numbering.looked_through(expr.value)
+            expr = self._through(expr.value)
         return expr
+
+    def _through(self, expr: Expr) -> Expr:
+        return self._numbering.looked_through(expr)
 
     def _is_known(self, expr: Expr) -> bool:
         """Whether an expression is one value, which relates no variables with each other."""
         return self._numbering.value(self._numbering.number(expr)) is not None
+
+
+def _apart(expr: Expr) -> int:
+    """How many components a value has of which none says anything of another one; 0 for others."""
+    if not isinstance(expr, Input | MemoryRef):
+        return 0
+    if isinstance(expr.type, Spatial):
+        return len(expr.type.components)
+    return expr.type.size if isinstance(expr.type, Vector) and expr.type.size <= _MOST_APART else 0
 
 
 def _is_looked_into(expr: Expr) -> bool:

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import pytest
 
-from specc.proof import Prover
+from specc.proof import Prover, relations
 from specc.proof.relations import Relations
 from tests.checks.conditions import machine
 from tests.checks.texts import condition, prove, prover
@@ -210,3 +210,41 @@ def test_sums_that_can_have_any_value_are_as_the_solver_has_them(
     found = answers()
     monkeypatch.setattr(Relations, "_varies", lambda self, atom: False)
     assert answers() == found
+
+
+@pytest.mark.parametrize(
+    ("rows", "related"),
+    [
+        (("q[0] > 1", "q[1] > 1"), False),
+        (("q[0] > 1", "q[0] + d > 1"), True),
+        (("q[0] > 1", "near(q, r, 1)"), True),
+        (("b[0] == u", "all(v == u for v in b)"), True),
+    ],
+)
+def test_components_alone_do_not_need_the_solver(rows: tuple[str, str], related: bool) -> None:
+    asked = prover("True")
+    asked.satisfiable(list(map(condition, rows)))
+    assert asked.is_repeatable != related
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_components_are_told_apart_as_the_solver_has_them(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = random.Random(seed)
+    asked = [
+        "q[0] > 1",
+        "q[1] <= 1",
+        "q[0] < q[1]",
+        "norm(q) < 1",
+        "near(q, r, 1)",
+        "r[1] > q[1]",
+        "any(v > 1 for v in q)",
+        "all(v <= 1 for v in q)",
+        "abs(q[2]) < 1",
+        "r[0] > 4",
+    ]
+    groups = [[condition(text) for text in rng.sample(asked, 3)] for _ in range(4)]
+    found = [prover("True").satisfiable(group) for group in groups]
+    monkeypatch.setattr(relations, "_apart", lambda whole: 0)
+    assert [prover("True").satisfiable(group) for group in groups] == found

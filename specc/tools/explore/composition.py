@@ -7,7 +7,7 @@ visible (logical execution time).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import product
 from math import lcm
@@ -19,7 +19,7 @@ from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.symmetry import Copies, Frame, Links, Symmetry
 from specc.tools.explore.values import MOST_VALUES, Numbers, ValueNumbers
-from specc.tools.explore.walker import Local, Move, Outcome, Sent, Walker
+from specc.tools.explore.walker import Local, Move, Sent, Walker
 from specc.tools.explore.watch import Visible, Watch
 
 Moves = tuple[tuple[int, Move], ...]
@@ -132,6 +132,7 @@ class Composition:
         self._parts = [Numbers() for _ in names]
         for first, index in self._alike():
             self._parts[index] = self._parts[first]
+        self._stepped: list[dict[int, tuple[_Result, ...]]] = [{} for _ in names]
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
         self._next = [self._next_phase(phase) for phase in range(self.hyperperiod)]
         system = abstraction.facts.system
@@ -238,19 +239,15 @@ class Composition:
         phase = self._next[here.phase]
         due = self.due[phase]
         parts = self.parts_of(here)
-        if any(self.walkers[i].is_over(parts[i].local) for i in due):
-            return
         visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.watch else ()
-        before = list(parts)
+        before, numbers = list(parts), list(here.parts)
         overtaken = self.deliver(due, parts)
-        numbers = list(here.parts)
-        for i in range(len(parts)):
-            if parts[i] is not before[i] and i not in due:
-                numbers[i] = self._parts[i][parts[i]]
-        found = [self.walkers[i].step(parts[i].local, parts[i].buffers) for i in due]
+        for i, part in enumerate(parts):
+            if part is not before[i]:
+                numbers[i] = self._parts[i][part]
+        each = [self._results(i, numbers[i]) for i in due]
         if self._still:
-            found = [tuple(sorted(outcomes, key=_happens)[:1]) for outcomes in found]
-        each = [list(self._results(i, parts[i], o)) for i, o in zip(due, found, strict=True)]
+            each = [tuple(sorted(results, key=_happens)[:1]) for results in each]
         for results in product(*each):
             for i, result in zip(due, results, strict=True):
                 parts[i], numbers[i] = result.part, result.number
@@ -263,15 +260,16 @@ class Composition:
             ends = True in [result.ends for result in results]
             yield made, Edge(-1, moves, overtaken, violated, turn, ends)
 
-    def _results(
-        self, index: int, part: MachineState, outcomes: Iterable[Outcome]
-    ) -> Iterator[_Result]:
+    def _results(self, index: int, number: int) -> tuple[_Result, ...]:
         """A machine after each outcome of a step, its buffers read."""
-        seen = tuple([number & ~1 for number in part.buffers])
-        for outcome in outcomes:
-            after = MachineState(outcome.local, seen, outcome.move.sent)
-            number = self._parts[index][after]
-            yield _Result(after, number, (index, outcome.move), outcome.ends)
+        if number not in self._stepped[index]:
+            part: MachineState = self._parts[index].things[number]
+            seen, found = tuple([n & ~1 for n in part.buffers]), []
+            for local, move, ends in self.walkers[index].step(part.local, part.buffers):
+                after = MachineState(local, seen, move.sent)
+                found.append(_Result(after, self._parts[index][after], (index, move), ends))
+            self._stepped[index][number] = tuple(found)
+        return self._stepped[index][number]
 
     def ordered(self, parts: list[MachineState]) -> tuple[list[MachineState], Frame]:
         """The machines with copies in order, and the permutation: for each its index before."""
@@ -373,9 +371,10 @@ class Composition:
         return tuple(overtaken)
 
 
-def _happens(outcome: Outcome) -> tuple[bool, bool]:
-    """Sort key: whether an outcome ends the run, and whether it takes an avoidable row."""
-    return outcome.ends, outcome.move.row >= 0 and bool(outcome.move.free)
+def _happens(result: _Result) -> tuple[bool, bool]:
+    """Sort key: whether a step ends the run, and whether it takes an avoidable row."""
+    _, move = result.move
+    return result.ends, move.row >= 0 and bool(move.free)
 
 
 def turned(frame: Frame, turn: Frame) -> Frame:

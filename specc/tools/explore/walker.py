@@ -151,7 +151,7 @@ class Walker:
         return begun
 
     def step(self, local: int, buffers: tuple[int, ...]) -> tuple[Outcome, ...]:
-        """All possible results of a period."""
+        """All possible results of a period; none for a machine that has failed."""
         key = local, buffers
         if key not in self._steps:
             self._steps[key] = tuple(
@@ -160,6 +160,8 @@ class Walker:
         return self._steps[key]
 
     def _stepped(self, local: Local, buffers: tuple[int, ...]) -> Iterator[Outcome]:
+        if local.clock == OVER:
+            return
         memory = self._named(local.memory)
         new = {key for key, slot in self.slots.items() if buffers[slot] % 2}
         answers = frozenset(a for a in local.answers if not self._rests(a).inputs & new)
@@ -185,10 +187,6 @@ class Walker:
     def _failed(self, local: Local, broken: tuple[int, ...] = ()) -> Outcome:
         move = Move(local.state, local.state, -1, (), (), (), broken)
         return Outcome(self.locals.of(local._replace(clock=OVER)), move, ends=True)
-
-    def is_over(self, local: int) -> bool:
-        """Whether the machine has failed."""
-        return bool(self.locals.things[local].clock == OVER)
 
     def branches(self, state: str, known: Known) -> Iterator[Branch]:
         """The branches: staying, and each row that known values do not exclude."""
