@@ -118,9 +118,10 @@ class SourceFile:
     def next_with_content(self) -> list[int]:
         """Number of the first line from each on that is neither empty nor a comment; else the last.
 
-        The first entry is for line 1.
+        The first entry is for line 1, the last for the end.
         """
-        found, after = [], len(self.lines)
+        after = len(self.lines)
+        found = [after]
         for number in range(len(self.lines), 0, -1):
             text = self.lines[number - 1].strip()
             if text and not text.startswith("#"):

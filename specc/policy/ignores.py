@@ -92,9 +92,7 @@ def _entries(
 def _line_meant(source: SourceFile, comment: Comment) -> int:
     """The line of the comment, or the next one that is neither empty nor a comment alone."""
     line = source.span(Place(source.path, (), "text", comment.start, comment.end)).line
-    if not comment.alone:
-        return line
-    return source.next_with_content[min(line, len(source.lines) - 1)]
+    return source.next_with_content[line] if comment.alone else line
 
 
 def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from specc.diagnostics import Diagnostic, Faults, Related, TooManyFaultsError
+from specc.frozen import frozen
 from specc.limits import MAX_DEPTH, MAX_KEYS, MAX_VALUES
 from specc.read.syntax import (
     AliasEvent,
@@ -98,20 +98,13 @@ _NO_PARTS: dict[str | int, TextNode] = {}
 _VALUES = frozenset((ScalarEvent, AliasEvent, MappingStartEvent, SequenceStartEvent))
 
 
-@dataclass(slots=True)
+@frozen
 class Built:
-    """A value and its place; `size` and `height` count nodes and levels, aliases expanded."""
+    """A value and its place; `size` counts the keys and values in it, aliases expanded."""
 
     data: Any
     node: TextNode
-    size: int = 1
-    height: int = 0
-
-    def take_in(self, part: Built) -> None:
-        """Count a part of a collection."""
-        self.size += part.size
-        if part.height >= self.height:
-            self.height = part.height + 1
+    size: int
 
 
 def compose(path: str, text: str) -> tuple[Built | None, tuple[Diagnostic, ...]]:
@@ -158,29 +151,29 @@ class _Composer:
                     self._stop("E0008", "a second document starts here", event, hint)
             elif type(event) in _VALUES:
                 root = self._value(event, 0, None)
-        return root
+        return Built(*root, self._nodes) if root else None
 
     def report(self, code: str, message: str, start: int, end: int, hint: str) -> None:
         """Add a finding about a stretch of the text."""
         place = Place(self._path, (), "text", start, end)
         self.findings.add(Diagnostic(code, message, place, help=hint))
 
-    def _value(self, event: Any, depth: int, key: TextNode | None) -> Built:
+    def _value(self, event: Any, depth: int, key: TextNode | None) -> tuple[Any, TextNode]:
         """The value that begins with an event, below `depth` collections and perhaps a key."""
         if type(event) is AliasEvent:
             return self._alias(event, depth)
-        self._count(1, event)
         if event.ctag is not None:
             self._refuse_tag(event)
+        before = self._nodes
         if type(event) is ScalarEvent:
             value = self._scalar(event, key)
         else:
             value = self._collection(event, depth)
         if event.anchor is not None:
-            self._anchors[event.anchor] = value
+            self._anchors[event.anchor] = Built(*value, self._nodes - before)
         return value
 
-    def _scalar(self, event: Any, key: TextNode | None) -> Built:
+    def _scalar(self, event: Any, key: TextNode | None) -> tuple[Any, TextNode]:
         node = self._node(event)
         if node.start == node.end and key is not None:
             self._refuse_cut_text(event, key)
@@ -191,62 +184,59 @@ class _Composer:
             except NumberRangeError:
                 hint = "numbers have at most 64 bits; quote it if it is meant as text"
                 self.report("E0018", "this number is out of range", node.start, node.end, hint)
-        return Built(data, node)
+        return data, node
 
     def _node(self, event: Any) -> TextNode:
-        start, end = self._without_anchor(event), event.end_mark.index
+        start, end = self._begin(event), event.end_mark.index
         return TextNode(start, end, event.value, event.style or "", _NO_PARTS, _NO_PARTS)
 
-    def _collection(self, event: Any, depth: int) -> Built:
+    def _collection(self, event: Any, depth: int) -> tuple[Any, TextNode]:
         if depth >= MAX_DEPTH:
             self._too_deep(event)
         if event.anchor is not None:
             self._anchors[event.anchor] = None
-        start = self._without_anchor(event)
-        is_mapping = type(event) is MappingStartEvent
-        whole = Built({} if is_mapping else [], TextNode(start, start))
-        last = (self._mapping if is_mapping else self._sequence)(whole, depth + 1)
+        start = self._begin(event)
+        node = TextNode(start, start)
+        compose_parts = self._mapping if type(event) is MappingStartEvent else self._sequence
+        data, last = compose_parts(node, depth + 1)
         # A block collection "ends" where the next token starts, often lines below.
         if last.start_mark.index < last.end_mark.index:
-            whole.node.end = last.end_mark.index
-        elif whole.node.values:
-            whole.node.end = max(part.end for part in whole.node.values.values())
-        return whole
+            node.end = last.end_mark.index
+        elif node.values:
+            node.end = max(part.end for part in node.values.values())
+        return data, node
 
-    def _sequence(self, whole: Built, depth: int) -> Any:
+    def _sequence(self, whole: TextNode, depth: int) -> tuple[Any, Any]:
+        found: list[Any] = []
         while type(event := next(self._events)) is not SequenceEndEvent:
-            value = self._value(event, depth, None)
-            whole.node.values[len(whole.data)] = value.node
-            whole.data.append(value.data)
-            whole.take_in(value)
-        return event
+            self._count(1, event)
+            data, whole.values[len(found)] = self._value(event, depth, None)
+            found.append(data)
+        return found, event
 
-    def _mapping(self, whole: Built, depth: int) -> Any:
+    def _mapping(self, whole: TextNode, depth: int) -> tuple[Any, Any]:
+        found: dict[str, Any] = {}
         while type(event := next(self._events)) is not MappingEndEvent:
+            self._count(2, event)
             key = self._key(event)
             name = key.scalar or ""
-            keep = self._is_good(key, name, whole.node)
-            value = self._value(next(self._events), depth, key)
-            whole.take_in(value)
+            keep = self._is_good(key, name, whole)
+            data, node = self._value(next(self._events), depth, key)
             if keep:
-                whole.data[name] = value.data
-                whole.node.keys[name] = key
-                whole.node.values[name] = value.node
-        return event
+                found[name], whole.keys[name], whole.values[name] = data, key, node
+        return found, event
 
     def _key(self, event: Any) -> TextNode:
-        if type(event) is not AliasEvent:
-            self._count(1, event)
-            if event.ctag is not None:
-                self._refuse_tag(event)
         if type(event) is not ScalarEvent:
             hint = "a key is a name or a text in quotes"
             self._stop("E0012", "this cannot be a key", event, hint)
+        if event.ctag is not None:
+            self._refuse_tag(event)
         return self._node(event)
 
     def _is_good(self, key: TextNode, name: str, whole: TextNode) -> bool:
         """Whether a mapping can have the key, which is reported if not."""
-        if not key.style and is_null(name):
+        if not key.style and name in _NULLS:
             hint = "write the key before the colon, in quotes if it is meant as text"
             self.report("E0012", "a key is missing here", key.start, key.end, hint)
         elif not key.style and name == "<<":
@@ -270,7 +260,7 @@ class _Composer:
         message = f"the key `{key}` is given twice"
         self.findings.add(Diagnostic("E0011", message, place, "", related, hint))
 
-    def _alias(self, event: Any, depth: int) -> Built:
+    def _alias(self, event: Any, depth: int) -> tuple[Any, TextNode]:
         if event.anchor not in self._anchors:
             hint = f"write `&{event.anchor}` before the value that is meant"
             self._stop("E0015", f"no anchor is called `{event.anchor}`", event, hint)
@@ -279,9 +269,9 @@ class _Composer:
             hint = "an alias may only name a value that is complete before it"
             self._stop("E0015", f"`*{event.anchor}` stands inside its own value", event, hint)
         self._count(target.size, event)
-        if depth + target.height > MAX_DEPTH:
+        if depth + _height(target.node) > MAX_DEPTH:
             self._too_deep(event)
-        return target
+        return target.data, target.node
 
     def _count(self, nodes: int, event: Any) -> None:
         self._nodes += nodes
@@ -312,7 +302,8 @@ class _Composer:
             )
             raise _GiveUpError
 
-    def _without_anchor(self, event: Any) -> int:
+    def _begin(self, event: Any) -> int:
+        """Where a value begins, behind its anchor."""
         start: int = event.start_mark.index
         if event.anchor is None:
             return start
@@ -323,3 +314,8 @@ class _Composer:
     def _stop(self, code: str, message: str, event: Any, hint: str) -> NoReturn:
         self.report(code, message, event.start_mark.index, event.end_mark.index, hint)
         raise _GiveUpError
+
+
+def _height(node: TextNode) -> int:
+    """The levels of collections below a value; no more than its size, of which all are counted."""
+    return 1 + max(map(_height, node.values.values())) if node.values else 0

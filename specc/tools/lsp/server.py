@@ -39,7 +39,7 @@ from specc.tools.lsp.worker import (
 
 _LOG = logging.getLogger(__name__)
 
-PAUSE_S, LONGEST_PAUSE_S = 0.005, 1.0
+PAUSE_S, LONGEST_PAUSE_S = 0.001, 1.0
 """Pause in typing after which a text is analysed."""
 QUICK_S = 0.5
 """An analysis that takes longer waits as long as it took, so that typing stays smooth."""

@@ -129,7 +129,10 @@ def _readable(document: Document) -> Document | None:
 
 
 def _suspects(document: Document, wrong: Diagnostic) -> Iterator[tuple[int, int]]:
-    """Values and whole lines: where quotes open, at the error, where its construct begins."""
+    """Lines where quotes open, at the error, where its construct begins.
+
+    Of a key with lines that belong to it the value comes first; one with nothing is seldom right.
+    """
     source = document.source
     places = [wrong.primary, *(related.place for related in wrong.related)]
     # A quote or bracket that is never closed is noticed far below.
@@ -139,10 +142,16 @@ def _suspects(document: Document, wrong: Diagnostic) -> Iterator[tuple[int, int]
     around = [number for pair in zip(lines, above, strict=True) for number in pair]
     for number in dict.fromkeys((*_quoting(source, source.span(wrong.primary).line), *around)):
         start, line = source.line_starts[number - 1], source.line(number)
-        if key := _KEY.match(line):
+        if (key := _KEY.match(line)) and _is_above_more(source, number):
             yield start + key.end(), start + len(line)
         if line.strip():
             yield start, start + len(line)
+
+
+def _is_above_more(source: SourceFile, number: int) -> bool:
+    """Whether the next line with content stands further in."""
+    line, more = source.line(number), source.line(source.next_with_content[number])
+    return len(more) - len(more.lstrip()) > len(line) - len(line.lstrip())
 
 
 def _quoting(source: SourceFile, at: int) -> list[int]:
