@@ -64,10 +64,10 @@ def analysis_s(repeats: int) -> float:
 
 
 def numbers(count: int) -> Iterator[str]:
-    """Texts without errors: the flagship with another initial value of a memory element in each."""
-    text = FLAGSHIP.read_text(encoding="utf-8")
+    """Texts without errors: the flagship with another value of a constant in each."""
+    before, after = FLAGSHIP.read_text(encoding="utf-8").split("0.09[m]")
     for number in range(1, count + 1):
-        yield text.replace("init: 0.09[m]", f"init: 0.09{number}[m]")
+        yield f"{before}0.09{number}[m]{after}"
 
 
 def waited_s(texts: Iterable[str]) -> Iterator[float]:
