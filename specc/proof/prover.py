@@ -49,7 +49,7 @@ class Prover:
         self._solver = Solver(self.numbering)
         self._solvers = [self._solver]
         self._formula = self._translator.formula
-        self.turning, self.lasted = self._translator.timer.turning, self._translator.timer.lasted
+        self.timer = self._translator.timer
         self._always_present = frozenset(always_present)
         self._subsystem = subsystem
         self._assumed = tuple(axiom.that for axiom in subsystem.axioms)

@@ -102,7 +102,7 @@ class Graph:
                 if self.steps >= budget:
                     return
                 self.steps += len(edge.moves) + self.composition.followed // FOLLOWED
-                out.append(Edge._make((self._number(there, here, edge), *edge[1:])))
+                out.append(Edge(self._number(there, here, edge), *edge[1:]))
                 if edge.ends:
                     self.faults.append((here, out[-1]))
                 if edge.violated:  # kept even if not all edges from here are followed

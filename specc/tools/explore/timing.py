@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
 from specc.model import expr as m
 from specc.proof import InputName
-from specc.proof.clock import Timer, Turns
-from specc.proof.numbering import Numbering
+from specc.proof.clock import Turns
 from specc.tools.explore.abstraction import Kept, conditions_of
 from specc.tools.explore.lines import Line
 from specc.tools.explore.partial import Known, Value, filled
@@ -41,7 +41,7 @@ class Clocks:
         """`static` are the values known at all times; turns that are found are added to it."""
         self.exact = exact
         self._kept, self._static = kept, static
-        self._timer = Timer(Numbering(static.lets, static.constants, static.period_s))
+        self._timer = kept.machine.prover.timer
         self._turns: dict[str, tuple[int, ...]] = {}
         self._compared: dict[str, _Compared] = {}
         for state in kept.subsystem.states:
@@ -125,6 +125,10 @@ class Clocks:
             return False
         last = (clock + step * (times - 1)) // 2
         return not any(clock // 2 < turn <= last for turn in self._timed(state, known).at)
+
+    def turned(self, state: str, clock: int, known: Known) -> int:
+        """How many times conditions have turned; what depends on the clock depends on that."""
+        return bisect(self._timed(state, known).at, clock // 2) if self.exact else clock
 
     def set(self, known: Known, state: str, clock: int) -> None:
         """Set the time in a state in what is known."""

@@ -7,7 +7,7 @@ exclude. The answer is remembered until one of these values is renewed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
@@ -25,10 +25,10 @@ from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers, combinable
 
 OVER = -1
 """The clock of a machine that has failed: others go on until its outputs are due."""
+STAYS = -2
+"""The clock of a machine that stays in its state, until it is set."""
 MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
-
-
 Sent = tuple[tuple[InputName, int], ...]
 """Outputs with the numbers of their values."""
 
@@ -103,6 +103,8 @@ class Walker:
         self.locals = Numbers()
         self._formulas = Numbers()
         self._steps: dict[tuple[int, tuple[int, ...]], tuple[Outcome, ...]] = {}
+        self._periods: dict[tuple[Local, tuple[int, ...], bool], list[tuple[Local, Move]]] = {}
+        """Of periods in which the same conditions have turned, with their number as the clock."""
         self._possible: dict[frozenset[int], bool] = {}
         self.assumed: dict[int, set[bool | None]] = {}
         """The truth values of assumptions, by index; None where unknown."""
@@ -116,6 +118,7 @@ class Walker:
         self.kind = first.name
         self.locals, self._formulas, self.assumed = first.locals, first._formulas, first.assumed
         self._steps, self._possible, self.open = first._steps, first._possible, first.open
+        self._periods = first._periods
 
     def renamed(self, local: int, names: Mapping[InputName, InputName]) -> int:
         """The number of the machine in which the inputs have other names."""
@@ -146,9 +149,11 @@ class Walker:
             i.name: self.values.of(self._target(("", i.name)), filled(i.init, known), known)
             for i in self._memory
         }
-        state = self.subsystem.initial_state
-        (begun,) = self._outcomes(Branch(-1, state, ()), memory, buffers, 0, frozenset(), ())
-        return begun
+        begin = Branch(-1, self.subsystem.initial_state, ())
+        known = self._known(buffers, memory, first=True)
+        first = Local("", OVER, tuple(memory.values()), frozenset())
+        ((begun, move),) = self._outcomes(begin, known, first, buffers)
+        return Outcome(self.locals.of(begun), move)
 
     def step(self, local: int, buffers: tuple[int, ...]) -> tuple[Outcome, ...]:
         """All possible results of a period; none for a machine that has failed."""
@@ -162,31 +167,37 @@ class Walker:
     def _stepped(self, local: Local, buffers: tuple[int, ...]) -> Iterator[Outcome]:
         if local.clock == OVER:
             return
-        memory = self._named(local.memory)
         new = {key for key, slot in self.slots.items() if buffers[slot] % 2}
         answers = frozenset(a for a in local.answers if not self._rests(a).inputs & new)
-        known = self._known(buffers, memory)
+        known = self.before(local, buffers)
         clocks = self.clocks.after(local.state, local.clock, known)
         for clock in clocks:
-            self.clocks.set(known, local.state, clock)
-            broken = self._assumptions(known)
-            if broken:
-                yield self._failed(local, broken)
-                continue
-            branches = [b for b in self.branches(local.state, known) if self._may(b, answers)]
-            if not branches:
-                yield self._failed(local)
-            free = self._free(branches, known, local.state) if len(branches) > 1 else ()
-            if len(clocks) > 1:
-                free = (*free, f"how long `{local.state}` has lasted")
-            for branch in branches:
-                after = answers.union(*(self._remembered(part) for part in branch.holds))
-                passed = clock if branch.row < 0 else -1
-                yield from self._outcomes(branch, memory, buffers, passed, after, free, local.state)
+            turned = self.clocks.turned(local.state, clock, known)
+            key = local._replace(clock=turned, answers=answers), buffers, len(clocks) > 1
+            if key not in self._periods:
+                self.clocks.set(known, local.state, clock)
+                self._periods[key] = list(self._period(known, *key))
+            for after, move in self._periods[key]:
+                ends = after.clock == OVER
+                after = after._replace(clock=clock) if after.clock == STAYS else after
+                yield Outcome(self.locals.of(after), move, ends)
 
-    def _failed(self, local: Local, broken: tuple[int, ...] = ()) -> Outcome:
-        move = Move(local.state, local.state, -1, (), (), (), broken)
-        return Outcome(self.locals.of(local._replace(clock=OVER)), move, ends=True)
+    def _period(
+        self, known: Known, local: Local, buffers: tuple[int, ...], several: bool
+    ) -> Iterator[tuple[Local, Move]]:
+        """The machine after a period, which is the same until a condition turns."""
+        broken = self._assumptions(known)
+        branches = [] if broken else list(self.branches(local.state, known))
+        branches = [each for each in branches if self._may(each, local.answers)]
+        if not branches:
+            nothing = Move(local.state, local.state, -1, (), (), (), broken)
+            yield local._replace(clock=OVER), nothing
+        free = self._free(branches, known, local.state) if len(branches) > 1 else ()
+        free += (f"how long `{local.state}` has lasted",) if several else ()
+        for branch in branches:
+            kept = (self._remembered(part) for part in branch.holds)
+            now = local._replace(answers=local.answers.union(*kept))
+            yield from self._outcomes(branch, known, now, buffers, free)
 
     def branches(self, state: str, known: Known) -> Iterator[Branch]:
         """The branches: staying, and each row that known values do not exclude."""
@@ -250,19 +261,14 @@ class Walker:
     def _outcomes(
         self,
         branch: Branch,
-        memory: dict[str, int],
+        known: Known,
+        before: Local,
         buffers: tuple[int, ...],
-        clock: int,
-        answers: frozenset[int],
-        free: tuple[str, ...],
-        source: str = "",
-    ) -> Iterator[Outcome]:
-        """The machine after a period; `clock` is -1 where a state was entered."""
-        entered = clock < 0 or not source
-        known = self._known(buffers, memory, first=not source)
-        known.periods = 0
-        if not entered:
-            self.clocks.set(known, branch.target, clock)
+        free: tuple[str, ...] = (),
+    ) -> Iterator[tuple[Local, Move]]:
+        """The machine after a branch; its clock is `STAYS` where no state is entered."""
+        answers, stays = before.answers, branch.row < 0 and before.state != ""
+        known = known if stays else replace(known, periods=0, _lets={})
         written = dict[InputName, tuple[int, ...]]()
         for key, value in self.written(branch.target, known):
             target = self._target(key)
@@ -273,16 +279,15 @@ class Walker:
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()
         free += tuple(f"what `{name}` is" for (_, name), n in written.items() if len(n) > 1)
-        lost = self._lost(buffers, source, branch.target)
-        clock = self.clocks.begin(branch.target) if entered else clock
-        written = combinable(written)
+        lost = self._lost(buffers, before.state, branch.target)
+        clock = STAYS if stays else self.clocks.begin(branch.target)
+        written, memory = combinable(written), self._named(before.memory)
         for numbers in product(*written.values()):
             values = dict(zip(written, numbers, strict=True))
             kept = tuple(values.get(("", name), number) for name, number in memory.items())
             now = Local(branch.target, clock, kept, answers)
             sent = tuple(sorted((key, number) for key, number in values.items() if key[0]))
-            move = Move(source, branch.target, branch.row, sent, free, lost)
-            yield Outcome(self.locals.of(now), move)
+            yield now, Move(before.state, branch.target, branch.row, sent, free, lost)
 
     def written(self, state: str, known: Known) -> Iterator[tuple[InputName, m.Expr]]:
         """The values that the functions of a state give to kept outputs and memory."""
