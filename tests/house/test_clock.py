@@ -5,8 +5,8 @@ from pathlib import Path
 
 SPECC = Path(__file__).resolve().parents[2] / "specc"
 ASKING = {
+    "analysis/durations.py": "how long states last",
     "proof/clock.py": "the answer",
-    "proof/prover.py": "for whoever has a prover",
     "proof/translate.py": "conditions that time alone decides",
     "tools/explore/timing.py": "with values of a configuration filled in",
 }
