@@ -27,12 +27,24 @@ def remembering(cls: type[T]) -> type[T]:
     return _made(cls, slots=False)
 
 
-def _made(cls: type[T], *, slots: bool) -> type[T]:
+@dataclass_transform(eq_default=False, field_specifiers=(field,))
+def mutable(cls: type[T]) -> type[T]:
+    """A class of things that are made of their fields and change; each is equal to itself only."""
+    return _with_fields(cls, slots=True)  # type: ignore[no-any-return]  # the class, with slots
+
+
+def _with_fields(cls: type[T], *, slots: bool) -> Any:
+    """The class, with the slots and the `__init__` of its fields."""
     cls.__doc__ = cls.__doc__ or cls.__name__  # else dataclasses make one of the signature
     is_plain = _is_plain(cls)
     made: Any = dataclass(init=not is_plain, eq=False, repr=False, slots=slots)(cls)
     if is_plain:
         made.__init__ = _init(fields(made))
+    return made
+
+
+def _made(cls: type[T], *, slots: bool) -> type[T]:
+    made = _with_fields(cls, slots=slots)
     compared = [part for part in fields(made) if part.compare]
     equals = _key(compared)
     hashed = _key([part for part in compared if part.hash is not False])
@@ -48,36 +60,51 @@ def _made(cls: type[T], *, slots: bool) -> type[T]:
 
 
 def _is_plain(cls: type) -> bool:
-    """Whether values are their arguments, and nothing else."""
+    """Whether values are their arguments, or defaults, and nothing else."""
     own = [part for part in vars(cls).values() if isinstance(part, Field)]
     known = (getattr(base, "__dataclass_fields__", {}).values() for base in cls.__mro__[1:])
     given = [*own, *(part for parts in known for part in parts)]
     is_more = hasattr(cls, "__post_init__") or "__init__" in vars(cls)
-    return not is_more and all(p.init and p.default_factory is MISSING for p in given)
+    return not is_more and all(part.init for part in given)
 
 
 def _init(parts: Sequence[Field[Any]]) -> FunctionType:
     """What `dataclass` compiles for these fields: the code for as many, with their names."""
     parts = sorted(parts, key=lambda part: bool(part.kw_only))
     some = [part for part in parts if not part.kw_only]
-    names = tuple(part.name for part in parts)
-    code = _assigning(len(some), len(parts) - len(some))
-    code = code.replace(co_varnames=("self", *names), co_names=names)
-    defaults = tuple(part.default for part in some if part.default is not MISSING)
+    names = {f"a{n}": part.name for n, part in enumerate(parts)}
+    code = _assigning(len(some), tuple(part.default_factory is not MISSING for part in parts))
+    code = code.replace(
+        co_varnames=("self", *names.values()),
+        co_names=tuple(names.get(name, name) for name in code.co_names),
+    )
+    defaults = tuple(default for part in some if (default := _default(part)) is not MISSING)
     made = FunctionType(code, globals(), "__init__", defaults)
-    others = (part for part in parts if part.kw_only and part.default is not MISSING)
-    made.__kwdefaults__ = {part.name: part.default for part in others}
+    others = (part for part in parts if part.kw_only)
+    given = ((part.name, _default(part)) for part in others)
+    made.__kwdefaults__ = {name: default for name, default in given if default is not MISSING}
     return made
 
 
+def _default(part: Field[Any]) -> Any:
+    """The default of an argument; the field itself where its factory makes the value."""
+    return part.default if part.default_factory is MISSING else part
+
+
 @cache
-def _assigning(positional: int, keyword: int) -> CodeType:
-    """The code of a function that assigns its arguments to attributes of its first one."""
-    names = [f"a{n}" for n in range(positional + keyword)]
-    taken = ", ".join(["self", *names[:positional], *["*"] * (keyword > 0), *names[positional:]])
-    body = "; ".join(f"self.{name} = {name}" for name in names) or "pass"
-    made = compile(f"def __init__({taken}): {body}", "<fields>", "exec").co_consts
-    return next(one for one in made if isinstance(one, CodeType))
+def _assigning(positional: int, made: tuple[bool, ...]) -> CodeType:
+    """The code of a function that assigns its arguments to attributes of its first one.
+
+    `made` says of each whether its default is a field, in whose place its factory is called.
+    """
+    names = [f"a{n}" for n in range(len(made))]
+    keywords = ["*", *names[positional:]] if names[positional:] else []
+    taken = ", ".join(["self", *names[:positional], *keywords])
+    call = "{0}.default_factory() if type({0}) is Field else {0}"
+    values = (call.format(name) if one else name for name, one in zip(names, made, strict=True))
+    body = "; ".join(f"self.{name} = {value}" for name, value in zip(names, values, strict=True))
+    code = compile(f"def __init__({taken}): {body or 'pass'}", "<fields>", "exec").co_consts
+    return next(one for one in code if isinstance(one, CodeType))
 
 
 def _key(parts: Sequence[Field[Any]]) -> Callable[[Any], object]:

@@ -8,12 +8,12 @@ import os
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Literal
 
 from specc.alignment import ScalarStyle, raw_offsets
-from specc.frozen import frozen, remembering
+from specc.frozen import frozen, mutable, remembering
 
 Route = tuple[str | int, ...]
 """Keys and indices from the top of a file down to a value."""
@@ -64,7 +64,7 @@ class Span:
     end_col: int
 
 
-@dataclass(slots=True, eq=False)
+@mutable
 class TextNode:
     """A value in the text: its offsets and, for a mapping or a list, its parts."""
 

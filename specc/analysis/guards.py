@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.reads import ExpressionText, text_of
+from specc.frozen import mutable
 from specc.lang.dependence_order import InOrder
 from specc.model.expr import (
     LENGTH,
@@ -82,7 +83,7 @@ class Guards(Generic[K]):
         return walk.found
 
 
-@dataclass(slots=True)
+@mutable
 class _Walk(Generic[K]):
     guards: Guards[K]
     found: list[GuardedPart[K]] = field(default_factory=list)

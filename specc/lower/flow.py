@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from specc.frozen import mutable
 from specc.lower.table import TermTable
 from specc.lower.terms import NONE, Term, Terms, in_order, unknown
 from specc.model.expr import Choice, Logic, Quantifier, Truth
@@ -87,7 +88,7 @@ class Activity:
     """Terms that it evaluates in any case."""
 
 
-@dataclass(slots=True, eq=False)
+@mutable
 class Enter:
     """The behaviour of `target` runs once. `row` is the transition taken, -1 if the state stays."""
 

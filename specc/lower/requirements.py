@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.lang import show
 from specc.lower.annotations import PythonTypes
 from specc.lower.module import Module, buffer_names, memory_names
@@ -123,7 +123,7 @@ def _reading(system: System, module: Module, reading: Reading) -> str:
     return f"Reading({', '.join(arguments)})"
 
 
-@dataclass
+@mutable
 class _FormulaWriter:
     """Writes formulas, with a method for each of their atoms."""
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from specc.frozen import mutable
 from specc.lang import ranges
 from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
@@ -29,7 +30,7 @@ Terms = frozenset["Term"]
 NONE: Terms = frozenset()
 
 
-@dataclass(slots=True, eq=False)
+@mutable
 class Term:
     """A node of an expression; `node` says what it is, its own operands are replaced by `args`."""
 

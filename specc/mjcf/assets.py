@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from specc.frozen import mutable
 
 _KINDS = {"hfield": "height field"} | {tag: tag for tag in ("mesh", "model", "skin", "texture")}
 
 
-@dataclass(slots=True)
+@mutable
 class Assets:
     """Meshes, height fields, textures, skins and models, and the folders where they are.
 

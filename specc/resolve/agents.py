@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from typing import Any
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import mutable
 from specc.limits import left, spend
 from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
@@ -30,7 +31,7 @@ _Control = tuple[SubsystemDef, Where, Setting]
 """A control subsystem, where it is described, and the names in force there."""
 
 
-@dataclass(slots=True)
+@mutable
 class AgentResolver:
     """Resolves the agents of a system. `instances` collects the definitions of reused files."""
 
@@ -344,9 +345,7 @@ class AgentResolver:
         self.findings.report("E0219", message, where["use"].place, help=help)
 
 
-_BESIDE_USE = frozenset(
-    ("for", "use", "title", "rate", "budget", "with", "uses", "eq", "table", "fig")
-)
+_BESIDE_USE = {"for", "use", "title", "rate", "budget", "with", "uses", "eq", "table", "fig"}
 _DESCRIBED = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
 
 

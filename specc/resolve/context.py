@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from typing import Any, Literal
 
 from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
@@ -110,7 +110,7 @@ class Use:
     type: Type | None = None
 
 
-@dataclass(slots=True)
+@mutable
 class Findings:
     """Collects diagnostics, so that all that is wrong is reported in one go.
 

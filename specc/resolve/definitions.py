@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import count, islice
 from typing import TypeVar
 from zlib import crc32
 
 from specc.diagnostics import Related
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.lang import ExprError, TypeNames
 from specc.lang.mentioned import names_of_signature, names_of_type
 from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
@@ -74,7 +74,7 @@ def inlined(expr: Expr, constants: Mapping[str, Constant], kept: Collection[str]
     return _Inlining(constants, kept).of(expr) if constants else expr
 
 
-@dataclass(slots=True)
+@mutable
 class _Inlining:
     constants: Mapping[str, Constant]
     kept: Collection[str]
@@ -195,7 +195,7 @@ class _Earlier(Mapping[str, Thing]):
         return self.count
 
 
-@dataclass(slots=True)
+@mutable
 class Definitions:
     """Names in force in one file. `frames` maps a name to the frame that it stands for."""
 

@@ -6,11 +6,12 @@ import ast
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from functools import partial
 
 from specc.diagnostics import Diagnostic, Related
+from specc.frozen import mutable
 from specc.lang import (
     CUT_SHORT,
     FOLLOW_UP,
@@ -81,7 +82,7 @@ def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> fl
     raise ExprError("the value is not known before a run", *expr.span, help, code)
 
 
-@dataclass(slots=True)
+@mutable
 class Expressions:
     """Reads texts in one scope. `broken` holds names whose own definition has an error.
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Literal, get_args
 
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.lang import (
     RESERVED,
     TYPE_WORDS,
@@ -49,7 +49,7 @@ Load = Callable[[str, Where | None], Loaded | None]
 """Reads and shapes a file, reporting what is wrong at the place that names it."""
 
 
-@dataclass(slots=True)
+@mutable
 class Library:
     """Definitions of files. `base` is the directory of the main file.
 

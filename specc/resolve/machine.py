@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
+from specc.frozen import mutable
 from specc.lang import Scope
 from specc.model.expr import (
     FALSE,
@@ -49,7 +50,7 @@ _Target = tuple[str, str, Element | Memory]
 # The machine of a subsystem: conditions, functions, behaviours, states and transitions.
 
 
-@dataclass(slots=True)
+@mutable
 class MachineResolver:
     """Resolves one subsystem's machine in the scope that its buffers make."""
 

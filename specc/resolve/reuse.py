@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 
 from specc.diagnostics import Related, nearest
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size, parse_type
 from specc.lang.mentioned import names_of
 from specc.limits import MAX_DEPTH, take
@@ -104,7 +104,7 @@ _APART = "describe the part here, or use another file"
 _FLAT = "use the file that describes the part"
 
 
-@dataclass(slots=True)
+@mutable
 class _Binder:
     arguments: Mapping[str, str]
     where: Where

@@ -11,12 +11,13 @@ import ast
 import operator
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import product
 from keyword import iskeyword
 from typing import Any
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import mutable
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import names_in
 from specc.limits import MAX_COPIES, MAX_VALUES
@@ -81,7 +82,7 @@ _BRACES = re.compile(r"\{([^{}]*)\}")
 _EXPRESSIONS = ("constant", "initial", "full", "argument")
 
 
-@dataclass(slots=True)
+@mutable
 class _Unfolding:
     file: str
     findings: list[Diagnostic] = field(default_factory=list)

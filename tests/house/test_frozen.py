@@ -1,4 +1,7 @@
-"""Frozen classes are those of `dataclass(frozen=True, slots=True)`; mypy refuses changes."""
+"""Frozen classes are those of `dataclass(frozen=True, slots=True)`; mypy refuses changes.
+
+Mutable ones are those of `dataclass(eq=False, repr=False, slots=True)`.
+"""
 
 import pickle
 from dataclasses import KW_ONLY, dataclass, field, replace
@@ -8,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from specc.frozen import frozen, remembering
+from specc.frozen import frozen, mutable, remembering
 
 
 @frozen
@@ -121,3 +124,23 @@ def test_values_that_remember_keep_what_they_have_computed() -> None:
     assert far.total is far.total and far == Far((1.0, 2.0))
     assert len({far, Far((1.0, 2.0))}) == 1
     assert replace(far, values=()).total == [0]
+
+
+@mutable
+class Counts:
+    name: str
+    found: list[int] = field(default_factory=list)
+    _: KW_ONLY
+    seen: dict[str, int] = field(default_factory=dict)
+    most: int = 3
+
+
+def test_things_that_change_have_their_own_defaults() -> None:
+    one, other = Counts("a"), Counts("a", [1], seen={"b": 1}, most=4)
+    one.found.append(2)
+    one.seen["c"] = one.most
+    assert (other.found, other.seen, other.most) == ([1], {"b": 1}, 4)
+    assert (Counts("a").found, Counts("a").seen) == ([], {})
+    assert replace(one, name="b").found is one.found
+    assert one != Counts("a", [2], seen={"c": 3}) and len({one, other}) == 2
+    assert not hasattr(one, "__dict__")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from fractions import Fraction
 from typing import Any, Generic, Literal, TypeVar
 
 from specc.diagnostics.phrases import ms
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.model.trace import Trace
 from specc.proof.verdict import Facts
 
@@ -86,7 +86,7 @@ class Comparison:
         return tuple(change for change in self.changes if not change.semantic)
 
 
-@dataclass(slots=True)
+@mutable
 class Book:
     """Takes down the changes of one agent, subsystem or device, or of the system."""
 

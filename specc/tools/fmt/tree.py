@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from specc.frozen import mutable
 from specc.read.syntax import (
     AliasEvent,
     Event,
@@ -21,7 +22,7 @@ _BLANK = re.compile(r"(?:\s+(?:#[^\r\n]*)?)*")
 """White space and the comments in it."""
 
 
-@dataclass(slots=True)
+@mutable
 class Scalar:
     """A scalar: its value, its style and its characters in the text.
 
@@ -37,7 +38,7 @@ class Scalar:
     anchor: str = ""
 
 
-@dataclass(slots=True)
+@mutable
 class Alias:
     """`*name`."""
 
@@ -48,7 +49,7 @@ class Alias:
     anchor: str = ""
 
 
-@dataclass(slots=True)
+@mutable
 class Entry:
     """An entry of a mapping or list, with the comments that belong to it.
 
@@ -71,7 +72,7 @@ class Entry:
         return self.value.begin if self.key is None else self.key.begin
 
 
-@dataclass(slots=True)
+@mutable
 class Collection:
     """A mapping or a list.
 

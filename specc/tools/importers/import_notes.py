@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import mutable
 from specc.reachable import grouped
 from specc.read.document import UnreadableFileError, load_text
 from specc.source import Place, SourceFile, Sources
@@ -20,7 +21,7 @@ from specc.tools.importers.writing import Data, to_yaml
 _WIDTH = 98
 
 
-@dataclass(slots=True)
+@mutable
 class Notes:
     """The files that are imported, and findings about them in the order in which they were made."""
 

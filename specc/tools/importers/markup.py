@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from xml.parsers import expat
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import mutable
 from specc.source import Place
 
 _DEEPEST = 100
@@ -29,7 +30,7 @@ class MarkupError(Exception):
         self.diagnostic = diagnostic
 
 
-@dataclass(slots=True)
+@mutable
 class XmlElement:
     """An element of an XML document; `start` and `end` delimit its start tag in the text."""
 

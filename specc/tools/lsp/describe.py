@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 
 from specc.diagnostics.code import all_codes
 from specc.diagnostics.phrases import clipped
+from specc.frozen import mutable
 from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number
 from specc.model.trace import Trace
@@ -233,7 +234,7 @@ def _scalar(node: TextNode, key: str) -> str:
 _INSIDE: frozenset[SymbolKind] = frozenset(("field", "variable"))
 
 
-@dataclass(slots=True)
+@mutable
 class OutlineEntry:
     """A definition: the stretch of all of it and, `name_start` to `name_end`, of its name."""
 

@@ -7,8 +7,9 @@ A path leads to a part of the system: `("rover", "c", "n")`, `("rover", "E", "wh
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from specc.frozen import mutable
 from specc.lang.temporal import USAGE
 from specc.model.binding import PLANT
 from specc.model.system import Subsystem, System
@@ -18,7 +19,7 @@ Path = tuple[str, ...]
 STATE = "state"
 
 
-@dataclass(slots=True)
+@mutable
 class Paths:
     """The paths that there are; `members` has one of those that a `for` makes, by their name."""
 

@@ -10,7 +10,7 @@ from functools import cached_property
 
 from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.limits import ALLOWED, left, one_run, spend
 from specc.pipeline import Result, check_spec
 from specc.policy import judge, reach_of, settings_for
@@ -85,7 +85,7 @@ class View:
     shift: Shift
 
 
-@dataclass
+@mutable
 class Project:
     """Open texts, and an analysis for each system (or file that no system uses) among them."""
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Enum, Type, within
 from specc.model.wires import Wire, Wires
@@ -52,7 +52,7 @@ def _crossing(system: System) -> Iterator[tuple[Type, str]]:
 # What the model adds to the text: types of symbols, the ends of connections, peers, bindings.
 
 
-@dataclass(slots=True)
+@mutable
 class Links:
     """Definitions that keys stand for, named by file and route."""
 
@@ -164,7 +164,7 @@ def references_of(
             yield from reader.in_key(route)
 
 
-@dataclass(slots=True)
+@mutable
 class _Reader:
     source: SourceFile
     files: Mapping[str, FileSymbols]

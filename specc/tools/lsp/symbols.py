@@ -5,8 +5,9 @@ from __future__ import annotations
 import ast
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from specc.frozen import mutable
 from specc.lang import ExprError
 from specc.lang.parse import parse_syntax, span
 from specc.model.types import Type
@@ -19,7 +20,7 @@ Key = tuple[str, Route]
 """File and route of a definition."""
 
 
-@dataclass(eq=False, slots=True)
+@mutable
 class Symbol:
     """Something with a name; `owner` is the subsystem or device that it belongs to."""
 
@@ -47,7 +48,7 @@ class Symbol:
             end.ends = joined
 
 
-@dataclass(slots=True)
+@mutable
 class FileSymbols:
     """The symbols of one file: of the file itself, and of each subsystem and device in it."""
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.tools.importers.writing import Data, Noted, SpecNames
 from specc.tools.starting.facts import Actuator, Joint, ModelFacts
 
@@ -23,7 +23,7 @@ _NO_LIMIT = 1e6
 _OPERATORS = "specc_runtime.operators.joints"
 
 
-@dataclass(slots=True)
+@mutable
 class Draft:
     """Parts of a specification, by where they stand."""
 

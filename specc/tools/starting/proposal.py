@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from specc.analysis.ros2 import JOINT_STATE
 from specc.diagnostics.phrases import few
+from specc.frozen import mutable
 from specc.tools.importers.writing import PEERS, Data, Noted, SpecNames, filled
 from specc.tools.starting.channels import qualified
 from specc.tools.starting.document import wrapped, written
@@ -34,7 +35,7 @@ _FEWEST = 3
 """Messages by which a rate is known."""
 
 
-@dataclass(slots=True)
+@mutable
 class ProposedDevice:
     """A real effector or receptor: the types of its elements, and what is behind them."""
 

@@ -16,10 +16,11 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any
+
+from specc.frozen import frozen
 
 TRIES = 3
 """Of a run whose process dies."""
@@ -43,7 +44,7 @@ Figures = dict[str, Any]
 """Column -> value: bool, int, float, text or None."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SweepJob:
     """A run of the package `directory`, below the place that this process knows as `place`."""
 
@@ -55,7 +56,7 @@ class SweepJob:
     limit_s: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bundle:
     """All files that runs read, by their paths; those of the specification are below `base`."""
 

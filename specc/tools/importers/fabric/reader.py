@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeVar
 
-from specc.frozen import frozen
+from specc.frozen import frozen, mutable
 from specc.model.expr import FALSE, BoundVariable, Expr
 from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.logic import LogicError, atoms, join, parse_logic
@@ -113,7 +112,7 @@ def name_of(path: str) -> str:
     return os.path.basename(folder) if package == "spec" else package
 
 
-@dataclass(slots=True)
+@mutable
 class _SubsystemReader:
     notes: Notes
     root: XmlElement

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from specc.frozen import mutable
 from specc.reachable import grouped
 from specc.tools.importers.fabric.reader import Buffer, FabricSubsystem
 from specc.tools.importers.import_notes import Notes
@@ -17,7 +18,7 @@ PARTS = "_parts"
 """The module with the predicates and components of subsystem `a` is `a_parts`."""
 
 
-@dataclass(slots=True)
+@mutable
 class SharedDefinitions:
     """Types and operators of all subsystems, as data of the YAML."""
 
@@ -76,7 +77,7 @@ End = tuple[str, str]
 """Name of a subsystem and alias of one of its buffers."""
 
 
-@dataclass(slots=True)
+@mutable
 class Wiring:
     """Connections by their ends; a buffer that is in neither ends outside the files."""
 
