@@ -36,10 +36,9 @@ def mutable(cls: type[T]) -> type[T]:
 def _with_fields(cls: type[T], *, slots: bool) -> Any:
     """The class, with the slots and the `__init__` of its fields."""
     cls.__doc__ = cls.__doc__ or cls.__name__  # else dataclasses make one of the signature
-    is_plain = _is_plain(cls)
-    made: Any = dataclass(init=not is_plain, eq=False, repr=False, slots=slots)(cls)
-    if is_plain:
-        made.__init__ = _init(fields(made))
+    made: Any = dataclass(init=False, eq=False, repr=False, slots=slots)(cls)
+    parts = [part for part in fields(made) if part.init]
+    made.__init__ = _init(parts, ends=hasattr(cls, "__post_init__"))
     return made
 
 
@@ -59,31 +58,21 @@ def _made(cls: type[T], *, slots: bool) -> type[T]:
     return made  # type: ignore[no-any-return]  # the class itself, with slots
 
 
-def _is_plain(cls: type) -> bool:
-    """Whether values are their arguments, or defaults, and nothing else."""
-    own = [part for part in vars(cls).values() if isinstance(part, Field)]
-    known = (getattr(base, "__dataclass_fields__", {}).values() for base in cls.__mro__[1:])
-    given = [*own, *(part for parts in known for part in parts)]
-    is_more = hasattr(cls, "__post_init__") or "__init__" in vars(cls)
-    return not is_more and all(part.init for part in given)
-
-
-def _init(parts: Sequence[Field[Any]]) -> FunctionType:
+def _init(parts: Sequence[Field[Any]], *, ends: bool) -> FunctionType:
     """What `dataclass` compiles for these fields: the code for as many, with their names."""
     parts = sorted(parts, key=lambda part: bool(part.kw_only))
-    some = [part for part in parts if not part.kw_only]
     names = {f"a{n}": part.name for n, part in enumerate(parts)}
-    code = _assigning(len(some), tuple(part.default_factory is not MISSING for part in parts))
+    made = tuple(part.default_factory is not MISSING for part in parts)
+    code = _assigning(sum(not part.kw_only for part in parts), made, ends)
     code = code.replace(
         co_varnames=("self", *names.values()),
         co_names=tuple(names.get(name, name) for name in code.co_names),
     )
-    defaults = tuple(default for part in some if (default := _default(part)) is not MISSING)
-    made = FunctionType(code, globals(), "__init__", defaults)
-    others = (part for part in parts if part.kw_only)
-    given = ((part.name, _default(part)) for part in others)
-    made.__kwdefaults__ = {name: default for name, default in given if default is not MISSING}
-    return made
+    given = [part for part in parts if _default(part) is not MISSING]
+    defaults = tuple(_default(part) for part in given if not part.kw_only)
+    init = FunctionType(code, globals(), "__init__", defaults)
+    init.__kwdefaults__ = {part.name: _default(part) for part in given if part.kw_only}
+    return init
 
 
 def _default(part: Field[Any]) -> Any:
@@ -92,19 +81,20 @@ def _default(part: Field[Any]) -> Any:
 
 
 @cache
-def _assigning(positional: int, made: tuple[bool, ...]) -> CodeType:
+def _assigning(positional: int, made: tuple[bool, ...], ends: bool) -> CodeType:
     """The code of a function that assigns its arguments to attributes of its first one.
 
-    `made` says of each whether its default is a field, in whose place its factory is called.
+    `made` says of each whether its default is a field, in whose place its factory is called; it
+    `ends` with the class's own `__post_init__`.
     """
     names = [f"a{n}" for n in range(len(made))]
-    keywords = ["*", *names[positional:]] if names[positional:] else []
-    taken = ", ".join(["self", *names[:positional], *keywords])
+    taken = ["self", *names[:positional], *["*"] * (positional < len(made)), *names[positional:]]
     call = "{0}.default_factory() if type({0}) is Field else {0}"
     values = (call.format(name) if one else name for name, one in zip(names, made, strict=True))
-    body = "; ".join(f"self.{name} = {value}" for name, value in zip(names, values, strict=True))
-    code = compile(f"def __init__({taken}): {body or 'pass'}", "<fields>", "exec").co_consts
-    return next(one for one in code if isinstance(one, CodeType))
+    steps = [f"self.{name} = {value}" for name, value in zip(names, values, strict=True)]
+    body = "; ".join((*steps, *["self.__post_init__()"] * ends)) or "pass"
+    constants = compile(f"def __init__({', '.join(taken)}): {body}", "<fields>", "exec").co_consts
+    return next(one for one in constants if isinstance(one, CodeType))
 
 
 def _key(parts: Sequence[Field[Any]]) -> Callable[[Any], object]:
