@@ -21,6 +21,8 @@ from pathlib import Path
 PRIORITY = 20
 """Of the main thread: below the threads that serve interrupts, which have 50."""
 DONE = "done"
+_NEW_OBJECTS = 700
+"""Between two collections of garbage, so that most take some 0.02 ms, and not 10."""
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _CAP_IPC_LOCK = 14
 
@@ -69,12 +71,21 @@ class _NotPermitted(Exception):
 def _freeze() -> Callable[[], None]:
     """What there is after the first steps stays: full collections would look at all of it.
 
+    Others are often and short: a command may have set that they are rare and long.
+
     Objects that others have frozen stay so: nothing tells them from the others.
     """
-    was_frozen = gc.get_freeze_count() > 0
+    was_frozen, thresholds = gc.get_freeze_count() > 0, gc.get_threshold()
     gc.collect()
     gc.freeze()
-    return (lambda: None) if was_frozen else gc.unfreeze
+    gc.set_threshold(_NEW_OBJECTS, *thresholds[1:])
+
+    def undo() -> None:
+        gc.set_threshold(*thresholds)
+        if not was_frozen:
+            gc.unfreeze()
+
+    return undo
 
 
 def _take_priority() -> Callable[[], None]:

@@ -56,6 +56,19 @@ def test_what_others_have_frozen_stays_so() -> None:
     assert FROZEN == [14]
 
 
+def test_collections_are_short_whatever_a_command_has_set() -> None:
+    before = gc.get_threshold()
+    try:
+        gc.set_threshold(100_000, 11, 12)
+        punctuality = Punctuality()
+        punctuality.begin()
+        assert gc.get_threshold() == (700, 11, 12)
+        punctuality.end()
+        assert gc.get_threshold() == (100_000, 11, 12)
+    finally:
+        gc.set_threshold(*before)
+
+
 def test_what_is_not_permitted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> None:
         raise PermissionError(errno.EPERM, "Operation not permitted")
