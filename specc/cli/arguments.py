@@ -326,6 +326,6 @@ def _add_commands(
 ) -> None:
     added = parser.add_commands(prog=prog, dest=dest, metavar=metavar)
     for each in commands:
-        made = added.add_parser(each.name, help=each.words)
+        made = added.add_parser(each.name, help=each.words, add_help=False)
         made.set_defaults(run=each.run)
         made.late, made.is_mixed = each.takes, each.is_mixed

@@ -38,9 +38,10 @@ class Parser(argparse.ArgumentParser):
         return made
 
     def prepare(self) -> None:
-        """Add the options that are known late."""
+        """Add the options that are known late, which takes time."""
         if late := self.late:
             self.late = None
+            self.add_argument("-h", "--help", action="help", help="show this help message and exit")
             late(self)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
