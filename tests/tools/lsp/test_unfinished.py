@@ -19,6 +19,7 @@ from tests.tools.lsp.workspace import SYSTEM
         ("        let:\n", "        let:\n          new:\n", "          new:"),
         ("        let:\n", "        let:\n          - [new\n", "          - [new"),
         ("        let:\n", '        let:\n          new: "a b\n', 'new: "a b'),
+        ("        let:\n", '        let: "a\n', '"a'),
         (
             "          - [S0, terminal, going, S1]\n",
             "          - [S0, terminal]\n",
