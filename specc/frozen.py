@@ -27,9 +27,18 @@ def remembering(cls: type[T]) -> type[T]:
     return _made(cls, slots=False)
 
 
+@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(field,))
+def interned(cls: type[T]) -> type[T]:
+    """A frozen class whose values are equal to themselves only: each thing has one, made once."""
+    return _with_fields(cls, slots=True)  # type: ignore[no-any-return]  # the class, with slots
+
+
 @dataclass_transform(eq_default=False, field_specifiers=(field,))
 def mutable(cls: type[T]) -> type[T]:
-    """A class of things that are made of their fields and change; each is equal to itself only."""
+    """A class of things that are made of their fields and change.
+
+    Each is equal to itself only, and none shows its fields.
+    """
     return _with_fields(cls, slots=True)  # type: ignore[no-any-return]  # the class, with slots
 
 

@@ -78,7 +78,8 @@ def _freeze() -> Callable[[], None]:
     was_frozen, thresholds = gc.get_freeze_count() > 0, gc.get_threshold()
     gc.collect()
     gc.freeze()
-    gc.set_threshold(_NEW_OBJECTS, *thresholds[1:])
+    if thresholds[0] > _NEW_OBJECTS:
+        gc.set_threshold(_NEW_OBJECTS, *thresholds[1:])
 
     def undo() -> None:
         gc.set_threshold(*thresholds)

@@ -35,6 +35,7 @@ _SECTIONS: dict[str, tuple[str, ...]] = {
     "E0217": ("states",),
     "E0218": ("agents", "real_effectors", "real_receptors"),
     "E0220": ("agents", "virtual_effectors", "virtual_receptors"),
+    "E0223": ("x", "interfaces"),
     "E0233": ("types",),
     "E0234": ("fields",),
     "E0236": ("interfaces",),

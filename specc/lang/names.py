@@ -121,7 +121,7 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
         message = f"`{name}` has no value here: a constant is computed from those above it"
         return ctx.error(node, message, "name constants above it, and operators", "E0230")
     help = _unknown_help(ctx, name)
-    near = nearest(name, scope.names()) if help.startswith("did you mean") else ()
+    near = _near(scope, name) if help.startswith("did you mean") else ()
     error = ctx.error(node, f"unknown name `{name}`", help, "E0201").meant(name, near)
     if help == f"write `{_FOREIGN.get(name)}`" and name in ("true", "false"):
         error.repair = _FOREIGN[name]
@@ -149,6 +149,11 @@ def _way_to_declare(scope: Scope, hint: Type | None) -> str:
     return f"declare it{', e.g. under `let:` or' if lets else ' under'} `constants:`"
 
 
+def _near(scope: Scope, name: str) -> list[str]:
+    """The names that may be meant, and the truth values, unless it is one in another language."""
+    return nearest(name, (*scope.names(), *(() if name in _FOREIGN else ("True", "False"))))
+
+
 def _unknown_help(ctx: Context, name: str) -> str:
     scope = ctx.scope
     inputs = [f"x.{peer}.{element}" for peer, element in scope.inputs if element == name]
@@ -156,8 +161,7 @@ def _unknown_help(ctx: Context, name: str) -> str:
         return f"an input is spelt {one_of(inputs)}"
     if name in scope.known_peers:
         return f"an input is spelt `x.{name}.element`"
-    close = nearest(name, scope.names())
-    if close:
+    if close := _near(scope, name):
         return did_you_mean(close)
     if name in _FOREIGN:
         return f"write `{_FOREIGN[name]}`" if _FOREIGN[name] else ""

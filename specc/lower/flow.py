@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 
-from specc.frozen import mutable
+from specc.frozen import interned, mutable
 from specc.lower.table import TermTable
 from specc.lower.terms import NONE, Term, Terms, in_order, unknown
 from specc.model.expr import Choice, Logic, Quantifier, Truth
@@ -68,7 +68,7 @@ class _NothingProved:
 NOTHING_PROVED: Proofs = _NothingProved()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@interned
 class Work:
     """A value that a behaviour computes, and the function that asks for it."""
 
@@ -77,7 +77,7 @@ class Work:
     value: Term
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@interned
 class Activity:
     """What a behaviour computes: `works` in order of execution, outputs before memory."""
 
@@ -121,7 +121,7 @@ class Enter:
         return self.taken
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@interned
 class FlowRow:
     """A row of the transition table, and what follows if its condition holds."""
 
@@ -130,7 +130,7 @@ class FlowRow:
     enter: Enter
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@interned
 class Rows:
     """The rows of one cause. Proved: the first that holds is taken. Otherwise all are tested, and
     it is a fault unless exactly one holds."""
@@ -168,7 +168,7 @@ class Rows:
         return (*(row.test for row in self.tested), *taken)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@interned
 class Check:
     """If `condition` holds, the rows of `cause` decide; otherwise the cycle goes on."""
 

@@ -144,7 +144,7 @@ class Timer:
             elif early == late:
                 raise UndecidedError
             else:
-                middle = min(2 * early, (early + late) // 2)  # most turns are early
+                middle = min(2 * early, (early + late) // 2)  # a turn at n takes log n ranges
                 open_ += [(middle + 1, late), (early, middle)]
         turns = [now for before, now in pairwise(found) if before[1] != now[1]]
         return Turns(found[0][1], tuple(period for period, _ in turns))

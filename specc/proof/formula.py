@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import field
 from operator import attrgetter
 from typing import Any, Literal
 
-from specc.frozen import frozen
+from specc.frozen import frozen, interned
 from specc.lang import show
 from specc.model.expr import Expr
 from specc.reachable import reachable
@@ -201,7 +201,7 @@ Answered = tuple[Atom, bool]
 """A question, and whether the answer is yes."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@interned
 class Formula:
     """In negation normal form: only atoms are negated. `index` orders parts before wholes."""
 

@@ -121,7 +121,7 @@ _LOOKED_INTO = (
 _MOST_LEAVES = 64
 """Parts of a comparison that are counted, in which lets may be many times over."""
 _MOST_APART = 64
-"""Components of a vector that are told apart."""
+"""Components of a vector that are told apart; those of longer ones all count as related."""
 
 
 class Relations:

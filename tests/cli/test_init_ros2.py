@@ -215,7 +215,7 @@ def test_a_joint_is_commanded_once() -> None:
     assert found.keys() == {
         *("robot.E.left_arm.q", "robot.E.left_arm.dq_d", "robot.R.joint_states.q"),
     }
-    assert "its joints are those of another arm, which has commands" in text
+    assert "which joints it moves is not known: others command some of the nearest" in text
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from specc.frozen import frozen, mutable, remembering
+from specc.frozen import frozen, interned, mutable, remembering
 
 
 @frozen
@@ -124,6 +124,17 @@ def test_values_that_remember_keep_what_they_have_computed() -> None:
     assert far.total is far.total and far == Far((1.0, 2.0))
     assert len({far, Far((1.0, 2.0))}) == 1
     assert replace(far, values=()).total == [0]
+
+
+@interned
+class Node:
+    of: tuple["Node", ...] = ()
+
+
+def test_interned_values_are_told_apart() -> None:
+    leaf = Node()
+    assert leaf != Node() and len({leaf, leaf, Node((leaf,))}) == 2
+    assert replace(leaf, of=(leaf,)).of == (leaf,)
 
 
 @mutable

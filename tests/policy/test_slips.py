@@ -45,6 +45,8 @@ FOUND = (  # file, what stands before the slip, what was meant, the slip
         "ahead",
         "aHead",
     ),  # a let, which one that is looked at before it names
+    ("joint_arm.yaml", "where to go}\n      ", "halt", "hlt"),  # an event, which states ignore
+    ("pose_tracker.yaml", "if present(x.c.T_d) else ", "False", "Fase"),  # beside `base`
 )
 
 

@@ -56,15 +56,16 @@ def test_what_others_have_frozen_stays_so() -> None:
     assert FROZEN == [14]
 
 
-def test_collections_are_short_whatever_a_command_has_set() -> None:
+@pytest.mark.parametrize(("given", "then"), [(100_000, 700), (300, 300), (0, 0)])
+def test_collections_are_short_whatever_a_command_has_set(given: int, then: int) -> None:
     before = gc.get_threshold()
     try:
-        gc.set_threshold(100_000, 11, 12)
+        gc.set_threshold(given, 11, 12)
         punctuality = Punctuality()
         punctuality.begin()
-        assert gc.get_threshold() == (700, 11, 12)
+        assert gc.get_threshold() == (then, 11, 12)
         punctuality.end()
-        assert gc.get_threshold() == (100_000, 11, 12)
+        assert gc.get_threshold() == (given, 11, 12)
     finally:
         gc.set_threshold(*before)
 

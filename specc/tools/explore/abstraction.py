@@ -9,12 +9,13 @@ machines that send it an element that is kept.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 
 from specc.analysis import Facts, Machine
 from specc.analysis.reads import Dependences, texts
+from specc.frozen import mutable
 from specc.model import expr as m
 from specc.model import requirement as r
 from specc.model.system import Subsystem
@@ -33,7 +34,7 @@ def conditions_of(subsystem: Subsystem, state: str) -> Iterator[m.Expr]:
             yield from (row.condition.when for _, row in rows)
 
 
-@dataclass(slots=True)
+@mutable
 class Kept:
     """The inputs, memory and outputs of one subsystem that the abstraction keeps."""
 

@@ -19,7 +19,7 @@ from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.symmetry import Copies, Frame, Links, Symmetry
 from specc.tools.explore.values import MOST_VALUES, Numbers, ValueNumbers
-from specc.tools.explore.walker import Local, Move, Sent, Walker
+from specc.tools.explore.walker import OVER, Local, Move, Sent, Walker
 from specc.tools.explore.watch import Visible, Watch
 
 Moves = tuple[tuple[int, Move], ...]
@@ -239,6 +239,8 @@ class Composition:
         phase = self._next[here.phase]
         due = self.due[phase]
         parts = self.parts_of(here)
+        if OVER in [self.walkers[i].locals.things[parts[i].local].clock for i in due]:
+            return
         visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.watch else ()
         before, numbers = list(parts), list(here.parts)
         overtaken = self.deliver(due, parts)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Literal
 
 from specc.analysis import Facts
 from specc.diagnostics.phrases import counted, listed
+from specc.frozen import frozen, mutable
 from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
@@ -26,7 +27,7 @@ BOUND = "ended at the bound"
 Verdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Explored:
     """One slice: the part that was explored, and whether time was counted in periods."""
 
@@ -81,7 +82,7 @@ class Explored:
         return what
 
 
-@dataclass(slots=True)
+@mutable
 class Exploration:
     """The result: slices, findings, and verdicts on assumptions and requirements."""
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from operator import itemgetter
 
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
+from specc.frozen import frozen, mutable
 from specc.model.fsm import Axiom
 from specc.model.system import System
 from specc.proof import InputName
@@ -24,7 +25,7 @@ _MOST_NAMED = 5
 """Conditions that a message names."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TracedFinding:
     """A finding with its trace. `about` identifies it across slices and abstractions.
 
@@ -64,7 +65,7 @@ class TracedFinding:
         )
 
 
-@dataclass
+@mutable
 class Found:
     """The findings about a graph, by `about`."""
 

@@ -7,11 +7,12 @@ computed by `specc.lang.evaluate`. The others stay as they are, with their lets 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeGuard
 
+from specc.frozen import mutable
 from specc.lang.bounds import bounded, operation_of
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.kinds import kind
@@ -37,7 +38,7 @@ Value = m.Expr | Region | Within | Line | str
 """A literal, a region or line of numbers, what unknown ones lie within, or SOME."""
 
 
-@dataclass(slots=True)
+@mutable
 class Known:
     """The known values for evaluating expressions of a subsystem; missing ones are unknown."""
 

@@ -7,13 +7,14 @@ Requirements about single ticks add no configurations. They go first, apart from
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from operator import itemgetter
 from typing import Literal
 
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import listed
+from specc.frozen import frozen, mutable
 from specc.model.requirement import (
     Formula,
     Junction,
@@ -37,7 +38,7 @@ MOST_NAMED = 3
 """Measurements that a verdict names."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RequirementVerdict:
     """The verdict on a requirement, and the trace on which it is violated, if there is one."""
 
@@ -79,7 +80,7 @@ def _unknown(requirement: Requirement) -> str:
     return f"{listed(named, 'and')} {'is' if len(found) == 1 else 'are'} measured"
 
 
-@dataclass(slots=True)
+@mutable
 class Group:
     """Requirements about the same machines, all about single ticks or all temporal."""
 

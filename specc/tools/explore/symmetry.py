@@ -8,9 +8,10 @@ outside the abstraction may differ, such as the speed of a rover on which no con
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
+from specc.frozen import remembering
 from specc.lang.show import show
 from specc.model import expr as m
 from specc.proof import InputName
@@ -24,7 +25,7 @@ Frame = tuple[int, ...]
 """Which machine each one stands for, by their indices."""
 
 
-@dataclass(frozen=True)
+@remembering
 class Copies:
     """Copies of an agent, by the indices of their machines, and how the other machines see them."""
 

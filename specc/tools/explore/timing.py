@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from specc.model import expr as m
 from specc.proof import InputName
-from specc.proof.clock import Turns
+from specc.proof.clock import Timer, Turns
+from specc.proof.numbering import Numbering
 from specc.tools.explore.abstraction import Kept, conditions_of
 from specc.tools.explore.lines import Line
 from specc.tools.explore.partial import Known, Value, filled
@@ -41,7 +42,8 @@ class Clocks:
         """`static` are the values known at all times; turns that are found are added to it."""
         self.exact = exact
         self._kept, self._static = kept, static
-        self._timer = kept.machine.prover.timer
+        # All constants have values here, those too that no proof computes.
+        self._timer = Timer(Numbering(static.lets, static.constants, static.period_s))
         self._turns: dict[str, tuple[int, ...]] = {}
         self._compared: dict[str, _Compared] = {}
         for state in kept.subsystem.states:

@@ -7,12 +7,13 @@ exclude. The answer is remembered until one of these values is renewed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
 from specc.analysis.reads import Dependence
+from specc.frozen import frozen
 from specc.model import expr as m
 from specc.model.logic import conjuncts, negation
 from specc.proof import InputName
@@ -26,7 +27,7 @@ from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers, combinable
 OVER = -1
 """The clock of a machine that has failed: others go on until its outputs are due."""
 STAYS = -2
-"""The clock of a machine that stays in its state, until it is set."""
+"""In place of the clock of a machine that stays in its state: it is set by what steps it."""
 MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
 Sent = tuple[tuple[InputName, int], ...]
@@ -69,7 +70,7 @@ class Outcome(NamedTuple):
     ends: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Branch:
     """A branch of a period: the row, or -1, and the conditions that hold on it."""
 
@@ -104,7 +105,8 @@ class Walker:
         self._formulas = Numbers()
         self._steps: dict[tuple[int, tuple[int, ...]], tuple[Outcome, ...]] = {}
         self._periods: dict[tuple[Local, tuple[int, ...], bool], list[tuple[Local, Move]]] = {}
-        """Of periods in which the same conditions have turned, with their number as the clock."""
+        """The results of a period: by the machine, with the number of turns in place of its clock,
+        its buffers, and whether other clocks are possible."""
         self._possible: dict[frozenset[int], bool] = {}
         self.assumed: dict[int, set[bool | None]] = {}
         """The truth values of assumptions, by index; None where unknown."""
@@ -156,7 +158,7 @@ class Walker:
         return Outcome(self.locals.of(begun), move)
 
     def step(self, local: int, buffers: tuple[int, ...]) -> tuple[Outcome, ...]:
-        """All possible results of a period; none for a machine that has failed."""
+        """All possible results of a period."""
         key = local, buffers
         if key not in self._steps:
             self._steps[key] = tuple(
@@ -165,8 +167,6 @@ class Walker:
         return self._steps[key]
 
     def _stepped(self, local: Local, buffers: tuple[int, ...]) -> Iterator[Outcome]:
-        if local.clock == OVER:
-            return
         new = {key for key, slot in self.slots.items() if buffers[slot] % 2}
         answers = frozenset(a for a in local.answers if not self._rests(a).inputs & new)
         known = self.before(local, buffers)

@@ -149,9 +149,10 @@ def _suspects(document: Document, wrong: Diagnostic) -> Iterator[tuple[int, int]
 
 
 def _is_above_more(source: SourceFile, number: int) -> bool:
-    """Whether the next line with content stands further in."""
+    """Whether the next line with content stands further in, or is an item of its list."""
     line, more = source.line(number), source.line(source.next_with_content[number])
-    return len(more) - len(more.lstrip()) > len(line) - len(line.lstrip())
+    deeper = (len(more) - len(more.lstrip())) - (len(line) - len(line.lstrip()))
+    return deeper > 0 or (not deeper and more.lstrip().startswith("- "))
 
 
 def _quoting(source: SourceFile, at: int) -> list[int]:

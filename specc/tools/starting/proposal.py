@@ -64,7 +64,7 @@ class Devices:
         self.is_simulated = any(t.name == "/clock" and t.publishers for t in graph.topics)
         self._names = SpecNames(PEERS)
         self._cameras: dict[str, ProposedDevice] = {}
-        self._moved = set[str]()
+        self._commanded_joints = set[str]()
         topics = {t.name: t for t in graph.topics if not is_about_ros(t)}
         for state, command, element, unit in arms(topics.values()):
             for done in self._arm(state, command, element, unit):
@@ -94,14 +94,16 @@ class Devices:
             found = elements(state, "", self.frames)
             checked(command)
             joints = joints_of(state)
-            if not self._moved.isdisjoint(joints):
-                unfit = UnfitTopic("its joints are those of another arm, which has commands")
+            if not self._commanded_joints.isdisjoint(joints):
+                unfit = UnfitTopic(
+                    "which joints it moves is not known: others command some of the nearest"
+                )
                 self._leave_out(unfit, command.name, command.types[0], _ends(command))
                 return (command,)
             device = self._new(f"{space}/arm", "Passes on commands to joints", acts=True)
         except UnfitTopic:
             return ()
-        self._moved.update(joints)
+        self._commanded_joints.update(joints)
         device.reports.update(found)
         self._read(device, state, found)
         device.commands[element] = f"vector[{len(joints)}, {unit}]"

@@ -43,6 +43,18 @@ def test_overwrites_the_error_only(old: str, new: str, gone: str | None) -> None
         assert len(lost) < 120
 
 
+@pytest.mark.parametrize("begun", ['"x', "["])
+@pytest.mark.parametrize("deeper", ["", "  "])
+def test_items_keep_the_key_above_them(begun: str, deeper: str) -> None:
+    start, end = SYSTEM.index("          - [S0, terminal, going"), SYSTEM.index("      g: {use")
+    rows = SYSTEM[start:end].replace("          - ", f"        {deeper}- ")
+    above = SYSTEM[:start].rstrip("\n")
+    text = f"{above} {begun}\n{rows}{SYSTEM[end:]}"
+    document = mended(read_text("arm.yaml", text, ROW_KEYS))
+    assert document is not None
+    assert document.source.text == text.replace(f"{above} {begun}", f"{above} {' ' * len(begun)}")
+
+
 def test_what_is_left_is_always_the_text() -> None:
     rng = random.Random(4)
     understood = 0
