@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
-from specc.frozen import frozen, mutable
+from specc.frozen import frozen
 from specc.refusal import Refused
 
 
@@ -31,7 +31,7 @@ class ModelPart:
     """From where to where a hinge or a slide goes, rad or m; None where nothing limits it."""
 
 
-@mutable
+@dataclass(slots=True)
 class Model:
     """Name -> size, in numbers; None where the file does not say.
 
