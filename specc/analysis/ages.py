@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from math import lcm
-from typing import NamedTuple
 
 from specc.analysis.dataflow import DataFlow, Edge, InputNode, Measured, Sent
 from specc.analysis.graph import components
 from specc.analysis.rates import LONGEST, base_tick
+from specc.frozen import frozen
 from specc.reachable import reachable
 
 # Values on their way through one repetition of the timeline.
@@ -21,7 +21,8 @@ Need = tuple[int, bool]
 """A time stamp of a reader, and whether only a value that is fresh then counts."""
 
 
-class Trail(NamedTuple):
+@frozen
+class Trail:
     """A value on its way: read at `read_s`, computed from one read before, or measured then."""
 
     node: InputNode
@@ -146,7 +147,8 @@ class Timeline:
 # and send within one work cycle. Memory, and a loop through several subsystems, are not followed.
 
 
-class Held(NamedTuple):
+@frozen
+class Held:
     """A value that is read although its source may have been silent for an unlimited time."""
 
     node: InputNode

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 from specc.analysis.machine import Machine
 from specc.analysis.reads import ExpressionText, text_of
+from specc.frozen import frozen
 from specc.lang.dependence_order import InOrder
 from specc.lang.ranges import ANY
 from specc.model.expr import (
@@ -35,7 +35,8 @@ MOST_PARTS = 64
 """Most parts of one condition that are examined; a longer condition is skipped."""
 
 
-class ConstantPart(NamedTuple):
+@frozen
+class ConstantPart:
     """A part of an expression that always or never holds; of a let, a condition may name it."""
 
     condition: Condition | None

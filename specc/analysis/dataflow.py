@@ -11,6 +11,7 @@ from specc.analysis.graph import CAUSES
 from specc.analysis.guards import Guards, Implied
 from specc.analysis.machine import Machine
 from specc.analysis.plant import BoundElement
+from specc.frozen import frozen
 from specc.model.expr import Expr, Fresh, Input
 from specc.model.fsm import State
 from specc.model.system import Subsystem
@@ -104,7 +105,8 @@ Edge = tuple[InputNode, bool]
 """An input that a value is computed from, and whether only where it is fresh."""
 
 
-class Sent(NamedTuple):
+@frozen
+class Sent:
     """An element that a subsystem computes, from `reads` of its own.
 
     `silent` is a state, of those that the subsystem enters, in which it does not send it.
@@ -115,7 +117,8 @@ class Sent(NamedTuple):
     silent: State | None
 
 
-class Measured(NamedTuple):
+@frozen
+class Measured:
     """An element that a device reports.
 
     `period_s` are the seconds between samples, 0 without a rate; for a `sporadic` one the longest

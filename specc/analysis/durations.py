@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import cached_property
 from itertools import compress
-from typing import NamedTuple
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.guards import said
 from specc.analysis.reads import Dependences
 from specc.analysis.unknown_parts import possibly
+from specc.frozen import frozen
 from specc.model.expr import Expr, has_unknown
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
 from specc.model.logic import joined
@@ -22,7 +22,8 @@ _MOST_TURNS = 24
 """Most periods of one state in which it is checked whether it has ended."""
 
 
-class Late(NamedTuple):
+@frozen
+class Late:
     """`condition` could hold in a state only after the state is `over` by its other conditions.
 
     `row` is the row that asks it, if it is an initial condition; `ended_by` end the state by then,
@@ -37,7 +38,8 @@ class Late(NamedTuple):
     timed: bool
 
 
-class _Ending(NamedTuple):
+@frozen
+class _Ending:
     """The time at which a state surely ends, if it has not before.
 
     `by` says whether the error ends it then, and whether the terminal condition does; `in_time`

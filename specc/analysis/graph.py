@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence, Set
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, TypeVar
 
 from specc.frozen import frozen
 from specc.model.fsm import Cause, Transition
@@ -17,7 +17,8 @@ from specc.reachable import fixpoint, grouped, reachable
 N = TypeVar("N", bound=Hashable)
 
 
-class StrongComponent(NamedTuple, Generic[N]):
+@frozen
+class StrongComponent(Generic[N]):
     """States, or other nodes, that lead to one another, in the order in which they were given.
 
     `entered` and `left` say whether edges come from, and go to, other components.

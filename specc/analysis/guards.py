@@ -8,7 +8,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.reads import ExpressionText, text_of
-from specc.frozen import mutable
+from specc.frozen import frozen, mutable
 from specc.lang.dependence_order import InOrder
 from specc.model.expr import (
     LENGTH,
@@ -165,7 +165,8 @@ def said(tests: Tests) -> tuple[Expr, ...]:
     return tuple(test if holds else negation(test) for test, holds in tests)
 
 
-class Evaluation(NamedTuple):
+@frozen
+class Evaluation:
     """An expression that is evaluated, as a part of `owner`.
 
     Functions are executed and conditions are asked in a `state`, these after `tests`; memory is

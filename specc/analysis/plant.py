@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from specc.frozen import frozen
 from specc.mjcf import Model, ModelError, read_model
@@ -119,7 +119,8 @@ _FORCES = (NEWTON, NEWTON_METRE)
 _MECHANICAL = {*_UNITS.values(), *(unit for units in _OF_JOINT.values() for unit in units.values())}
 
 
-class Raw(NamedTuple):
+@frozen
+class Raw:
     """Numbers of one part of the model: their kind, the place in its list, name and units.
 
     `units` has one for each number, None where the model does not say; it is None as a whole where

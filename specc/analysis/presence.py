@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, cached_property
-from typing import NamedTuple
 
 from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import Held, RowEdge, must_hold
 from specc.analysis.guards import Evaluation, Guards, Implied, Tests, said, there
 from specc.analysis.reads import Dependences, nodes, texts
+from specc.frozen import frozen
 from specc.model.expr import (
     TRUE,
     Builtin,
@@ -47,7 +47,8 @@ Inputs = frozenset[InputName]
 _NONE: Inputs = frozenset()
 
 
-class InputRead(NamedTuple):
+@frozen
+class InputRead:
     """An input that is read, in the text of `let` or, without one, of the expression itself."""
 
     input: Input
@@ -173,7 +174,8 @@ MOST_WAYS = 16
 """To one let with different tests before it; of more ways counts what all have in common."""
 
 
-class Need(NamedTuple):
+@frozen
+class Need:
     """A value that has to be there, in the text of `let` or, without one, of the expression itself.
 
     On each of the `ways` to it the tests of that way hold.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 from specc.frozen import frozen
 from specc.model.expr import (
@@ -34,7 +34,8 @@ T = TypeVar("T")
 # The expressions of a subsystem with the texts in which they stand.
 
 
-class ExpressionText(NamedTuple):
+@frozen
+class ExpressionText:
     """An expression that is the text at `key` of a part, or its short form.
 
     Without a key it is the text of the part itself.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
+from specc.frozen import frozen
 from specc.model.system import Device, Element, Port, Shared, Subsystem
 from specc.model.types import Enum, Opaque, Record, Type
 from specc.model.wires import Wire
@@ -117,7 +117,8 @@ def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
     return Place(file, (*route, direction, peer))
 
 
-class _End(NamedTuple):
+@frozen
+class _End:
     """An end of a connection, at its place, and the interface that it names."""
 
     place: Place
@@ -199,7 +200,8 @@ def _inside(type_: Type) -> str:
     return ""
 
 
-class _Lack(NamedTuple):
+@frozen
+class _Lack:
     """An end of a connection, and what only the other one has."""
 
     end: _End

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from itertools import product
-from typing import NamedTuple
 
 from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge, reached_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
+from specc.frozen import frozen
 from specc.lang.dependence_order import InOrder
 from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
@@ -111,7 +111,8 @@ class Moves:
 # What a state waits for, and whether the subsystem that is to send it may come to rest without.
 
 
-class Rest(NamedTuple):
+@frozen
+class Rest:
     """A sender gets to `state` and from there never sends what the waiting state needs.
 
     `row` is the row of the sender that accepts what the waiting subsystem sent earlier and no

@@ -8,10 +8,10 @@ from fractions import Fraction
 from importlib import import_module
 from itertools import starmap
 from math import inf
-from typing import NamedTuple
 
 from specc import __version__
 from specc.cli.parsing import CollectValues, Parser, codes, formula, moment, ranged, warnings, wire
+from specc.frozen import frozen
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 
@@ -255,7 +255,8 @@ def _add_from_runtime(command: Parser, function: str) -> None:
         command.error("the runtime (package specc_runtime) is not installed")
 
 
-class Command(NamedTuple):
+@frozen
+class Command:
     """A command: what does it, as `module:function` below `specc.cli`, and its line of help.
 
     `takes` adds its arguments to its parser, once it is chosen; `is_mixed` as in `Parser`.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from functools import cache
 from pathlib import Path
-from textwrap import fill, indent
 from typing import Literal
 
 from specc.diagnostics.diagnostic import Severity, severity_of
@@ -22,7 +21,7 @@ specification, of an agent, or of a subsystem that has all that the example does
 """
 
 _COLUMNS = 80
-_PAGE = re.compile(
+_PAGE = (
     r"# (?P<id>[EWO]\d{4}): (?P<title>.+)\n\n(?P<explanation>(?:.+\n)+)\n"
     r"Refused(?: in (?P<within>.+))?:\n\n```\w+\n(?P<failing>(?:.*\n)+?)```\n\n"
     r"Accepted(?: in (?P=within))?:\n\n```\w+\n(?P<passing>(?:.*\n)+?)```\n"
@@ -68,7 +67,7 @@ def all_codes() -> dict[str, Code]:
 
 
 def _read(path: Path) -> Code:
-    found = _PAGE.fullmatch(path.read_text(encoding="utf-8"))
+    found = re.fullmatch(_PAGE, path.read_text(encoding="utf-8"))
     if found is None or found["id"] != path.stem:
         raise ValueError(f"{path.name} is not the page of a code")
     explanation = " ".join(found["explanation"].split())
@@ -77,6 +76,8 @@ def _read(path: Path) -> Code:
 
 def explanation(code: Code) -> str:
     """A page as `specc explain` prints it: title, reason, a refused and an accepted example."""
+    from textwrap import fill  # most commands print no page
+
     part = f" in {code.within}" if code.within else ""
     return (
         f"{code.id} ({code.severity}): {code.title}\n\n"
@@ -92,4 +93,6 @@ def overview(codes: dict[str, Code]) -> str:
 
 
 def _example(text: str) -> str:
+    from textwrap import indent
+
     return indent(visible_lines(text.strip("\n")), "    ")

@@ -60,16 +60,16 @@ _MESSAGES = (
 )
 """Part of what Python says -> what we say, whatever the version of Python."""
 _HINTS = (
-    (re.compile(r"&&"), "write `and` for `&&`"),
-    (re.compile(r"\|\|"), "write `or` for `||`"),
-    (re.compile(r"!(?!=)"), "write `not` for `!`"),
-    (re.compile(r"[-+*/]=|\+\+|--"), "write the new value itself, as `n + 1`"),
-    (re.compile(r"(?<![<>=!:])=(?!=)"), "compare with `==`"),
+    (r"&&", "write `and` for `&&`"),
+    (r"\|\|", "write `or` for `||`"),
+    (r"!(?!=)", "write `not` for `!`"),
+    (r"[-+*/]=|\+\+|--", "write the new value itself, as `n + 1`"),
+    (r"(?<![<>=!:])=(?!=)", "compare with `==`"),
     (
-        re.compile(r"(?<![\w.])\.?\d[\d.]*(?:e[+-]?\d+)? *[A-Za-z]"),
+        r"(?<![\w.])\.?\d[\d.]*(?:e[+-]?\d+)? *[A-Za-z]",
         "a unit is written in brackets: `0.02[m/s]`",
     ),
-    (re.compile(r"[≤≥≠∧∨¬∈×·]"), "use `<=`, `>=`, `!=`, `and`, `or`, `not`, `in`, `*`"),
+    (r"[≤≥≠∧∨¬∈×·]", "use `<=`, `>=`, `!=`, `and`, `or`, `not`, `in`, `*`"),
 )
 
 
@@ -161,7 +161,7 @@ def _syntax_error(error: SyntaxError, text: str, lead: int) -> ExprError:
     if "nested" in error.msg:
         return _too_deep(text)
     for pattern, hint in _HINTS:
-        if found := pattern.search(text):
+        if found := re.search(pattern, text):
             return ExprError(_NO_EXPRESSION, *found.span(), hint, "E0301")
     if not error.offset:
         last = len(text.rstrip())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from specc.frozen import frozen
 from specc.lang.functions import Rule
@@ -43,7 +43,8 @@ Encoding = Callable[..., Any]
 """From a `SolverTerms` and terms of arguments, also of the result where that is unknown."""
 
 
-class Form(NamedTuple):
+@frozen
+class Form:
     """How a call is written without its name: a place for each argument, with how tightly what
     stands there has to bind, and how tightly the whole binds.
     """

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from specc.frozen import frozen
 from specc.lang.errors import ExprError, unknown
 from specc.lang.parse import LONGEST, parse_syntax, span
 from specc.lang.types import TypeNames, TypeReader, applied, parse_type
@@ -113,7 +114,8 @@ def _check_variables(parameters: dict[str, Type], result: Type, start: int, end:
 # What a buffer names: an interface with its frames and types, `Report[W, Status]`.
 
 
-class InterfaceUse(NamedTuple):
+@frozen
+class InterfaceUse:
     """The name of an interface, with the frames and types that it is given."""
 
     name: str

@@ -14,7 +14,7 @@ from specc.read.comments import Comment, comments_of
 from specc.source import Place, SourceFile
 
 _ADDRESSED = re.compile(r"#\s*specc:\s*(?P<words>.*)")
-_IGNORE = re.compile(r"ignore\s*\[(?P<codes>[^\]]*)\]\s*[:—-]?\s*(?P<reason>.*)")
+_IGNORE = r"ignore\s*\[(?P<codes>[^\]]*)\]\s*[:—-]?\s*(?P<reason>.*)"
 _LIKE_A_CODE = re.compile(r"\b[EWO]\d{4}\b")
 _LINE_BREAK = re.compile(r"\r\n|\r|\n")
 _CODE = re.compile(r"[^\s,]+")
@@ -46,7 +46,7 @@ def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
         return ignores, findings
     for comment in comments_of(source):
         if words := _ADDRESSED.fullmatch(comment.text):
-            taken = _IGNORE.fullmatch(words["words"])
+            taken = re.fullmatch(_IGNORE, words["words"])
             if taken is None or _ADDRESSED.search(taken["reason"]):
                 findings.append(_not_understood(source, comment))
                 continue

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
+from specc.frozen import frozen
 from specc.lang.bounds import operation_of
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.dependence_order import InOrder
@@ -60,7 +61,8 @@ class UndecidedError(Exception):
     """The ranges of values do not tell."""
 
 
-class Turns(NamedTuple):
+@frozen
+class Turns:
     """Whether a condition holds in the first period, and the periods at which that changes."""
 
     first: bool

@@ -15,12 +15,12 @@ from specc.resolve.context import Findings, Where
 
 _LONGEST_NUMBER = 100
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(?:\[([^\[\]]*)\])?\s*")
+_QUANTITY = rf"\s*({_NUMBER})\s*(?:\[([^\[\]]*)\])?\s*"
 
 
 def quantity(text: str) -> tuple[Fraction, str] | None:
     """Number and unit of a value that is one, as written: `0.1[m/s]`."""
-    found = _QUANTITY.fullmatch(text)
+    found = re.fullmatch(_QUANTITY, text)
     if not found or len(found[1]) > _LONGEST_NUMBER or not isfinite(float(found[1])):
         return None
     return Fraction(found[1]), (found[2] or "").strip()
