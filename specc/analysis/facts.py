@@ -17,18 +17,19 @@ from specc.analysis.machine import Decided, Machine
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.pointless import PointlessParts
 from specc.analysis.rates import Rates
-from specc.analysis.reads import Dependences
+from specc.analysis.reads import Dependences, nodes
 from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, take
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT
-from specc.model.expr import Call, FileRef, constants_in, has_unknown, walk
+from specc.model.expr import Call, ConstantRef, FileRef, constants_in, has_unknown, walk
 from specc.model.fsm import Cause
 from specc.model.requirement import Requirement
 from specc.model.system import Constant, Element, Subsystem, System
 from specc.model.wires import Wires
 from specc.proof import Numbering, Ticks
+from specc.reachable import reachable
 
 
 class Facts:
@@ -65,12 +66,13 @@ class Facts:
         name = subsystem.qualified_name
         arrivals = arrivals_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
         faulty = name in self.faulty
+        constants = self._named_in(subsystem)
         # The objects themselves, since what is equal may stand elsewhere in its text.
-        made_of = id(subsystem), tuple(map(id, self._constants.values())), arrivals, faulty
+        made_of = id(subsystem), tuple(map(id, constants.values())), arrivals, faulty
         known: Machine | None = self._kept.answer(f"machine {name}", made_of)
         if known is not None and known.is_repeatable:
             return known
-        made = Machine(subsystem, self._constants, arrivals, faulty=faulty)
+        made = Machine(subsystem, constants, arrivals, faulty=faulty)
         self._kept.keep(f"machine {name}", made_of, made)
         return made
 
@@ -119,6 +121,15 @@ class Facts:
     def _constants(self) -> dict[str, Constant]:
         none = {constant.place for constant, _ in self.valueless}
         return {c.name: c for c in self.system.constants if c.place not in none}
+
+    def _named_in(self, subsystem: Subsystem) -> dict[str, Constant]:
+        """The constants of the system that expressions of a subsystem name, or their values do."""
+        named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
+        found = reachable(named, self._constants_in)
+        return {name: constant for name, constant in self._constants.items() if name in found}
+
+    def _constants_in(self, name: str) -> Iterable[str]:
+        return constants_in(self._constants[name].value) if name in self._constants else ()
 
     @cached_property
     def misfits(self) -> PointlessParts:

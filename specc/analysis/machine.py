@@ -74,7 +74,7 @@ class Machine:
         *,
         faulty: bool = False,
     ) -> None:
-        """`constants` of the system have values; they are in order of dependence.
+        """`constants` that the subsystem names have values; they are in order of dependence.
 
         A `faulty` subsystem has unknowns in it; what is said of it holds whatever they are.
         """

@@ -181,12 +181,17 @@ def _stop(formulas: FormulaResolver, at: Where) -> Requirement | None:
 
 
 def _constants(definitions: Definitions, kept: AnswerCache | None) -> tuple[Constant, ...]:
-    """The constants of the system: the same as before if nothing has changed in them."""
-    found = tuple(definitions.constants.values())
-    known = kept.answer("constants", definitions.made_from) if kept else None
-    if kept and known is None:
-        kept.keep("constants", definitions.made_from, found)
-    return found if known is None else known
+    """The constants of the system: the same objects as before if all that they name is the same."""
+    if kept is None:
+        return tuple(definitions.constants.values())
+    known: dict[str, tuple[str, Constant]] = kept.answer("constants", None) or {}
+    found = {}
+    for name, constant in definitions.constants.items():
+        behind = definitions.made_from.behind(definitions.made_from.constants.get(name, constant))
+        before = known.get(name)
+        found[name] = before if before and before[0] == behind else (behind, constant)
+    kept.keep("constants", None, found)
+    return tuple(constant for _, constant in found.values())
 
 
 def _relative(library: Library, file: Loaded, path: str) -> str:

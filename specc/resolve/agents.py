@@ -165,9 +165,8 @@ class AgentResolver:
 
         times = rate, budget_s
         given = kind, title, where.key, here.place, tuple(peers.items()), times, repr(groups)
-        resolved = self._kept(
-            f"{agent}.{name}", (*given, inside.definitions.made_from), here.raw, made
-        )
+        behind = inside.definitions.made_from.behind(here.raw) if self.findings.kept else ""
+        resolved = self._kept(f"{agent}.{name}", (*given, behind), made)
         self._note_errors(resolved.qualified_name, here, before, repeated, withheld)
         return resolved
 
@@ -217,13 +216,12 @@ class AgentResolver:
         return {name: members for name, members in (others | own).items() if members}
 
     def _kept(
-        self, name: str, given: tuple[object, ...], raw: object, made: Callable[[], Subsystem]
+        self, name: str, given: tuple[object, ...], made: Callable[[], Subsystem]
     ) -> Subsystem:
         """A subsystem as an earlier analysis has it, if that found nothing wrong with it."""
         findings, kept = self.findings, self.findings.kept
         if kept is None:
             return made()
-        given = (*given, repr(raw))
         known: tuple[Subsystem, tuple[list[Any], ...], int] | None = kept.answer(name, given)
         if known is not None and known[2] <= left("parts"):  # else it is made, as far as it goes
             spend("parts", known[2])

@@ -19,6 +19,7 @@ from specc.model.trace import Trace
 from specc.model.types import Frame, Int, Type
 from specc.resolve.context import Findings, Where
 from specc.resolve.groups import Groups
+from specc.resolve.made_from import MadeFrom
 from specc.schema.files import TypeDef
 from specc.schema.subsystem import InterfaceDef
 from specc.source import Place
@@ -224,8 +225,8 @@ class Definitions:
     """As `Scope.has_points`."""
     in_place: bool = False
     """Whether the parameters are indices, and all other constants those of the file."""
-    made_from: str = ""
-    """All that this follows from: what is defined in the file and in those that it uses."""
+    made_from: MadeFrom = field(default_factory=MadeFrom)
+    """What is defined in the file and in those that it uses."""
 
     _serial: dict[str, int] = field(default_factory=dict)
     """Constant -> how many were there before it."""
@@ -251,7 +252,7 @@ class Definitions:
             constants=dict(self.constants),
             given=(self.given or {}) | {index.name: index for index in indices},
             in_place=self.given is None or self.in_place,
-            made_from=f"{self.made_from} {indices}",
+            made_from=replace(self.made_from, others=f"{self.made_from.others} {indices}"),
             _serial=dict(self._serial),
         )
         for index in indices:

@@ -98,10 +98,7 @@ class Library:
         own.places |= {f"parameter {n}": parameters[n].key for n in file.spec.parameters}
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         if self.findings.kept is not None:
-            texts = [
-                file.top[key].raw for key in ("specc", "use", "parameters", *get_args(_Section))
-            ]
-            own.made_from = _digest((file.path, frames, sizes, texts))
+            self._note_texts(file, (frames, sizes), own)
         self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)
@@ -110,16 +107,26 @@ class Library:
             self.findings.types.append(note)
         return own
 
+    def _note_texts(self, file: Loaded, given: object, own: Definitions) -> None:
+        """Note what a file defines, for answers that are kept."""
+        constants = file.top["constants"]
+        other = set(get_args(_Section)) - {"constants"}
+        texts = [file.top[key].raw for key in ("specc", "use", "parameters", *sorted(other))]
+        own.made_from.take((file.path, given, texts))
+        for name in file.spec.constants:
+            own.made_from.define(name, repr((file.path, constants[name].raw)))
+
     def complete(
         self, own: Definitions, file: Loaded, given: tuple[Constant, ...] | None = None
     ) -> None:
         """Add what else is in force in `file`, whose value parameters are `given`."""
         if given is not None:
+            if self.findings.kept is not None:
+                own.made_from.take(given)
             own.given = {c.name: c for c in given}
             for constant in given:
                 if constant.name not in own.constants:
                     own.add(constant)
-            own.made_from += repr(given)
         self._files(file, own)
         self._operators(file, own)
         self._constants(file, own)
@@ -150,7 +157,7 @@ class Library:
                 inner = replace(self, _using=(*self._using, file.path))
                 self._known[other.path] = inner.definitions(other)
             known = self._known[other.path]
-            own.made_from += known.made_from
+            own.made_from.absorb(known.made_from)
             if self._is_allowed(1 + len(known.places) // _NAMES_OF_A_PART, where.place):
                 own.absorb(known, self.findings)
             else:
@@ -262,7 +269,7 @@ class Library:
             found = name if not (known or sizes) else f"{name}@{self._beside_system(at.file)}"
             found += f"#{sizes}" if sizes else ""
         known[at, sizes] = known[means] = found
-        own.made_from += found
+        own.made_from.others += found
         return found
 
     def _beside_system(self, path: str) -> str:
@@ -310,13 +317,6 @@ def _parts(definition: object) -> int:
     if isinstance(definition, TypeDef):
         return 1 + len(definition.fields or ()) + (definition.type or "").count(",")
     return 1
-
-
-def _digest(data: object) -> str:
-    """Short for data that are written alike: texts may be long, and many uses keep them."""
-    from hashlib import sha256  # for editors only
-
-    return sha256(repr(data).encode(errors="backslashreplace")).hexdigest()
 
 
 def constant_scope(definitions: Definitions) -> Scope:

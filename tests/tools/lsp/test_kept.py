@@ -102,6 +102,89 @@ def test_small_edits_of_a_system_and_of_a_description_that_it_uses(
     check(tmp_path, system, library, LIBRARY, seed, steps)
 
 
+VALUED = """\
+specc: 1.2
+system: valued
+use: [shared.yaml]
+constants:
+  low: 1
+  high: low
+  spare: high + 1
+agents:
+  a:
+    virtual_effectors:
+      own:
+        rate: 10 Hz
+        y: {c: {n: int}}
+        memory: {n: {type: int, init: low}}
+        conditions: {initial: {above: n > low, below: n <= high}}
+        functions: {count: {n: n + 1, y.c.n: n}}
+        behaviours: {work: {functions: [count], terminal: always}}
+        states: {S0: work}
+        initial_state: S0
+        transitions: [[S0, terminal, above, S0], [S0, terminal, below, S0]]
+      described: {use: described.yaml, with: {bound: spare}}
+    control:
+      rate: 10 Hz
+      x: {own: {n: {type: int, init: 0}}, described: {n: {type: int, init: 0}}}
+      conditions: {terminal: {reached: x.own.n >= shared and x.described.n < spare}}
+      behaviours: {wait: {terminal: reached}, end: {terminal: never}}
+      states: {S0: wait, S1: end}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S1]]
+require:
+  - {that: always(a.own.n >= low), because: it is tried}
+"""
+BESIDE = {
+    "shared.yaml": "specc: 1.2\nconstants:\n  shared: 3\n  twice: 2 * shared\n",
+    "described.yaml": """\
+specc: 1.2
+use: [shared.yaml]
+parameters: {bound: int}
+constants:
+  inner: twice
+subsystem:
+  rate: 10 Hz
+  y: {c: {n: int}}
+  memory: {n: {type: int, init: 0}}
+  conditions: {initial: {above: n > inner, below: "n <= max(bound, 6)"}}
+  functions: {count: {n: n + 1, y.c.n: n}}
+  behaviours: {work: {functions: [count], terminal: always}}
+  states: {S0: work}
+  initial_state: S0
+  transitions: [[S0, terminal, above, S0], [S0, terminal, below, S0]]
+""",
+}
+NUMBERS = ("0", "1", "2", "3", "6")
+OTHERS = ("low", "high + 1", "2 * shared", "twice", "0.5", '"1[m]"', "1 +")
+
+
+def test_other_values_of_constants(tmp_path: Path) -> None:
+    """In the file that is edited, in one that it uses, and in a description."""
+    texts = {"valued.yaml": VALUED, **BESIDE}
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, "utf-8")
+    rng, project, said = random.Random(FIRST), Project((str(tmp_path),)), set[int]()
+    for _ in range(40):
+        name = rng.choice([*texts])
+        lines = texts[name].split("\n")
+        values = [n for n, line in enumerate(lines) if re.fullmatch("  [a-z]+: [^{]+", line)]
+        at = rng.choice([n for n in values if not lines[n].startswith("  rate")])
+        lines[at] = (
+            f"{lines[at].partition(':')[0]}: {rng.choice(rng.choice((NUMBERS, NUMBERS, OTHERS)))}"
+        )
+        texts[name] = "\n".join(lines)
+        fresh = Project((str(tmp_path),))
+        fresh._understood |= project._understood
+        for each in (project, fresh):
+            for file, text in texts.items():
+                each.put(str(tmp_path / file), text)
+        found = told(project, str(tmp_path / "valued.yaml"))
+        assert found == told(fresh, str(tmp_path / "valued.yaml")), texts
+        said.add(len(found))
+    assert len(said) > 3, said
+
+
 def test_a_line_that_is_typed_where_another_one_is_wrong(tmp_path: Path) -> None:
     """The line cannot be read, so it is blank in each of the texts that tell what else is wrong."""
     system, _ = map(Path, write(tmp_path))
