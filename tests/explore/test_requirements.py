@@ -25,7 +25,7 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.monitor import Monitor, NotFollowedError, Truth
+from specc.tools.explore.monitor import Monitor, NotFollowedError, TruthValue
 from specc.tools.explore.required import groups
 from tests.explore.verdicts import misjudged, monitored
 from tests.scenarios.runs import SPECS
@@ -50,7 +50,7 @@ class Formulas:
 
     def __init__(self, rng: Random) -> None:
         self.rng = rng
-        self.values: list[Truth] = [True, True]
+        self.values: list[TruthValue] = [True, True]
         self.order: list[int] = []
 
     def any(self, depth: int, *, ahead: bool = True) -> tuple[r.Formula, temporal.Formula]:
@@ -90,7 +90,7 @@ class Formulas:
         return r.TickCondition(TRUE), follows
 
 
-def worst(said: list[Truth]) -> int:
+def worst(said: list[TruthValue]) -> int:
     return min((ORDER[each] for each in said), default=2)
 
 
@@ -105,8 +105,8 @@ def test_monitors_say_what_those_of_runs_say() -> None:
         length = rng.randrange(1, 9)
         tries = [[rng.choice([True, False, None]) for _ in range(2)] for _ in range(length)]
         trace = tries + [tries[-1]] * follows.delay
-        state, own, early = monitor.begin, list[Truth](), 2
-        judged = list[Truth]()
+        state, own, early = monitor.begin, list[TruthValue](), 2
+        judged = list[TruthValue]()
         for tick, values in enumerate(trace):
             formulas.values = values
             for atom in formulas.atoms:
@@ -144,7 +144,7 @@ def test_many_steady_ticks_at_once_are_those_one_by_one(formulas: int) -> None:
         for _ in range(4):
             atoms = tuple(rng.choice([True, False, False, None]) for _ in monitor.atoms)
             ticks = rng.randrange(1, 40)
-            singly, said = state, set[Truth]()
+            singly, said = state, set[TruthValue]()
             for _ in range(ticks):
                 singly, more = monitor.step(singly, atoms, 1)
                 said |= more

@@ -18,8 +18,8 @@ from specc.model import expr as m
 from specc.proof.clock import LONGEST
 from specc.tools.explore.composition import Composition, Configuration, Edge, MachineState
 from specc.tools.explore.lines import Line, is_minus_zero
-from specc.tools.explore.partial import SOME, Known, Value, filled
-from specc.tools.explore.symmetry import Frame
+from specc.tools.explore.partial import SOME, AbstractValue, Known, filled
+from specc.tools.explore.symmetry import Permutation
 from specc.tools.explore.walker import Local, Move, Walker
 from specc.tools.explore.watch import Watch, Watched
 
@@ -107,7 +107,7 @@ def _slopes(composition: Composition, one: Configuration, two: Configuration) ->
     return Slopes(tuple(clocks), tuple(slopes))
 
 
-def _line(one: Value | None, two: Value | None) -> Line | None:
+def _line(one: AbstractValue | None, two: AbstractValue | None) -> Line | None:
     """The line through two numbers; -0.0 is on none."""
     if not (isinstance(one, m.Number) and isinstance(two, m.Number)):
         return None
@@ -238,7 +238,7 @@ class Loop:
     def _steps_last(self, times: int) -> bool:
         return all(_are_same(one, two, times) for one, two in self._steps)
 
-    def _landed(self, times: int) -> tuple[Configuration, Frame] | None:
+    def _landed(self, times: int) -> tuple[Configuration, Permutation] | None:
         """The configuration after so many repetitions; None if its values are not followed."""
         composition, first = self._composition, self._way[0]
         pairs = zip(self._begin, self._slopes.values, strict=True)
@@ -298,7 +298,9 @@ def _are_same(one: Period, two: Period, times: int) -> bool:
     )
 
 
-def _is_drawn(drawn: Known, expr: m.Expr, value: Value | None, then: Value | None) -> bool:
+def _is_drawn(
+    drawn: Known, expr: m.Expr, value: AbstractValue | None, then: AbstractValue | None
+) -> bool:
     """Whether an expression runs on the line through two values, or is unknown as they are.
 
     What unknown values lie within, or which region, may change with the numbers on lines.
@@ -315,6 +317,8 @@ def _drawn(one: Known, two: Known, times: int) -> Known:
     return replace(one, memory=memory, inputs=inputs, times=times, _lets={})
 
 
-def _lines(one: Mapping[Key, Value], two: Mapping[Key, Value]) -> dict[Key, Value]:
+def _lines(
+    one: Mapping[Key, AbstractValue], two: Mapping[Key, AbstractValue]
+) -> dict[Key, AbstractValue]:
     pairs = ((key, value, two[key]) for key, value in one.items())
     return {key: a if a == b else (_line(a, b) or SOME) for key, a, b in pairs}

@@ -20,7 +20,7 @@ from specc.reachable import grouped, reachable
 from specc.tools.explore.abstraction import Abstraction, conditions_of
 from specc.tools.explore.composition import turned
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.symmetry import Frame
+from specc.tools.explore.symmetry import Permutation
 from specc.tools.explore.trace import ExploredTrace, trace
 from specc.tools.explore.walker import Walker
 
@@ -74,7 +74,7 @@ class BottomComponent:
     # Where copies are put in order, a path back to a configuration may have exchanged them. Then
     # each copy does whatever the others do.
 
-    def _frames(self) -> dict[int, Frame]:
+    def _frames(self) -> dict[int, Permutation]:
         """The frame of each configuration (machine -> real machine), on paths from the entry."""
         if not self.graph.composition.copies:
             return dict.fromkeys(self.members, self.graph.frame(min(self.members)))
@@ -87,7 +87,7 @@ class BottomComponent:
                     waiting.append(edge.target)
         return found
 
-    def _exchanges(self, frames: dict[int, Frame]) -> set[Frame]:
+    def _exchanges(self, frames: dict[int, Permutation]) -> set[Permutation]:
         """The permutations of machines that some path back makes."""
         if not self.graph.composition.copies:
             return set()
@@ -99,7 +99,7 @@ class BottomComponent:
                 found.add(tuple(became[index] for index in range(len(there))))
         return found - {tuple(range(len(self.walkers)))}
 
-    def _spread(self, exchanges: set[Frame]) -> None:
+    def _spread(self, exchanges: set[Permutation]) -> None:
         """Give the rows, states and outputs of a machine to the machines exchanged with it."""
         composition, before = self.graph.composition, -1
         while exchanges and before != (before := self._size()):

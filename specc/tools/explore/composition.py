@@ -17,13 +17,10 @@ from specc.analysis.rates import base_tick
 from specc.model.requirement import Requirement
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.symmetry import Copies, Frame, Links, Symmetry
+from specc.tools.explore.symmetry import Copies, CopyLinks, Permutation, Symmetry
 from specc.tools.explore.values import MOST_VALUES, Numbers, ValueNumbers
-from specc.tools.explore.walker import OVER, Local, Move, Sent, Walker
+from specc.tools.explore.walker import OVER, Local, Move, SentValues, Walker
 from specc.tools.explore.watch import Visible, Watch
-
-Moves = tuple[tuple[int, Move], ...]
-"""The moves of the machines that were due, by the index of the machine."""
 
 
 class Precision(NamedTuple):
@@ -48,7 +45,7 @@ class MachineState(NamedTuple):
 
     local: int
     buffers: tuple[int, ...]
-    pending: Sent
+    pending: SentValues
 
 
 class Configuration(NamedTuple):
@@ -73,10 +70,11 @@ class Edge(NamedTuple):
     """
 
     target: int
-    moves: Moves
+    moves: tuple[tuple[int, Move], ...]
+    """Those of the machines that were due, by the index of the machine."""
     overtaken: tuple[tuple[int, InputName], ...] = ()
     violated: tuple[int, ...] = ()
-    turn: Frame = ()
+    turn: Permutation = ()
     ends: bool = False
     loop: tuple[Edge, ...] = ()
     times: int = 1
@@ -273,7 +271,7 @@ class Composition:
             self._stepped[index][number] = tuple(found)
         return self._stepped[index][number]
 
-    def ordered(self, parts: list[MachineState]) -> tuple[list[MachineState], Frame]:
+    def ordered(self, parts: list[MachineState]) -> tuple[list[MachineState], Permutation]:
         """The machines with copies in order, and the permutation: for each its index before."""
         turn = list(range(len(parts)))
         for number, copies in enumerate(self.copies):
@@ -306,7 +304,7 @@ class Composition:
         if key not in self._views:
             copies = self.copies[number]
             slots, pending = self.walkers[index].slots, dict(part.pending)
-            nothing: Links = ((),) * len(copies.machines)
+            nothing: CopyLinks = ((),) * len(copies.machines)
             links = (copies.inputs.get(index, nothing), copies.outputs.get(index, nothing))
             self._views[key] = tuple(
                 (
@@ -331,13 +329,13 @@ class Composition:
         pending = tuple(sorted((outputs.get(key, key), number) for key, number in part.pending))
         return MachineState(walker.renamed(part.local, inputs), tuple(buffers), pending)
 
-    def real(self, frame: Frame, index: int, key: InputName, *, is_sent: bool) -> InputName:
+    def real(self, frame: Permutation, index: int, key: InputName, *, is_sent: bool) -> InputName:
         """The name of an element in a real run, where `frame` maps machines to real ones."""
         for copies in self.copies:
             key = copies.real(frame, index, key, is_sent=is_sent)
         return key
 
-    def real_move(self, frame: Frame, index: int, move: Move) -> tuple[int, Move]:
+    def real_move(self, frame: Permutation, index: int, move: Move) -> tuple[int, Move]:
         """The move of a machine with the names of that run."""
         if not self.copies:
             return index, move
@@ -345,7 +343,7 @@ class Composition:
         lost = tuple(self.real(frame, index, key, is_sent=False) for key in move.lost)
         return frame[index], move._replace(sent=sent, lost=lost)
 
-    def real_overtaken(self, frame: Frame, edge: Edge) -> tuple[tuple[int, InputName], ...]:
+    def real_overtaken(self, frame: Permutation, edge: Edge) -> tuple[tuple[int, InputName], ...]:
         """The overtaken values with the names of that run."""
         if not self.copies:
             return edge.overtaken
@@ -379,6 +377,6 @@ def _happens(result: _Result) -> tuple[bool, bool]:
     return result.ends, move.row >= 0 and bool(move.free)
 
 
-def turned(frame: Frame, turn: Frame) -> Frame:
+def turned(frame: Permutation, turn: Permutation) -> Permutation:
     """A frame (machine -> real machine) after copies were put in order by `turn`."""
     return tuple(frame[was] for was in turn) if turn else frame

@@ -24,7 +24,7 @@ FOR_REQUIREMENTS = 8
 MOST_ALIKE = 4
 """Machines and conditions that are named."""
 BOUND = "ended at the bound"
-Verdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
+AssumptionVerdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
 
 
 @frozen
@@ -88,7 +88,7 @@ class Exploration:
 
     slices: list[Explored] = field(default_factory=list)
     findings: list[TracedFinding] = field(default_factory=list)
-    assumptions: list[tuple[str, Axiom, Verdict]] = field(default_factory=list)
+    assumptions: list[tuple[str, Axiom, AssumptionVerdict]] = field(default_factory=list)
     requirements: list[RequirementVerdict] = field(default_factory=list)
     alone: tuple[str, ...] = ()
     """Machines that decide nothing."""
@@ -134,7 +134,7 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     abstraction = Abstraction(facts)
     result = Exploration()
     found: dict[tuple[object, ...], TracedFinding] = {}
-    verdicts: dict[tuple[str, int], set[Verdict]] = {}
+    verdicts: dict[tuple[str, int], set[AssumptionVerdict]] = {}
     slices, required = likewise(abstraction.slices(), abstraction), groups(facts)
     kept = budget // FOR_REQUIREMENTS if required else 0
     for index, (names, others) in enumerate(slices):
@@ -246,7 +246,7 @@ def _summary(graph: Graph, undecided: int) -> Explored:
 
 def _verdict(
     answers: set[bool | None], failing: TracedFinding | None, *, complete: bool
-) -> Verdict:
+) -> AssumptionVerdict:
     if False in answers or failing:
         return "refuted" if failing and failing.way.is_decided else "may fail"
     if not complete:
@@ -254,14 +254,22 @@ def _verdict(
     return "on your word" if None in answers else "proved"
 
 
-_ORDER: tuple[Verdict, ...] = ("proved", "refuted", "on your word", "may fail", "not explored")
+_ORDER: tuple[AssumptionVerdict, ...] = (
+    "proved",
+    "refuted",
+    "on your word",
+    "may fail",
+    "not explored",
+)
 
 
-def _best(said: set[Verdict]) -> Verdict:
+def _best(said: set[AssumptionVerdict]) -> AssumptionVerdict:
     return min(said, key=_ORDER.index)
 
 
-def _is_proved(finding: TracedFinding, verdicts: dict[tuple[str, int], set[Verdict]]) -> bool:
+def _is_proved(
+    finding: TracedFinding, verdicts: dict[tuple[str, int], set[AssumptionVerdict]]
+) -> bool:
     """Whether another slice proves the assumption that this finding says fails."""
     if finding.code != "W1006":
         return False

@@ -17,7 +17,7 @@ from typing import Literal, NamedTuple
 
 from specc.tools.explore.acceleration import FIRST, LONGEST_LOOP, accelerated
 from specc.tools.explore.composition import Composition, Configuration, Edge, turned
-from specc.tools.explore.symmetry import Frame
+from specc.tools.explore.symmetry import Permutation
 
 Passage = tuple[int, Edge]
 """An edge, and the configuration from which it leads."""
@@ -158,7 +158,7 @@ class Graph:
             number = passage[0]
         return found[::-1]
 
-    def frame(self, number: int) -> Frame:
+    def frame(self, number: int) -> Permutation:
         """The frame at its end: for each machine the real machine that it stands for."""
         return self._ways.frames[number] if self.composition.copies else self._ordered
 
@@ -173,7 +173,7 @@ class Graph:
         return number, (edge,)
 
     @cached_property
-    def _ordered(self) -> Frame:
+    def _ordered(self) -> Permutation:
         return tuple(range(len(self.composition.names)))
 
     @cached_property
@@ -201,7 +201,7 @@ class _Ways(NamedTuple):
 
     costs: list[Cost]
     before: list[Passage | None]
-    frames: list[Frame]
+    frames: list[Permutation]
 
 
 def _after(cost: Cost, edge: Edge) -> Cost:

@@ -16,7 +16,7 @@ from specc.frozen import frozen
 from specc.model import requirement as r
 from specc.model.expr import Expr
 
-Truth = bool | None
+TruthValue = bool | None
 """None is unknown."""
 MANY = 2**62
 """Ticks that no run has."""
@@ -28,7 +28,7 @@ MOST_PENDING = 64
 class Said:
     """A truth value."""
 
-    holds: Truth
+    holds: TruthValue
 
 
 @frozen
@@ -44,7 +44,7 @@ class Junction:
     """A conjunction or disjunction of formulas."""
 
     op: Literal["and", "or"]
-    operands: frozenset[Node]
+    operands: frozenset[Obligation]
 
 
 @frozen
@@ -53,10 +53,10 @@ class Ahead:
 
     op: Literal["within", "throughout"]
     ticks: int
-    operand: Node
+    operand: Obligation
 
 
-Node = Said | Leaf | Junction | Ahead
+Obligation = Said | Leaf | Junction | Ahead
 
 
 @frozen
@@ -65,13 +65,13 @@ class Past:
 
     op: Literal["once", "since"]
     ticks: int
-    operands: tuple[Node, ...]
+    operands: tuple[Obligation, ...]
 
 
 class MonitorState(NamedTuple):
     """The obligation, and for each past operator when it surely, and when it maybe, held."""
 
-    left: Node
+    left: Obligation
     past: tuple[tuple[int, int], ...]
 
 
@@ -100,10 +100,10 @@ class Monitor:
         self.begin = MonitorState(begun, tuple((-1, -1) for _ in self._past))
 
     def step(
-        self, state: MonitorState, atoms: tuple[Truth, ...], ticks: int
-    ) -> tuple[MonitorState, set[Truth]]:
+        self, state: MonitorState, atoms: tuple[TruthValue, ...], ticks: int
+    ) -> tuple[MonitorState, set[TruthValue]]:
         """The state after some ticks with constant conditions, and the verdicts on these ticks."""
-        said: set[Truth] = set()
+        said: set[TruthValue] = set()
         while ticks:
             ticks -= 1
             left, past = state
@@ -127,7 +127,7 @@ class Monitor:
             ticks -= passed
         return state, said
 
-    def moving(self, state: MonitorState, atoms: tuple[Truth, ...]) -> int:
+    def moving(self, state: MonitorState, atoms: tuple[TruthValue, ...]) -> int:
         """For how many ticks with constant conditions only deadlines and ages move."""
         after, _ = self.step(state, atoms, 1)
         return 1 + self._passed(state, after, MANY)[1]
@@ -165,10 +165,10 @@ class Monitor:
         return found
 
     def _values(
-        self, atoms: tuple[Truth, ...], past: tuple[tuple[int, int], ...]
-    ) -> tuple[dict[int, Truth], tuple[tuple[int, int], ...]]:
+        self, atoms: tuple[TruthValue, ...], past: tuple[tuple[int, int], ...]
+    ) -> tuple[dict[int, TruthValue], tuple[tuple[int, int], ...]]:
         """The truth values at a tick, inner past operators first, and their memory after it."""
-        values: dict[int, Truth] = dict(zip(self._atom_leaves, atoms, strict=True))
+        values: dict[int, TruthValue] = dict(zip(self._atom_leaves, atoms, strict=True))
         remembered = []
         for (index, item), (surely, maybe) in zip(self._past.items(), past, strict=True):
             found = [_now(operand, values) for operand in item.operands]
@@ -188,7 +188,7 @@ class Monitor:
 
     # Formulas with negations only in front of leaves.
 
-    def _node(self, formula: r.Formula, *, meant: bool) -> Node:
+    def _node(self, formula: r.Formula, *, meant: bool) -> Obligation:
         match formula:
             case r.TickCondition(that=that):
                 self.atoms.append(that)
@@ -231,7 +231,7 @@ def _each_tick(formula: r.Formula) -> r.Formula:
     return formula
 
 
-def _awaited(before: Node, after: Node) -> set[Ahead] | None:
+def _awaited(before: Obligation, after: Obligation) -> set[Ahead] | None:
     """The deadlines that came nearer; None if anything else changed, or may before them."""
     was, now = set(_conjuncts(before)), set(_conjuncts(after))
     found = {each for each in now - was if isinstance(each, Ahead) and _is_awaited(each)}
@@ -244,7 +244,7 @@ def _is_awaited(node: Ahead) -> bool:
     return node.op == "within" and not _looks_ahead(node.operand)
 
 
-def _looks_ahead(node: Node) -> bool:
+def _looks_ahead(node: Obligation) -> bool:
     if isinstance(node, Junction):
         return any(map(_looks_ahead, node.operands))
     return isinstance(node, Ahead)
@@ -254,14 +254,14 @@ def _aged(ticks: int, most: int) -> int:
     return ticks + 1 if 0 <= ticks < most else -1
 
 
-def _now(node: Node, values: Mapping[int, Truth]) -> Truth:
+def _now(node: Obligation, values: Mapping[int, TruthValue]) -> TruthValue:
     """The truth of a formula that does not look ahead."""
     found = _after(node, values)
     assert isinstance(found, Said)
     return found.holds
 
 
-def _after(node: Node, values: Mapping[int, Truth]) -> Node:
+def _after(node: Obligation, values: Mapping[int, TruthValue]) -> Obligation:
     """The obligation from the next tick on, so that a formula holds at this tick."""
     match node:
         case Leaf(index=index, is_meant=meant):
@@ -277,15 +277,15 @@ def _after(node: Node, values: Mapping[int, Truth]) -> Node:
     return node
 
 
-def _conjuncts(node: Node) -> Iterable[Node]:
+def _conjuncts(node: Obligation) -> Iterable[Obligation]:
     if isinstance(node, Junction) and node.op == "and":
         return node.operands
     return (node,)
 
 
-def _joined(op: Literal["and", "or"], operands: Iterable[Node]) -> Node:
+def _joined(op: Literal["and", "or"], operands: Iterable[Obligation]) -> Obligation:
     """The conjunction or disjunction, without operands that follow from the others."""
-    end, parts, ahead = op == "or", set[Node](), dict[tuple[str, Node], Ahead]()
+    end, parts, ahead = op == "or", set[Obligation](), dict[tuple[str, Obligation], Ahead]()
     for part in _flat(op, operands):
         if isinstance(part, Said) and part.holds is not None:
             if part.holds is end:
@@ -304,7 +304,7 @@ def _joined(op: Literal["and", "or"], operands: Iterable[Node]) -> Node:
     return Junction(op, frozenset(parts))
 
 
-def _flat(op: str, operands: Iterable[Node]) -> Iterator[Node]:
+def _flat(op: str, operands: Iterable[Obligation]) -> Iterator[Obligation]:
     for operand in operands:
         if isinstance(operand, Junction) and operand.op == op:
             yield from operand.operands

@@ -34,7 +34,7 @@ from specc.tools.explore.regions import Region, Within, leaves
 
 SOME: Final = "some"
 """An unknown value that is present (not None)."""
-Value = m.Expr | Region | Within | Line | str
+AbstractValue = m.Expr | Region | Within | Line | str
 """A literal, a region or line of numbers, what unknown ones lie within, or SOME."""
 
 
@@ -45,8 +45,8 @@ class Known:
     lets: Mapping[str, m.Expr]
     constants: Mapping[str, m.Expr]
     period_s: Fraction
-    inputs: Mapping[InputName, Value] = field(default_factory=dict)
-    memory: Mapping[str, Value] = field(default_factory=dict)
+    inputs: Mapping[InputName, AbstractValue] = field(default_factory=dict)
+    memory: Mapping[str, AbstractValue] = field(default_factory=dict)
     fresh: Mapping[InputName, bool] = field(default_factory=dict)
     present: Mapping[InputName, bool] = field(default_factory=dict)
     periods: int | None = None
@@ -58,7 +58,7 @@ class Known:
     _lets: dict[str | int, m.Expr] = field(default_factory=dict)
     """What is made of lets, by name, and of conditions, by identity."""
 
-    def value_of(self, leaf: m.Expr) -> Value | None:
+    def value_of(self, leaf: m.Expr) -> AbstractValue | None:
         """The known value of an input or of memory."""
         if isinstance(leaf, m.Input):
             return self.inputs.get((leaf.peer, leaf.element))
@@ -136,7 +136,7 @@ def is_literal(expr: m.Expr) -> bool:
     return isinstance(expr, _LITERALS)
 
 
-def is_known(value: Value | None) -> TypeGuard[m.Expr]:
+def is_known(value: AbstractValue | None) -> TypeGuard[m.Expr]:
     """Whether the value itself is known, not only its presence or region."""
     return value is not None and not isinstance(value, (Region, Within, Line, str))
 
@@ -177,7 +177,7 @@ _COMPUTABLE = (m.Unary, m.Binary, m.Compare, m.Among, m.Builtin)
 # One rule for each kind of node that can be decided without all of its parts.
 
 
-def _named(values: Mapping[Any, Value], key: Any, expr: m.Expr) -> m.Expr:
+def _named(values: Mapping[Any, AbstractValue], key: Any, expr: m.Expr) -> m.Expr:
     value = values.get(key, SOME)
     return value if is_known(value) else expr
 

@@ -32,7 +32,9 @@ from specc.tools.explore.monitor import Monitor, NotFollowedError
 from specc.tools.explore.refine import not_refuted, refined
 from specc.tools.explore.trace import ExploredTrace, trace
 
-Verdict = Literal["proved", "violated", "may be violated", "open", "not decided", "not explored"]
+RequirementStatus = Literal[
+    "proved", "violated", "may be violated", "open", "not decided", "not explored"
+]
 
 MOST_NAMED = 3
 """Measurements that a verdict names."""
@@ -43,7 +45,7 @@ class RequirementVerdict:
     """The verdict on a requirement, and the trace on which it is violated, if there is one."""
 
     requirement: Requirement
-    verdict: Verdict
+    verdict: RequirementStatus
     finding: TracedFinding | None = None
     why: str = ""
     """The reason of `not decided`, if it lies in the formula and not in the values."""
@@ -188,7 +190,7 @@ def _finding(requirement: Requirement, way: ExploredTrace) -> TracedFinding:
 
 def _verdict(
     graphs: Sequence[Graph], index: int, requirement: Requirement, way: TracedFinding | None
-) -> Verdict:
+) -> RequirementStatus:
     if way is not None:
         if way.way.is_decided:
             return "violated"

@@ -18,10 +18,10 @@ from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
 from specc.tools.explore.partial import filled, static
 
-Names = Mapping[InputName, InputName]
-Links = tuple[tuple[InputName, ...], ...]
+Renaming = Mapping[InputName, InputName]
+CopyLinks = tuple[tuple[InputName, ...], ...]
 """For each copy the names of the elements that a machine exchanges with it, in one order."""
-Frame = tuple[int, ...]
+Permutation = tuple[int, ...]
 """Which machine each one stands for, by their indices."""
 
 
@@ -30,8 +30,8 @@ class Copies:
     """Copies of an agent, by the indices of their machines, and how the other machines see them."""
 
     machines: tuple[tuple[int, ...], ...]
-    inputs: Mapping[int, Links]
-    outputs: Mapping[int, Links]
+    inputs: Mapping[int, CopyLinks]
+    outputs: Mapping[int, CopyLinks]
 
     @cached_property
     def copy_of(self) -> dict[int, int]:
@@ -43,12 +43,12 @@ class Copies:
         """The machines outside that receive elements of copies, or send elements to them."""
         return tuple(sorted(self.inputs.keys() | self.outputs.keys()))
 
-    def renamed(self, links: Links, order: Sequence[int]) -> dict[InputName, InputName]:
+    def renamed(self, links: CopyLinks, order: Sequence[int]) -> dict[InputName, InputName]:
         """The names with copy `order[n]` in place `n`."""
         pairs = (zip(links[q], links[p], strict=True) for p, q in enumerate(order))
         return {old: new for pair in pairs for old, new in pair}
 
-    def real(self, frame: Frame, index: int, key: InputName, *, is_sent: bool) -> InputName:
+    def real(self, frame: Permutation, index: int, key: InputName, *, is_sent: bool) -> InputName:
         """The real name of an element of a copy, where `frame` maps machines to real ones."""
         links = (self.outputs if is_sent else self.inputs).get(index, ())
         for number, names in enumerate(links):
@@ -95,7 +95,7 @@ class Symmetry:
     def _made(self, agents: Sequence[str]) -> Copies:
         roles = sorted(r for r, name in self._agents[agents[0]].items() if name in self._index)
         machines = tuple(tuple(self._index[self._agents[a][r]] for r in roles) for a in agents)
-        inputs, outputs = dict[int, Links](), dict[int, Links]()
+        inputs, outputs = dict[int, CopyLinks](), dict[int, CopyLinks]()
         for name, index in self._index.items():
             if self._agent[name] in agents:
                 continue
@@ -153,7 +153,7 @@ class Symmetry:
             self._abstraction.kept[name].subsystem.name
         ]
 
-    def _names(self, name: str, one: str, other: str) -> tuple[Names, Names] | None:
+    def _names(self, name: str, one: str, other: str) -> tuple[Renaming, Renaming] | None:
         """The names of inputs and outputs after two agents are exchanged; None if none changes.
 
         Elements that have nothing to do with the two agents are left out.
@@ -209,7 +209,7 @@ def likewise(
 
 
 def _signature(
-    kept: Kept, abstraction: Abstraction, inputs: Names, outputs: Names
+    kept: Kept, abstraction: Abstraction, inputs: Renaming, outputs: Renaming
 ) -> tuple[object, ...]:
     """Everything on which a step of a machine depends, with some names changed."""
     subsystem = kept.subsystem
@@ -253,7 +253,7 @@ def _signature(
     return subsystem.rate_hz, subsystem.initial_state, tuple(states), buffers, memory, axioms
 
 
-def renamed(expr: m.Expr, names: Names) -> m.Expr:
+def renamed(expr: m.Expr, names: Renaming) -> m.Expr:
     """An expression with other names of inputs, the parts of `and` and `or` in one order."""
     match expr:
         case m.Input(peer=peer, element=element):

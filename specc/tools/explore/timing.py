@@ -13,7 +13,7 @@ from specc.proof.clock import Timer, Turns
 from specc.proof.numbering import Numbering
 from specc.tools.explore.abstraction import Kept, conditions_of
 from specc.tools.explore.lines import Line
-from specc.tools.explore.partial import Known, Value, filled
+from specc.tools.explore.partial import AbstractValue, Known, filled
 
 MOST_COUNTED = 10_000
 """Periods up to which a comparison of time with kept values is followed."""
@@ -58,7 +58,7 @@ class Clocks:
             found = tuple(self._with_kept(asked))
             rests = kept.rests.all(found)
             self._compared[state.name] = found, sorted(rests.values), sorted(rests.memory)
-        self._known: dict[tuple[str, tuple[Value | None, ...]], Timed] = {}
+        self._known: dict[tuple[str, tuple[AbstractValue | None, ...]], Timed] = {}
 
     @property
     def is_timed(self) -> bool:

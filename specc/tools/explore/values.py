@@ -11,7 +11,15 @@ from typing import Any, TypeVar
 from specc.lang.bounds import bounded
 from specc.model import expr as m
 from specc.model.types import Int, Type
-from specc.tools.explore.partial import SOME, Known, Value, has_more, is_known, is_literal, is_some
+from specc.tools.explore.partial import (
+    SOME,
+    AbstractValue,
+    Known,
+    has_more,
+    is_known,
+    is_literal,
+    is_some,
+)
 from specc.tools.explore.regions import Region, Regions, is_number, within
 
 MOST_VALUES = 32
@@ -133,7 +141,7 @@ class ValueNumbers:
             return (PRESENT,)
         return tuple(self._numbers.of(_shown(region, expr)) for region in regions)
 
-    def value(self, number: int) -> Value | None:
+    def value(self, number: int) -> AbstractValue | None:
         """The value that a number stands for; None if it is unknown or absent."""
         return None if number in (UNKNOWN, ABSENT) else self._numbers.things[number]
 
@@ -147,7 +155,7 @@ def combinable(options: Mapping[Target, tuple[int, ...]]) -> dict[Target, tuple[
     return left
 
 
-def _shown(region: Region, expr: m.Expr) -> Value:
+def _shown(region: Region, expr: m.Expr) -> AbstractValue:
     low, high = region
     if low != high or (low == 0 and not isinstance(expr.type, Int)):  # 0.0 or -0.0
         return region

@@ -18,7 +18,7 @@ from specc.model import expr as m
 from specc.model.logic import conjuncts, negation
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
-from specc.tools.explore.partial import SOME, Known, Value, filled, static
+from specc.tools.explore.partial import SOME, AbstractValue, Known, filled, static
 from specc.tools.explore.regions import leaves
 from specc.tools.explore.symmetry import renamed
 from specc.tools.explore.timing import Clocks
@@ -30,7 +30,7 @@ STAYS = -2
 """In place of the clock of a machine that stays in its state: it is set by what steps it."""
 MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
-Sent = tuple[tuple[InputName, int], ...]
+SentValues = tuple[tuple[InputName, int], ...]
 """Outputs with the numbers of their values."""
 
 
@@ -53,7 +53,7 @@ class Move(NamedTuple):
     source: str
     target: str
     row: int
-    sent: Sent
+    sent: SentValues
     free: tuple[str, ...] = ()
     lost: tuple[InputName, ...] = ()
     broken: tuple[int, ...] = ()
@@ -302,12 +302,12 @@ class Walker:
         peer, name = key
         return f"{self.kind}.y.{peer}.{name}" if peer else f"{self.kind}.{name}"
 
-    def given(self, local: Local, sent: Sent) -> dict[InputName, int]:
+    def given(self, local: Local, sent: SentValues) -> dict[InputName, int]:
         """The numbers of what memory and outputs have after a step."""
         memory = self._named(local.memory).items()
         return {**{("", name): number for name, number in memory}, **dict(sent)}
 
-    def follows(self, local: Local, sent: Sent) -> bool:
+    def follows(self, local: Local, sent: SentValues) -> bool:
         """Whether the values that memory and outputs come to have are followed."""
         given = self.given(local, sent).items()
         return all(self.values.follows(self._target(key), number) for key, number in given)
@@ -376,7 +376,7 @@ class Walker:
         known.memory = {name: value for name, value in values if value is not None}
         return known
 
-    def valued(self, memory: str, number: int) -> Value | None:
+    def valued(self, memory: str, number: int) -> AbstractValue | None:
         """What is known of memory by the number of its value."""
         value = self.values.value(number)
         return (self.within.get(memory) or value) if value in (None, SOME) else value

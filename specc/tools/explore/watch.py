@@ -11,10 +11,10 @@ from specc.model import expr as m
 from specc.model.requirement import Reading, Requirement
 from specc.model.system import System
 from specc.proof import InputName
-from specc.tools.explore.monitor import Monitor, Truth
+from specc.tools.explore.monitor import Monitor, TruthValue
 from specc.tools.explore.partial import (
+    AbstractValue,
     Known,
-    Value,
     filled,
     static,
 )
@@ -22,7 +22,7 @@ from specc.tools.explore.regions import leaves
 from specc.tools.explore.values import ABSENT, UNKNOWN, Numbers, ValueNumbers
 from specc.tools.explore.walker import OVER, Local, Walker
 
-_Ticks = tuple[int, int, tuple[Truth, ...], int]
+_Ticks = tuple[int, int, tuple[TruthValue, ...], int]
 """A call of a monitor: its index, the number of its state, truth of conditions, ticks."""
 Visible = Iterable[tuple[int, InputName, int]]
 """Machine and output of values that have just become visible, with their numbers."""
@@ -58,7 +58,7 @@ class Watch:
         requirements = [*required, *probes]
         self._required = len(required)
         self.monitors = [Monitor(requirement, tick_s) for requirement in requirements]
-        self._said: list[set[Truth]] = [set() for _ in requirements]
+        self._said: list[set[TruthValue]] = [set() for _ in requirements]
         self._left_open, self._unclear = set[int](), set[int]()
         """The requirements that were open after a failure, and those with conditions that were
         unknown for another reason than that a machine had failed."""
@@ -84,8 +84,8 @@ class Watch:
         # Only constants of the system: parameters of a description may have the same names.
         self._known = Known({}, {c.name: c.value for c in system.constants}, tick_s)
         self._numbers, self._left = Numbers(), Numbers()
-        self._followed: dict[_Ticks, tuple[int, frozenset[Truth]]] = {}
-        self._answers: dict[tuple[object, ...], tuple[tuple[Truth, ...], ...]] = {}
+        self._followed: dict[_Ticks, tuple[int, frozenset[TruthValue]]] = {}
+        self._answers: dict[tuple[object, ...], tuple[tuple[TruthValue, ...], ...]] = {}
         self._steps: dict[
             tuple[int, tuple[object, ...], int, bool], tuple[int, tuple[int, ...]]
         ] = {}
@@ -166,8 +166,8 @@ class Watch:
         return self._numbers.of(Watched(tuple(states), watched.seen)), tuple(violated)
 
     def _monitored(
-        self, index: int, state: int, atoms: tuple[Truth, ...], ticks: int
-    ) -> tuple[int, frozenset[Truth]]:
+        self, index: int, state: int, atoms: tuple[TruthValue, ...], ticks: int
+    ) -> tuple[int, frozenset[TruthValue]]:
         """A step of one monitor, cached: steps of all often differ in other monitors only."""
         key = index, state, atoms, ticks
         if key not in self._followed:
@@ -206,7 +206,7 @@ class Watch:
             slot = self._slots[reading.subsystem, reading.element, reading.initial]
         return index, reading.kind, slot
 
-    def _judged(self, now: tuple[object, ...]) -> tuple[tuple[Truth, ...], ...]:
+    def _judged(self, now: tuple[object, ...]) -> tuple[tuple[TruthValue, ...], ...]:
         known, pairs = self._known_of(now), list(zip(self._readings, now, strict=True))
         absent = {x.name for x, found in pairs if found == ABSENT}
         failed = {x.name for x, found in pairs if found is _FAILED}
@@ -224,14 +224,14 @@ class Watch:
         return tuple(truths)
 
     def _known_of(self, now: tuple[object, ...]) -> Known:
-        memory: dict[str, Value] = {}
+        memory: dict[str, AbstractValue] = {}
         for reading, found in zip(self._readings, now, strict=True):
             value = self._value(reading, found)
             if value is not None:
                 memory[reading.name] = value
         return replace(self._known, memory=memory, _lets={})
 
-    def _value(self, reading: Reading, found: object) -> Value | None:
+    def _value(self, reading: Reading, found: object) -> AbstractValue | None:
         if isinstance(found, str):
             return m.Member(found, type=reading.type)
         if not isinstance(found, int):
@@ -267,7 +267,7 @@ def _named(expr: m.Expr) -> set[str]:
     return {leaf.name for leaf in leaves(expr) if isinstance(leaf, m.MemoryRef)}
 
 
-def _truths(said: Iterable[m.Expr]) -> tuple[Truth, ...]:
+def _truths(said: Iterable[m.Expr]) -> tuple[TruthValue, ...]:
     return tuple(each.value if isinstance(each, m.Truth) else None for each in said)
 
 
