@@ -7,7 +7,7 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from math import lcm
 
-from specc.analysis.dataflow import DataFlow, Edge, InputNode, Measured, Sent
+from specc.analysis.dataflow import DataFlow, InputNode, Measured, ReadEdge, Sent
 from specc.analysis.graph import components
 from specc.analysis.rates import LONGEST, base_tick
 from specc.frozen import frozen
@@ -16,8 +16,8 @@ from specc.reachable import reachable
 # Values on their way through one repetition of the timeline.
 
 
-Edges = dict[InputNode, tuple[Edge, ...]]
-Need = tuple[int, bool]
+ReadEdges = dict[InputNode, tuple[ReadEdge, ...]]
+StampedRead = tuple[int, bool]
 """A time stamp of a reader, and whether only a value that is fresh then counts."""
 
 
@@ -52,7 +52,7 @@ class Timeline:
         self,
         sources: DataFlow,
         order: list[InputNode],
-        edges: Edges,
+        edges: ReadEdges,
         periods_s: dict[InputNode, Fraction],
     ) -> None:
         self._sources = sources
@@ -78,14 +78,14 @@ class Timeline:
             return None
         start = self._settled * self._repeats
         stamps = range(start, start + self._repeats, self._reader[node])
-        wanted: dict[InputNode, set[Need]] = {n: set() for n in self._order}
+        wanted: dict[InputNode, set[StampedRead]] = {n: set() for n in self._order}
         wanted[node] = {(stamp, on_arrival) for stamp in stamps}
         for n in reversed(self._order):
             for need in wanted[n]:
                 for stamp in self._computed(n, need):
                     for m, arrival in self._edges[n]:
                         wanted[m].add((stamp, arrival))
-        found: dict[tuple[InputNode, Need], Trail] = {}
+        found: dict[tuple[InputNode, StampedRead], Trail] = {}
         for n in self._order:
             for need in sorted(wanted[n]):
                 trail = self._trail(n, need, found)
@@ -95,7 +95,7 @@ class Timeline:
         return max(trails, key=lambda t: (t.age_s, -t.read_s), default=None)
 
     def _trail(
-        self, n: InputNode, need: Need, found: dict[tuple[InputNode, Need], Trail]
+        self, n: InputNode, need: StampedRead, found: dict[tuple[InputNode, StampedRead], Trail]
     ) -> Trail | None:
         read_s = need[0] * self._tick
         if n in self._sporadic:
@@ -124,7 +124,7 @@ class Timeline:
             return source.period_s
         return self._reader[n] * self._tick if source.shared else Fraction(0)
 
-    def _computed(self, n: InputNode, need: Need) -> range:
+    def _computed(self, n: InputNode, need: StampedRead) -> range:
         """The time stamps at which the value may have been computed that is read."""
         source = self._sources.of(n)
         if not isinstance(source, Sent):
@@ -164,7 +164,7 @@ class Ages:
         self._periods_s = periods_s
         self._oldest: dict[InputNode, Trail | Held | None] = {}
         # What was ordered so far, with all upstream of it: a value stands after those behind it.
-        self._edges: Edges = {}
+        self._edges: ReadEdges = {}
         self._places: dict[InputNode, int] = {}
         self._measured: set[InputNode] = set()
 
@@ -178,7 +178,7 @@ class Ages:
             self._oldest[node] = self._follow(node)
         return self._oldest[node]
 
-    def behind(self, node: InputNode) -> dict[str, list[Edge]]:
+    def behind(self, node: InputNode) -> dict[str, list[ReadEdge]]:
         """State of the sender -> the values that a value is computed from which it sends there.
 
         They have been measured, and it has not passed them before: of those its age is made.
@@ -219,7 +219,7 @@ class Ages:
             () if node in self._places else (node,),
             lambda here: (above for above, _ in self._reads(here) if above not in self._places),
         )
-        inside: Edges = {
+        inside: ReadEdges = {
             n: tuple(e for e in self._reads(n) if e[0] not in self._places) for n in new
         }
         order = self._order(inside)
@@ -232,11 +232,11 @@ class Ages:
             ):
                 self._measured.add(n)
 
-    def _reads(self, node: InputNode) -> tuple[Edge, ...]:
+    def _reads(self, node: InputNode) -> tuple[ReadEdge, ...]:
         source = self.sources.of(node)
         return source.reads if isinstance(source, Sent) else ()
 
-    def _order(self, edges: Edges) -> list[InputNode]:
+    def _order(self, edges: ReadEdges) -> list[InputNode]:
         """Every node after those that it is computed from; edges that make a loop are left out."""
         try:
             return list(TopologicalSorter(_targets(edges)).static_order())
@@ -249,7 +249,7 @@ class Ages:
             return list(TopologicalSorter(_targets(edges)).static_order())
 
     def _held(
-        self, order: list[InputNode], edges: Edges, node: InputNode, on_arrival: bool
+        self, order: list[InputNode], edges: ReadEdges, node: InputNode, on_arrival: bool
     ) -> Held | None:
         """The first value on the path to `node` whose age nothing limits."""
         held = {node} if not on_arrival else set()
@@ -265,5 +265,5 @@ def _may_be_silent(source: Sent | Measured) -> bool:
     return source.unlimited if isinstance(source, Measured) else source.silent is not None
 
 
-def _targets(edges: Edges) -> dict[InputNode, list[InputNode]]:
+def _targets(edges: ReadEdges) -> dict[InputNode, list[InputNode]]:
     return {n: [m for m, _ in reads] for n, reads in edges.items()}

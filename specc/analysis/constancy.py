@@ -23,7 +23,7 @@ from specc.model.expr import (
 from specc.model.fsm import Condition
 from specc.model.logic import joined, negation
 from specc.model.types import Bool, Real
-from specc.proof import Moment
+from specc.proof import EvaluationPoint
 
 # Conditions, the lets that they name and time count, and so does memory that is only ever assigned
 # literals, or that keeps within bounds. Literal `True` and `False`, constants, and what is given to
@@ -152,7 +152,7 @@ class Constancy:
         known += tests
         if condition and part is condition.when and not known:
             return None  # that of the condition itself is known
-        moment: Moment = "conditions" if condition else "start"
+        moment: EvaluationPoint = "conditions" if condition else "start"
         of_any = on.constants & self._parameters
         prover = self._machine.any_prover if of_any else self._machine.prover
         for fact, holds in ((part, True), (negation(part), False)):

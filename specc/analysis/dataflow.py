@@ -16,13 +16,10 @@ from specc.model.expr import Expr, Fresh, Input
 from specc.model.fsm import State
 from specc.model.system import Subsystem
 from specc.model.wires import Output, Wires
-from specc.proof import InputName
+from specc.proof import InputName, InputNames
 from specc.source import Place
 
 # Which inputs of the same period the value of an expression is computed from.
-
-
-InputNames = frozenset[InputName]
 
 
 class Read(NamedTuple):
@@ -101,7 +98,7 @@ class InputNode(NamedTuple):
         return f"x.{self.peer}.{self.element}"
 
 
-Edge = tuple[InputNode, bool]
+ReadEdge = tuple[InputNode, bool]
 """An input that a value is computed from, and whether only where it is fresh."""
 
 
@@ -113,7 +110,7 @@ class Sent:
     """
 
     sender: Subsystem
-    reads: tuple[Edge, ...]
+    reads: tuple[ReadEdge, ...]
     silent: State | None
 
 
@@ -155,7 +152,7 @@ class DataFlow:
         self._bindings = bindings
         self._reads = {name: Reads(machine) for name, machine in machines.items()}
         self._found: dict[InputNode, Sent | Measured | None] = {}
-        self._sent_in: dict[InputNode, dict[str, frozenset[Edge]]] = {}
+        self._sent_in: dict[InputNode, dict[str, frozenset[ReadEdge]]] = {}
 
     def of(self, node: InputNode) -> Sent | Measured | None:
         """Where a value comes from; None if that is not known."""
@@ -173,13 +170,13 @@ class DataFlow:
         """What a subsystem reads; None if it has errors."""
         return self._reads.get(subsystem)
 
-    def sent_in(self, node: InputNode) -> dict[str, frozenset[Edge]]:
+    def sent_in(self, node: InputNode) -> dict[str, frozenset[ReadEdge]]:
         """State of the sender in which it sends a value -> what the value is computed from."""
         if node not in self._sent_in:
             self._sent_in[node] = dict(self._sending(node))
         return self._sent_in[node]
 
-    def _sending(self, node: InputNode) -> Iterator[tuple[str, frozenset[Edge]]]:
+    def _sending(self, node: InputNode) -> Iterator[tuple[str, frozenset[ReadEdge]]]:
         sender, output = self.sender(node) or _NOBODY
         machine = self._machines.get(sender)
         if machine is None or machine.faulty:
@@ -190,7 +187,7 @@ class DataFlow:
             if state.behaviour.name in edges:
                 yield state.name, edges[state.behaviour.name]
 
-    def _edges(self, sender: str, values: Iterable[Expr]) -> frozenset[Edge]:
+    def _edges(self, sender: str, values: Iterable[Expr]) -> frozenset[ReadEdge]:
         """What values of a subsystem are computed from."""
         found = (read for value in values for read in self._reads[sender].of(value))
         return frozenset((InputNode(sender, *read.input), read.on_arrival) for read in found)
@@ -202,7 +199,7 @@ class DataFlow:
             return None
         sent = self.sent_in(node)
         silent = (state for state in self._reads[sender].states if state.name not in sent)
-        edges = frozenset[Edge]().union(*sent.values())
+        edges = frozenset[ReadEdge]().union(*sent.values())
         return Sent(machine.subsystem, tuple(sorted(edges)), next(silent, None))
 
     def sender(self, node: InputNode) -> Output | None:

@@ -108,15 +108,15 @@ def reached_from(start: str, leaving: Mapping[str, Iterable[RowEdge]]) -> frozen
 
 T = TypeVar("T")
 W = TypeVar("W")
-Held = dict[str, frozenset[T]]
+HeldByState = dict[str, frozenset[T]]
 """What holds in each state whenever its functions are executed."""
 
 
 def must_hold(
-    most: Held[T],
+    most: HeldByState[T],
     ways: Mapping[str, Sequence[tuple[str, W]]],
     kept: Callable[[frozenset[T], str, frozenset[T], W], frozenset[T]],
-) -> Held[T]:
+) -> HeldByState[T]:
     """The greatest solution of the flow equations, from what each state may have at `most`.
 
     `ways` leave a state for another one. `kept` gives what, of a set, holds behind a way out of a

@@ -44,8 +44,6 @@ from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import Depths, Numbering
 from specc.source import Place
 
-Kind = Literal["tolerance", "angle", "quaternion", "bounds", "itself", "unchanged", "fails"]
-
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
 _ONE = -1
@@ -62,7 +60,7 @@ class PointlessPart:
     `origin` is where the first of these parts was written down; `why` it fails, if it does.
     """
 
-    kind: Kind
+    kind: Literal["tolerance", "angle", "quaternion", "bounds", "itself", "unchanged", "fails"]
     expr: Expr
     text: ExpressionText
     because: tuple[Expr, ...]

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, cached_property
 
 from specc.analysis.arrivals import Arrivals
-from specc.analysis.graph import Held, RowEdge, must_hold
+from specc.analysis.graph import HeldByState, RowEdge, must_hold
 from specc.analysis.guards import Evaluation, Guards, Implied, Tests, said, there
 from specc.analysis.reads import Dependences, nodes, texts
 from specc.frozen import frozen
@@ -37,14 +37,13 @@ from specc.model.fsm import Axiom, Condition, Function, State, Transition
 from specc.model.logic import conjuncts, negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import ListOf, OptionalOf, Type
-from specc.proof import InputName, Moment, Prover
+from specc.proof import EvaluationPoint, InputName, InputNames, Prover
 from specc.reachable import grouped, shortest
 
 # Inputs that surely have a value. A value that has come stays, so the sets only grow along a way.
 
 
-Inputs = frozenset[InputName]
-_NONE: Inputs = frozenset()
+_NONE: InputNames = frozenset()
 
 
 @frozen
@@ -78,11 +77,11 @@ class Presence:
         self.in_functions = self._settled()
         """In the functions of a state, from its first period on."""
 
-    def in_conditions(self, state: str) -> Inputs:
+    def in_conditions(self, state: str) -> InputNames:
         """In the conditions that end a state; they are first asked one period after it began."""
         return self._close(self.in_functions[state] | self._arrivals.later)
 
-    def at(self, use: Evaluation) -> Inputs:
+    def at(self, use: Evaluation) -> InputNames:
         """Where an expression is evaluated."""
         match use.owner:
             case Memory():
@@ -97,7 +96,7 @@ class Presence:
             present = self.behind(present, test, holds)
         return present
 
-    def behind(self, present: Inputs, test: Expr, holds: bool) -> Inputs:
+    def behind(self, present: InputNames, test: Expr, holds: bool) -> InputNames:
         """What is present after a test that held, or did not."""
         return self._close(present | self._told(test, holds))
 
@@ -112,18 +111,18 @@ class Presence:
         parts = (part for text in every for part in alone.parts(text.expr, first))
         return all(read.key in part.known for part in parts if (read := _read(part.expr)))
 
-    def unguarded(self, expr: Expr, present: Inputs) -> Iterator[InputRead]:
+    def unguarded(self, expr: Expr, present: InputNames) -> Iterator[InputRead]:
         """What `expr` may read without a value where only `present` is sure; tests in it count."""
         for part, known, let in self._guards.parts(expr, present):
             read = _read(part)
             if read and read.key not in known:
                 yield InputRead(read, let)
 
-    def after(self, step: RowEdge) -> Inputs:
+    def after(self, step: RowEdge) -> InputNames:
         """Once a row was taken."""
         return self._after(self.in_functions[step.row.source], step.ensures)
 
-    def _once_taken(self, in_functions: Inputs, ensures: Inputs) -> Inputs:
+    def _once_taken(self, in_functions: InputNames, ensures: InputNames) -> InputNames:
         return self._close(self._close(in_functions | self._arrivals.later) | ensures)
 
     def way_without(self, state: str, element: InputName) -> list[str]:
@@ -132,7 +131,7 @@ class Presence:
         leaving = grouped((row.source, row.target) for row in without)
         return shortest(self._subsystem.initial_state, state, lambda here: leaving.get(here, ()))
 
-    def _asked(self, expr: Expr, holds: bool) -> Inputs:
+    def _asked(self, expr: Expr, holds: bool) -> InputNames:
         """Inputs that have a value where a condition holds; the unknown may be about any input."""
         match expr:
             case Unknown():
@@ -141,7 +140,7 @@ class Presence:
                 return frozenset((element.key,))
         return _NONE
 
-    def _settled(self) -> Held[InputName]:
+    def _settled(self) -> HeldByState[InputName]:
         most = {state.name: self._everything for state in self._subsystem.states}
         if not self._subsystem.begun:
             return most
@@ -167,8 +166,8 @@ def _read(part: Expr) -> Input | None:
 # functions of the next state. After that it stays true of memory that the behaviour does not write.
 
 
-Known = frozenset[Expr]
-Context = tuple[Expr, ...]
+KnownFacts = frozenset[Expr]
+Premises = tuple[Expr, ...]
 """Conditions that hold in one period."""
 MOST_WAYS = 16
 """To one let with different tests before it; of more ways counts what all have in common."""
@@ -182,7 +181,7 @@ class Need:
     """
 
     sure: Sure
-    ways: tuple[Context, ...]
+    ways: tuple[Premises, ...]
     let: Let | None
 
     @property
@@ -207,7 +206,7 @@ class PresentValues:
         self._prover = prover
         self._dependences = dependences
         self._guards = Guards(subsystem.lets, _behind, _either, _outside)
-        self._lacking: dict[tuple[int, Known, Tests, Moment], Sequence[Need]] = {}
+        self._lacking: dict[tuple[int, KnownFacts, Tests, EvaluationPoint], Sequence[Need]] = {}
 
     @cached_property
     def needed(self) -> bool:
@@ -233,14 +232,14 @@ class PresentValues:
             self._lacking[key] = [n for n in needs if self._lacks(n, context, key[-1])]
         return self._lacking[key]
 
-    def _known_at(self, use: Evaluation) -> Known:
+    def _known_at(self, use: Evaluation) -> KnownFacts:
         """What is known where an expression is evaluated, beside the tests before it."""
         if use.state is None:
             return frozenset()
         held = self._held[use.state.name]
         return held if isinstance(use.owner, Function) else self._when_asked(use.state, held)
 
-    def _lacks(self, need: Need, known: Context, moment: Moment) -> bool:
+    def _lacks(self, need: Need, known: Premises, moment: EvaluationPoint) -> bool:
         legible = (way for way in need.ways if not any(map(has_unknown, way)))
         contexts = ((*known, *way) for way in legible)
         return any(
@@ -257,14 +256,14 @@ class PresentValues:
         once = isinstance(use.owner, Function) and state.behaviour.terminal.when == TRUE
         return self._outlives(fact, state) or once
 
-    def _moment(self, use: Evaluation) -> Moment:
+    def _moment(self, use: Evaluation) -> EvaluationPoint:
         if isinstance(use.owner, Condition):
             return "conditions"
         later = use.state is not None and use.state.name != self._subsystem.initial_state
         return "functions" if later else "start"
 
     @cached_property
-    def _facts(self) -> Context:
+    def _facts(self) -> Premises:
         """What matters, in an order that does not depend on the run.
 
         Facts about the clock do not, as it starts anew with every state.
@@ -273,11 +272,11 @@ class PresentValues:
         facts = (f for f in {n.fact for n in needs} if not self._dependences.of(f).clock)
         return tuple(sorted(facts, key=repr))
 
-    def _in_order(self, known: Known) -> Context:
+    def _in_order(self, known: KnownFacts) -> Premises:
         return tuple([fact for fact in self._facts if fact in known])
 
     @cached_property
-    def _held(self) -> Held[Expr]:
+    def _held(self) -> HeldByState[Expr]:
         """What holds in every period in which the functions of a state are executed."""
         most = {state.name: frozenset(self._facts) for state in self._subsystem.states}
         if self._subsystem.initial_state in most:
@@ -285,9 +284,9 @@ class PresentValues:
             most[self._subsystem.initial_state] = _there_by_type(self._facts, initial)
         return must_hold(most, self._ways(), self._kept)
 
-    def _ways(self) -> dict[str, list[tuple[str, Context]]]:
+    def _ways(self) -> dict[str, list[tuple[str, Premises]]]:
         """State -> the states that it enters, or goes on as, and what is true when it does."""
-        found: dict[str, list[tuple[str, Context]]] = {}
+        found: dict[str, list[tuple[str, Premises]]] = {}
         for state in self._subsystem.states:
             ends = (state.behaviour.terminal.when, state.behaviour.error.when)
             found[state.name] = [(state.name, self._timeless(map(negation, ends)))]
@@ -296,17 +295,19 @@ class PresentValues:
             found[row.source].append((row.target, self._timeless([*before, row.condition.when])))
         return found
 
-    def _timeless(self, conditions: Iterable[Expr]) -> Context:
+    def _timeless(self, conditions: Iterable[Expr]) -> Premises:
         """The parts of conditions that are as true of the next state, whose clock starts anew."""
         parts = (part for condition in conditions for part in conjuncts(condition))
         return tuple(part for part in parts if not self._dependences.of(part).clock)
 
-    def _kept(self, facts: Known, state: str, held: Known, conditions: Context) -> Known:
+    def _kept(
+        self, facts: KnownFacts, state: str, held: KnownFacts, conditions: Premises
+    ) -> KnownFacts:
         known = self._when_asked(self._subsystem.state(state), held)
         context = _with_items((*conditions, *self._in_order(known)))
         return frozenset(f for f in facts if f in known or self._prover.implies(context, f))
 
-    def _when_asked(self, state: State, held: Known) -> Known:
+    def _when_asked(self, state: State, held: KnownFacts) -> KnownFacts:
         """Facts that hold when the conditions that end a state are asked."""
         lasting = (fact for fact in held if self._outlives(fact, state))
         return frozenset(lasting) | _there_by_type(self._facts, _written(state))
@@ -317,14 +318,14 @@ class PresentValues:
         return on.lasts and not on.memory & _written(state).keys()
 
 
-def _behind(ways: tuple[Context, ...], test: Expr, holds: bool) -> tuple[Context, ...]:
+def _behind(ways: tuple[Premises, ...], test: Expr, holds: bool) -> tuple[Premises, ...]:
     said = test if holds else negation(test)
     return tuple((*way, said) for way in ways)
 
 
-def _either(one: tuple[Context, ...], other: tuple[Context, ...]) -> tuple[Context, ...]:
+def _either(one: tuple[Premises, ...], other: tuple[Premises, ...]) -> tuple[Premises, ...]:
     """Ways on which no more is known than on each of these: one with more tests adds nothing."""
-    found: list[tuple[Context, frozenset[Expr]]] = []
+    found: list[tuple[Premises, frozenset[Expr]]] = []
     for way in (*one, *other):
         tests = frozenset(way)
         if not any(fewer <= tests for _, fewer in found):
@@ -335,7 +336,7 @@ def _either(one: tuple[Context, ...], other: tuple[Context, ...]) -> tuple[Conte
     return tuple(way for way, _ in found)
 
 
-def _outside(ways: tuple[Context, ...]) -> tuple[Context, ...]:
+def _outside(ways: tuple[Premises, ...]) -> tuple[Premises, ...]:
     return tuple(tuple(test for test in way if not has_free_variable(test)) for way in ways)
 
 
@@ -359,7 +360,7 @@ def _written(state: State) -> dict[str, Type]:
     return {a.name: a.value.type for a in state.behaviour.assignments if not a.peer}
 
 
-def _there_by_type(facts: Iterable[Expr], memory: Mapping[str, Type]) -> Known:
+def _there_by_type(facts: Iterable[Expr], memory: Mapping[str, Type]) -> KnownFacts:
     """Facts about memory that has got a value of a type that is never None, or never empty."""
     return frozenset(
         fact

@@ -21,7 +21,6 @@ from specc.source import Place
 
 MOST = 8
 """Things that are shown with one that is not used."""
-Edges = Mapping[str, Set[str]]
 _NONE: frozenset[str] = frozenset()
 _KINDS = {
     Call: ("operator", attrgetter("operator")),
@@ -37,7 +36,7 @@ def _named(parts: Iterable[Expr]) -> set[str]:
 
 
 def _unused(
-    code: str, places: Mapping[str, Place], edges: Edges, start: Set[str]
+    code: str, places: Mapping[str, Place], edges: Mapping[str, Set[str]], start: Set[str]
 ) -> Iterator[Diagnostic]:
     """Of some things those that nothing names, each with the others that only it uses.
 

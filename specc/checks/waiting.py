@@ -18,7 +18,7 @@ from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
 from specc.model.system import Subsystem
 from specc.model.wires import Wire
-from specc.proof import InputName
+from specc.proof import InputName, InputNames
 from specc.reachable import grouped, reachable
 
 # Implicants of a condition in terms of freshness: sets of inputs, all of one of which must be fresh
@@ -27,8 +27,7 @@ from specc.reachable import grouped, reachable
 # Other questions are left out, so that a condition has rather too many implicants than too few.
 
 
-Inputs = frozenset[InputName]
-Implicants = tuple[Inputs, ...]
+Implicants = tuple[InputNames, ...]
 FREE: Implicants = (frozenset(),)
 _MOST = 64
 
@@ -41,9 +40,9 @@ def all_of(parts: Iterable[Implicants]) -> Implicants:
     return found
 
 
-def least(implicants: Iterable[Inputs]) -> Implicants:
+def least(implicants: Iterable[InputNames]) -> Implicants:
     """Those that need no more than another one does; too many count as no need at all."""
-    found: list[Inputs] = []
+    found: list[InputNames] = []
     for inputs in sorted(set(implicants), key=lambda i: (len(i), sorted(i))):
         if not any(other <= inputs for other in found):
             found.append(inputs)
@@ -74,7 +73,7 @@ class Moves:
     def ways_out(self, state: str) -> Implicants:
         """What the ways out of a state need: those to others or, without these, to itself."""
         steps = self.machine.leaving.get(state, [])
-        found: set[Inputs] = set()
+        found: set[InputNames] = set()
         for step in [s for s in steps if s.row.target != state] or steps:
             found.update(self.needed(step.row))
             if frozenset() in found:
@@ -130,9 +129,9 @@ class Waiting:
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
         self._moves: dict[str, Moves] = {}
-        self._waits: dict[tuple[str, str, frozenset[Inputs]], Wait] = {}
+        self._waits: dict[tuple[str, str, frozenset[InputNames]], Wait] = {}
 
-    def in_vain(self, reader: Machine) -> Iterator[tuple[State, Inputs, Rest]]:
+    def in_vain(self, reader: Machine) -> Iterator[tuple[State, InputNames, Rest]]:
         """States with what every way out of them needs of one sender, and where that may rest."""
         moves = self._moves_of(reader)
         for state in reader.subsystem.states:
@@ -152,7 +151,7 @@ class Waiting:
             self._moves[name] = Moves(machine)
         return self._moves[name]
 
-    def _wait(self, reader: Machine, wire: Wire, needs: frozenset[Inputs]) -> Wait | None:
+    def _wait(self, reader: Machine, wire: Wire, needs: frozenset[InputNames]) -> Wait | None:
         """What many states may wait for, which is looked into once."""
         key = reader.subsystem.qualified_name, wire.port.peer, needs
         if key not in self._waits:
@@ -176,8 +175,8 @@ class Wait:
     sender: Moves
     wire: Wire
     back: Wire | None
-    needs: frozenset[Inputs]
-    _unanswered: dict[tuple[Inputs, Inputs], Rest | None] = field(default_factory=dict)
+    needs: frozenset[InputNames]
+    _unanswered: dict[tuple[InputNames, InputNames], Rest | None] = field(default_factory=dict)
 
     def rest_in(self, state: State) -> Rest | None:
         """Where the sender may rest while the reader is in a state."""
@@ -209,7 +208,7 @@ class Wait:
             return None
         return Rest(machine, _first(resting, machine.subsystem), None)
 
-    def _rest_unanswered(self, spent: Inputs, still: Inputs) -> Rest | None:
+    def _rest_unanswered(self, spent: InputNames, still: InputNames) -> Rest | None:
         """Where the sender may rest after it has taken up what was sent before this state.
 
         `spent` is no longer sent, `still` is still sent.
@@ -234,13 +233,13 @@ class Wait:
                     return Rest(machine, _first(here, machine.subsystem), step.row)
         return None
 
-    def _sent_before(self, state: State) -> Inputs:
+    def _sent_before(self, state: State) -> InputNames:
         """What the states before the waiting one send to the one that is waited for."""
         before = {step.row.source for step in self.reader.entering.get(state.name, ())}
         states = map(self.reader.subsystem.state, before - {state.name})
         return frozenset[InputName]().union(*map(self._asks, states))
 
-    def _asks(self, state: State) -> Inputs:
+    def _asks(self, state: State) -> InputNames:
         """What a state of the reader sends to the sender, as that calls it."""
         return self.back.arriving(state.behaviour) if self.back else frozenset()
 
@@ -287,7 +286,7 @@ def waits_end(facts: Facts) -> Iterator[Diagnostic]:
                 yield _finding(state, needed, rest)
 
 
-def _finding(state: State, needed: Inputs, rest: Rest) -> Diagnostic:
+def _finding(state: State, needed: InputNames, rest: Rest) -> Diagnostic:
     names = [f"`x.{peer}.{element}`" for peer, element in sorted(needed)]
     sender = f"`{rest.sender.subsystem.qualified_name}`"
     related = [Related(rest.state.place, f"from here on {sender} never sends it")]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from specc.analysis.ages import Ages
-from specc.analysis.dataflow import Edge, InputNode
+from specc.analysis.dataflow import InputNode, ReadEdge
 from specc.analysis.reads import nodes
 from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal
@@ -110,13 +110,13 @@ def _behind(
     yield from (text for _, _, text in sorted(found))
 
 
-def _alike(by_state: dict[str, list[Edge]]) -> Iterator[tuple[tuple[str, ...], list[Edge]]]:
+def _alike(by_state: dict[str, list[ReadEdge]]) -> Iterator[tuple[tuple[str, ...], list[ReadEdge]]]:
     """The states with what is read there, those that read the same together."""
     groups = grouped((tuple(edges), state) for state, edges in by_state.items())
     return ((tuple(states), list(edges)) for edges, states in groups.items() if edges)
 
 
-def _inputs(sender: Subsystem, edges: list[Edge]) -> Iterator[str]:
+def _inputs(sender: Subsystem, edges: list[ReadEdge]) -> Iterator[str]:
     names = buffer_names(sender.inputs)
     held = tuple(names[node.peer, node.element] for node, fresh in edges if not fresh)
     fresh = tuple(names[node.peer, node.element] for node, fresh in edges if fresh)

@@ -19,15 +19,24 @@ Nothing here knows of messages or of generated code.
 """
 
 from specc.proof.numbering import Depths, Numbering
-from specc.proof.prover import Moment, Prover
+from specc.proof.prover import EvaluationPoint, Prover
 from specc.proof.ticks import Ticks
-from specc.proof.verdict import Decision, InputName, RowVerdict, Witness, freshness, presence
+from specc.proof.verdict import (
+    Decision,
+    InputName,
+    InputNames,
+    RowVerdict,
+    Witness,
+    freshness,
+    presence,
+)
 
 __all__ = [
     "Decision",
     "Depths",
+    "EvaluationPoint",
     "InputName",
-    "Moment",
+    "InputNames",
     "Numbering",
     "Prover",
     "RowVerdict",

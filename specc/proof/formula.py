@@ -19,7 +19,7 @@ from specc.reachable import reachable
 Answers = tuple[bool, ...]
 """Answers to the questions about one variable, in the order of the questions."""
 
-Number = int
+ValueNumber = int
 """A value number: equal for expressions that have the same value (see `specc.proof.numbering`)."""
 
 
@@ -27,7 +27,7 @@ Number = int
 class Flag:
     """A truth value about which nothing else is known; its only question is None."""
 
-    of: Number
+    of: ValueNumber
 
     def answers(self, tests: Sequence[None]) -> list[Answers]:
         """False and true."""
@@ -38,7 +38,7 @@ class Flag:
 class EnumItem:
     """One member of an enum; a question is a set of members."""
 
-    of: Number
+    of: ValueNumber
     members: tuple[str, ...]
     expr: Expr | None = field(compare=False, default=None)
 
@@ -56,7 +56,7 @@ class EnumItem:
 class Label:
     """A text; a question is a text that it may be equal to."""
 
-    of: Number
+    of: ValueNumber
 
     def answers(self, tests: Sequence[str]) -> list[Answers]:
         """Equal to one of the texts or to none."""
@@ -88,7 +88,7 @@ class Quantity:
     """A number; a question compares it with a constant."""
 
     kind: Literal["value", "difference", "distance", "periods"]
-    of: tuple[Number, ...]
+    of: tuple[ValueNumber, ...]
     """One number of a value; two of a difference, or of the distance that `near` judges; none of
     the number of periods that the state has lasted."""
     whole: bool
@@ -143,7 +143,7 @@ def _holds_at(op: str, value: float, threshold: float) -> bool:
 class Apart:
     """How far two poses are from each other; a question has a distance and an angle."""
 
-    of: tuple[Number, Number]
+    of: tuple[ValueNumber, ValueNumber]
 
     def answers(self, tests: Sequence[tuple[float, float]]) -> list[Answers]:
         """Within which distances and angles: what is within one is within every larger one."""
@@ -161,7 +161,7 @@ class ItemQuestions:
     Its answers need the tables of `specc.proof.table`.
     """
 
-    of: Number
+    of: ValueNumber
     size: int | None
     """Number of items; None for a list, which may be empty unless it is `nonempty`."""
     nonempty: bool = False

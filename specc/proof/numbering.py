@@ -40,7 +40,7 @@ from specc.model.expr import (
 )
 from specc.model.types import Int, ListOf, Real
 
-Scalar = float | bool | str
+KnownValue = float | bool | str
 Depths = Mapping[str, int]
 """Variable of a quantifier -> how many quantifiers are around its own."""
 
@@ -64,7 +64,7 @@ class Numbering:
         self.lets = lets
         self._constant_values = constants
         self._numbers: dict[object, int] = {}
-        self._values: dict[int, Scalar] = {}
+        self._values: dict[int, KnownValue] = {}
         self._ranges: dict[int, Range] = {}
         # By identity, with the expression itself so that no other one takes its identity.
         self._seen: dict[int, tuple[Expr, int]] = {}
@@ -80,7 +80,7 @@ class Numbering:
         yield from self._constant_values.values()
         yield from self.lets.values()
 
-    def value(self, number: int) -> Scalar | None:
+    def value(self, number: int) -> KnownValue | None:
         """The value of a number that stands for a known one: a number, truth, member or text."""
         return self._values.get(number)
 
@@ -175,7 +175,7 @@ class Numbering:
             self._ranges[number] = self._range(expr, given)
         return number
 
-    def _typed(self, expr: Expr, number: int) -> Scalar | None:
+    def _typed(self, expr: Expr, number: int) -> KnownValue | None:
         """The value of a number, whole if the expression is: 1 and 1.0 are one value."""
         value = self._values.get(number)
         return int(value) if isinstance(value, float) and isinstance(expr.type, Int) else value
@@ -188,7 +188,7 @@ class Numbering:
         is_square = isinstance(expr, Binary) and expr.op == "*" and parts[0] == parts[1]
         return ranges.both(found, NOT_NEGATIVE) if is_square else found
 
-    def _known(self, value: Scalar) -> int:
+    def _known(self, value: KnownValue) -> int:
         # 0.0 and -0.0 are equal, but not the same divisor.
         kind = math.copysign(1.0, value) if value == 0.0 and isinstance(value, float) else 1.0
         number = self._of(("value", isinstance(value, bool), kind, value))
@@ -205,14 +205,14 @@ def labels(expr: Expr) -> tuple[object, ...]:
     return tuple(len(v) if isinstance(v, tuple) else v for v in values if not isinstance(v, Node))
 
 
-def _fold(op: str, known: list[Scalar | None]) -> float | None:
+def _fold(op: str, known: list[KnownValue | None]) -> float | None:
     """The result of arithmetic on known numbers; None if it has none."""
     if len(known) == 1:
         return _computed(lambda a: -a if op == "-" else None, known)
     return _computed(SIGNS[op].value, known)
 
 
-def _result(expr: Builtin, known: list[Scalar | None]) -> float | None:
+def _result(expr: Builtin, known: list[KnownValue | None]) -> float | None:
     """The result of a function of known numbers; None if it has none, or not the same anywhere."""
     function = FUNCTIONS[expr.name]
     if not function.folds:
@@ -221,7 +221,7 @@ def _result(expr: Builtin, known: list[Scalar | None]) -> float | None:
     return _computed(lambda *args: function.value(*(map(float, args) if is_real else args)), known)
 
 
-def _computed(compute: Callable[..., float | None], known: list[Scalar | None]) -> float | None:
+def _computed(compute: Callable[..., float | None], known: list[KnownValue | None]) -> float | None:
     """What is computed from numbers; None if they are not known or it is not a finite number."""
     numbers = [k for k in known if isinstance(k, (int, float)) and not isinstance(k, bool)]
     if len(numbers) != len(known):

@@ -17,12 +17,9 @@ from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
 from specc.proof.witness import only
 
-Moment = Literal["conditions", "functions", "start"]
+EvaluationPoint = Literal["conditions", "functions", "start"]
 """When something holds. Axioms hold except at the start of a run; `entered` and `elapsed` are known
 in conditions only, since these are not asked in the first period of a state."""
-
-
-Rows = tuple[Transition, ...]
 
 
 class Prover:
@@ -96,7 +93,9 @@ class Prover:
             decision = self._decisions[key] = _where_fresh(decided, came)
         return RowVerdict(rows, _with_repair(decision, rows), question.arrivals)
 
-    def _question(self, state: str, cause: Cause, without: int | None) -> tuple[Question, Rows]:
+    def _question(
+        self, state: str, cause: Cause, without: int | None
+    ) -> tuple[Question, tuple[Transition, ...]]:
         """What is asked about the rows of a state and cause, and these.
 
         States whose conditions are the same share a question.
@@ -143,7 +142,7 @@ class Prover:
         self,
         context: Iterable[Expr],
         fact: Expr,
-        moment: Moment = "conditions",
+        moment: EvaluationPoint = "conditions",
         *,
         assuming: bool = True,
     ) -> bool | None:
@@ -206,7 +205,7 @@ def _where_fresh(decision: Decision, came: Iterable[Expr]) -> Decision:
     return replace(decision, gap=gap, overlap=overlap) if known else decision
 
 
-def _with_repair(decision: Decision, rows: Rows) -> Decision:
+def _with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
     """The decision with a repair in terms of the other condition where none is short."""
     overlap = decision.overlap
     if overlap is None or overlap.repair is not None or overlap.repaired is None:

@@ -7,8 +7,7 @@ choice of a member came out, `all(P)` is `not any(not P)`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from collections.abc import Collection as Names
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -66,7 +65,6 @@ _QUESTIONS: dict[str, tuple[str, bool]] = {
     "!=": ("==", False),
 }
 
-Question = tuple[Quantity, Threshold, bool]
 Near = tuple[Quantity | Apart, object]
 
 
@@ -77,7 +75,7 @@ class Translator:
         self,
         lets: Mapping[str, Expr],
         constants: Mapping[str, Expr],
-        always_present: Names[InputName] = (),
+        always_present: Collection[InputName] = (),
         period_s: Fraction | None = None,
     ) -> None:
         """`always_present`: peer and name of input elements that are never without a value.
@@ -229,7 +227,9 @@ class Translator:
         then, otherwise = (self._look_through(arm) for arm in (choice.then, choice.otherwise))
         return _as_float(then, choice.type), _as_float(otherwise, choice.type)
 
-    def _question(self, op: str, left: Expr, right: Expr, bound: Depths) -> Question | bool:
+    def _question(
+        self, op: str, left: Expr, right: Expr, bound: Depths
+    ) -> tuple[Quantity, Threshold, bool] | bool:
         """Quantity, question and the answer with which `left op right`; or its known truth."""
         a, b = self._numbering.number(left, bound), self._numbering.number(right, bound)
         x, y = self._numbering.known(left, bound), self._numbering.known(right, bound)

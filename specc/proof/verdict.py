@@ -30,6 +30,7 @@ class UnsureError(Exception):
 
 InputName = tuple[str, str]
 """Peer and name of an input element."""
+InputNames = frozenset[InputName]
 
 
 def freshness(name: InputName) -> Fresh:
@@ -42,10 +43,10 @@ def presence(name: InputName) -> Present:
     return Present(Input(*name, type=Bool()), type=Bool())
 
 
-Facts = tuple[tuple[str, str], ...]
+FactTexts = tuple[tuple[str, str], ...]
 """Questions as the specification puts them, with their answers in words."""
 
-Answers = tuple[tuple[Expr, bool], ...]
+TruthAssignment = tuple[tuple[Expr, bool], ...]
 """The same as expressions with their truth values."""
 
 
@@ -62,11 +63,11 @@ class Witness:
     others hold wherever it does.
     """
 
-    facts: Facts
+    facts: FactTexts
     holding: tuple[int, ...] = ()
     repair: Expr | None = None
     repaired: int | None = None
-    answers: Answers = ()
+    answers: TruthAssignment = ()
     everywhere: Expr | None = None
     some: bool = False
 
@@ -155,7 +156,7 @@ TIMED = (
 )
 
 
-def rounding(facts: Facts) -> Decision:
+def rounding(facts: FactTexts) -> Decision:
     """The verdict where only rounded sums can go wrong, with the answers of such a case."""
     case = " and ".join(f"`{question}` {answer}" for question, answer in facts)
     return Decision(

@@ -11,7 +11,7 @@ from specc.model.logic import joined, opposite
 from specc.model.types import Bool
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of
 from specc.proof.table import Cases, Column, Table
-from specc.proof.verdict import Answers, Facts, UnsureError, Witness
+from specc.proof.verdict import FactTexts, TruthAssignment, UnsureError, Witness
 
 # Conditions that say where a fault is, or end an overlap, in the words that the conditions use.
 
@@ -196,7 +196,7 @@ def _causes(table: Table, cases: Cases, told: int) -> dict[Column, int]:
 
 def describe(
     table: Table, faults: int, allowed: int, asked: frozenset[Atom]
-) -> tuple[Facts, Answers, int]:
+) -> tuple[FactTexts, TruthAssignment, int]:
     """Facts that, within the combinations `allowed`, always lead to one of `faults`.
 
     `faults` must have a combination. Facts about atoms that are not `asked` are left out first,

@@ -17,7 +17,7 @@ from specc import pipeline
 from specc.lang import Environment, evaluate
 from specc.model.expr import Binary, Builtin, Compare, Expr, Logic, MemoryRef, Number, Unary
 from specc.model.types import Bool, Int
-from specc.proof import Moment, Prover
+from specc.proof import EvaluationPoint, Prover
 from specc.proof.formula import atoms_of
 from specc.proof.solver import solve, solver
 from tests.checks.conditions import condition, machine
@@ -178,7 +178,7 @@ def test_the_flagship_needs_no_solver() -> None:
 
 
 @pytest.mark.parametrize("moment", ["conditions", "functions", "start"])
-def test_answers_that_needed_the_solver_are_not_kept(moment: Moment) -> None:
+def test_answers_that_needed_the_solver_are_not_kept(moment: EvaluationPoint) -> None:
     proofs = prover("d < 1")
     assert proofs.implies([typed("d + e < 1"), typed("e > 0")], typed("d < 2"), moment)
     assert not proofs.is_repeatable

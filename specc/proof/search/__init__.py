@@ -7,9 +7,9 @@ hand, as far as it has the `Freedom`, until it meets that; `Semantics` evaluates
 from specc.proof.search.search import Goal, find, showing
 from specc.proof.search.situation import (
     NO_VALUE,
-    Answer,
     Freedom,
     LagKey,
+    OperatorAnswer,
     Semantics,
     Situation,
     lag_key,
@@ -19,10 +19,10 @@ from specc.proof.search.thresholds import SearchBudget
 
 __all__ = [
     "NO_VALUE",
-    "Answer",
     "Freedom",
     "Goal",
     "LagKey",
+    "OperatorAnswer",
     "SearchBudget",
     "Semantics",
     "Situation",

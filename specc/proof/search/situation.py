@@ -39,7 +39,7 @@ def _near(compared: m.Compare) -> m.Expr:
 # What a subsystem sees and remembers in one period, and what expressions are worth then.
 
 
-Answer = tuple[str, tuple[Value, ...], Value]
+OperatorAnswer = tuple[str, tuple[Value, ...], Value]
 """An operator, its arguments and what it gives for them."""
 
 
@@ -68,7 +68,7 @@ class Situation:
     """How far inputs are behind; not at all where nothing is said."""
     memory: Mapping[str, Value] = field(default_factory=dict)
     periods: int = 0
-    answers: tuple[Answer, ...] = ()
+    answers: tuple[OperatorAnswer, ...] = ()
 
     def answer(self, operator: str, args: tuple[Value, ...]) -> Value | None:
         """What an operator is known to give; None if nothing is said of it."""

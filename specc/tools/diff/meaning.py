@@ -41,7 +41,7 @@ from specc.proof.numbering import Numbering
 from specc.proof.relations import conjuncts, related
 from specc.proof.table import Cases, Table
 from specc.proof.translate import Translator
-from specc.proof.verdict import Facts, TooLargeError, UnsureError
+from specc.proof.verdict import FactTexts, TooLargeError, UnsureError
 from specc.proof.witness import describe
 from specc.tools.diff.record import Book, Verdict
 
@@ -346,7 +346,7 @@ class _Moment:
         )
 
 
-def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> Facts:
+def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> FactTexts:
     if not faults:
         return ()
     found, *_ = describe(table, faults, allowed, asked)
@@ -355,7 +355,7 @@ def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> Fa
     return tuple(_readable(fact, answer, found) for fact, answer in found)
 
 
-def _readable(fact: str, answer: str, found: Facts) -> tuple[str, str]:
+def _readable(fact: str, answer: str, found: FactTexts) -> tuple[str, str]:
     """A fact without marks; where both versions ask it with values of their own, it says whose."""
     plain = _plain(fact)
     if sum(_plain(other) == plain for other, _ in found) > 1:

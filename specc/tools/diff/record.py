@@ -10,7 +10,7 @@ from typing import Any, Generic, Literal, TypeVar
 from specc.diagnostics.phrases import ms
 from specc.frozen import frozen, mutable
 from specc.model.trace import Trace
-from specc.proof.verdict import Facts
+from specc.proof.verdict import FactTexts
 
 Change = Literal["added", "removed", "changed"]
 Guarantee = Literal["", "weaker", "stronger"]
@@ -24,8 +24,8 @@ class Verdict:
     """How two conditions relate: facts under which only one holds, or why that is not known."""
 
     same: bool
-    only_old: Facts = ()
-    only_new: Facts = ()
+    only_old: FactTexts = ()
+    only_new: FactTexts = ()
     unknown: str = ""
 
 
@@ -45,9 +45,9 @@ class Difference:
     old: str = ""
     new: str = ""
     note: str = ""
-    only_old: Facts = ()
+    only_old: FactTexts = ()
     """For conditions: facts under which only the old one holds."""
-    only_new: Facts = ()
+    only_new: FactTexts = ()
     """For conditions: facts under which only the new one holds."""
     semantic: bool = True
     """Whether agents, or what is known of them, behave differently."""

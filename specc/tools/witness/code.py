@@ -27,7 +27,7 @@ from specc.lower.module import Module, lag_slots
 from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
-from specc.proof.search import Answer, LagKey
+from specc.proof.search import LagKey, OperatorAnswer
 from specc.tools.witness.subject import OPERATORS, alone, unproved
 
 # What a script does, period by period. Values go by the names that the specification has for them:
@@ -76,7 +76,7 @@ class Script:
     steps: tuple[Periods, ...]
     placed: Placed | None
     last: Periods
-    answers: tuple[Answer, ...]
+    answers: tuple[OperatorAnswer, ...]
     rows: tuple[str, ...] = ()
     """Rows that apply in the last step, as faults of a run name them."""
 
@@ -125,7 +125,7 @@ class SubsystemCode:
         """`subsystem` is a qualified name; code is generated into the directory `scratch`."""
         self.alone = alone(system, subsystem)
         (self.subsystem,) = self.alone.subsystems
-        self.answers: Sequence[Answer] = ()
+        self.answers: Sequence[OperatorAnswer] = ()
         self._package = scratch / f"witness_of_{system.name}"
         types = PythonTypes(named_types(self.alone))
         self.names = Module(self.alone, self.subsystem, types)
@@ -138,7 +138,7 @@ class SubsystemCode:
             item.name: (self.names.memory[item.name], item.type) for item in self.subsystem.memory
         }
 
-    def begin(self, answers: Sequence[Answer]) -> Run:
+    def begin(self, answers: Sequence[OperatorAnswer]) -> Run:
         """A run from the first period on, in which operators give these answers."""
         self.answers = answers
         return Run(self, Stepper(self._class(dict(self.alone.files))))
@@ -289,7 +289,7 @@ class Led:
     periods: int
 
 
-def led(code: SubsystemCode, steps: Sequence[Periods], answers: Sequence[Answer]) -> Led:
+def led(code: SubsystemCode, steps: Sequence[Periods], answers: Sequence[OperatorAnswer]) -> Led:
     """Where steps lead from the first period on.
 
     Raises:

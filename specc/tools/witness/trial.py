@@ -13,7 +13,7 @@ from specc_runtime.faults import UndecidedTransition
 from specc.lang.values import Value
 from specc.model.system import System
 from specc.pipeline import read_spec
-from specc.proof.search import Answer
+from specc.proof.search import OperatorAnswer
 from specc.source import Sources
 from specc.tools.witness.code import (
     Periods,
@@ -40,7 +40,7 @@ class Trial:
             raise ValueError(f"{spec} has errors: see `specc validate {spec}`")
         self._code = SubsystemCode(result.system, subsystem, scratch)
         self._places = _places(self._code.alone, result.sources)
-        self._answers: list[Answer] = []
+        self._answers: list[OperatorAnswer] = []
 
     def operator(self, name: str, *args: Value, gives: Value) -> None:
         """Let an operator return a value for some arguments; to be called before the first step."""
