@@ -27,7 +27,14 @@ from specc.parallel import cores, processes
 from specc.refusal import Refused, lacking, reason_of
 from specc.tools.sweep import plots, summary
 from specc.tools.sweep.running import Figures, SweepJob
-from specc.tools.sweep.settings import Axis, Setting, SweepError, axis_of, seeds_of, settings_of
+from specc.tools.sweep.settings import (
+    Axis,
+    SweepError,
+    SweepSetting,
+    axis_of,
+    seeds_of,
+    settings_of,
+)
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
     InputFiles,
@@ -61,7 +68,7 @@ class _Asked:
     """The runs of the command line."""
 
     axes: tuple[Axis, ...]
-    settings: tuple[Setting, ...]
+    settings: tuple[SweepSetting, ...]
     seeds: tuple[int, ...]
 
     @property
@@ -73,7 +80,7 @@ class _Asked:
 class _SettingRefused(Exception):
     """The specification does not take a setting."""
 
-    def __init__(self, setting: Setting, why: Report) -> None:
+    def __init__(self, setting: SweepSetting, why: Report) -> None:
         super().__init__(setting, why)
         self.setting = setting
         self.why = why
@@ -139,7 +146,7 @@ def _asked(options: Namespace) -> _Asked:
 # Code for every setting.
 
 
-def _built(options: Namespace, setting: Setting) -> Build:
+def _built(options: Namespace, setting: SweepSetting) -> Build:
     """The code of a setting. Raises _SettingRefused when there is none."""
     from specc import pipeline
 
@@ -150,14 +157,14 @@ def _built(options: Namespace, setting: Setting) -> Build:
     return built
 
 
-def _code(options: Namespace, setting: Setting) -> tuple[str, dict[str, str]]:
+def _code(options: Namespace, setting: SweepSetting) -> tuple[str, dict[str, str]]:
     """System and files of a setting. Raises _SettingRefused."""
     built = _built(options, setting)
     return built.system, built.files
 
 
 def _packages(
-    options: Namespace, settings: Mapping[int, Setting], first: Build, workers: int
+    options: Namespace, settings: Mapping[int, SweepSetting], first: Build, workers: int
 ) -> tuple[dict[int, str], dict[str, str]]:
     """Where the package of each setting is, and all files of them. Raises _SettingRefused.
 
@@ -178,7 +185,7 @@ def _packages(
 
 
 def _in_parallel(
-    make: Callable[[Setting], Any], settings: Sequence[Setting], workers: int
+    make: Callable[[SweepSetting], Any], settings: Sequence[SweepSetting], workers: int
 ) -> list[Any]:
     # Copies of this process would hold the lock of the folder for as long as they live.
     with processes(workers, "spawn") as pool:
@@ -283,7 +290,7 @@ def _duration(seconds: float) -> str:
 # What is told.
 
 
-def _row(asked: _Asked, setting: Setting, seed: int, figures: Figures) -> dict[str, Any]:
+def _row(asked: _Asked, setting: SweepSetting, seed: int, figures: Figures) -> dict[str, Any]:
     return {**{a.title: a.shown(setting[a.name]) for a in asked.axes}, "seed": seed, **figures}
 
 
@@ -318,7 +325,7 @@ def _conclude(options: Namespace, asked: _Asked, folder: Folder) -> None:
     streams.show(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")
 
 
-def _failing(options: Namespace, asked: _Asked, runs: Sequence[tuple[Setting, int]]) -> str:
+def _failing(options: Namespace, asked: _Asked, runs: Sequence[tuple[SweepSetting, int]]) -> str:
     """Seeds that have one reason, of the first setting that has it, and how to repeat the first."""
     setting, first = runs[0]
     seeds = [seed for other, seed in runs if other == setting]
@@ -331,7 +338,7 @@ def _failing(options: Namespace, asked: _Asked, runs: Sequence[tuple[Setting, in
     return f"  seed{'s' * (len(seeds) > 1)} {words}: {again}\n"
 
 
-def _again(options: Namespace, setting: Setting, seed: int) -> Iterator[str]:
+def _again(options: Namespace, setting: SweepSetting, seed: int) -> Iterator[str]:
     """The command of one run."""
     yield from ("specc", "run", options.spec)
     for name, value in setting.items():
@@ -362,5 +369,5 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
         streams.say(f"specc: no plots: {lacking(error, 'matplotlib')}")
 
 
-def _words(setting: Setting) -> str:
+def _words(setting: SweepSetting) -> str:
     return ", ".join(f"{name}={value}" for name, value in setting.items())

@@ -8,12 +8,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from specc.pipeline import read_spec
-from specc.tools.graph import Kind, as_dot, picture
+from specc.tools.graph import PictureKind, as_dot, picture
 from specc.tools.graph.drawing import drawn
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs/pictures/graph"
-PICTURES: dict[str, tuple[str, str, Kind]] = {
+PICTURES: dict[str, tuple[str, str, PictureKind]] = {
     "picking_structure": ("irp_picking", "", "structure"),
     "manipulator_states": ("irp_picking", "irp.m", "states"),
     "manipulator_inside": ("irp_picking", "irp.m", "inside"),

@@ -12,7 +12,6 @@ from specc.frozen import frozen, mutable
 from specc.model.trace import Trace
 from specc.proof.verdict import FactTexts
 
-Change = Literal["added", "removed", "changed"]
 Guarantee = Literal["", "weaker", "stronger"]
 """Whether less or more is guaranteed, or checked in runs, where agents do the same as before."""
 
@@ -40,7 +39,7 @@ class Difference:
     where: str
     part: str
     name: str
-    change: Change
+    change: Literal["added", "removed", "changed"]
     aspect: str = ""
     old: str = ""
     new: str = ""

@@ -18,7 +18,7 @@ from specc.schema.places import FILE, UNKNOWN, Stand
 from specc.tools.fmt import scalars
 from specc.tools.fmt.attach import Attacher
 from specc.tools.fmt.scalars import key_text, value_text
-from specc.tools.fmt.tree import Alias, Collection, Entry, Scalar, Value, parse
+from specc.tools.fmt.tree import Alias, Collection, Entry, Scalar, YamlValue, parse
 
 WIDTH = 100
 """Columns of a line, without the comment at its end."""
@@ -102,7 +102,7 @@ class _Printer:
             yield f"{head} {entry.beside}".rstrip()
         yield from _indented(inner)
 
-    def _inline(self, value: Value, here: Stand, taken: int) -> str | None:
+    def _inline(self, value: YamlValue, here: Stand, taken: int) -> str | None:
         """The value on one line; None if it takes several."""
         if isinstance(value, Scalar):
             return value_text(value, flow=False)
@@ -116,7 +116,7 @@ class _Printer:
         several = "\n" in self._text[value.start : value.end]
         return None if wide and (several or _has_braces(value)) else line
 
-    def _flow(self, value: Value, here: Stand) -> str:
+    def _flow(self, value: YamlValue, here: Stand) -> str:
         if isinstance(value, Scalar):
             return _anchored(value, value_text(value, flow=True))
         if isinstance(value, Alias):
@@ -135,7 +135,7 @@ class _Printer:
         joined = ", ".join(parts)
         return f"{{{joined}}}" if value.is_mapping else f"[{joined}]"
 
-    def _cells(self, value: Value) -> list[str]:
+    def _cells(self, value: YamlValue) -> list[str]:
         assert isinstance(value, Collection)
         return [self._flow(entry.value, UNKNOWN) for entry in value.entries]
 
@@ -169,7 +169,7 @@ def _ordered(whole: Collection, here: Stand) -> list[Entry]:
     return sorted(whole.entries, key=lambda entry: ranks.get(entry.name, len(known)))
 
 
-def _is_row(value: Value, columns: int) -> bool:
+def _is_row(value: YamlValue, columns: int) -> bool:
     return (
         isinstance(value, Collection)
         and not value.is_mapping
@@ -181,7 +181,7 @@ def _is_row(value: Value, columns: int) -> bool:
     )
 
 
-def _is_cell(value: Value) -> bool:
+def _is_cell(value: YamlValue) -> bool:
     """Whether it is one value, or a list of some on one line, as the states of a row are."""
     if not isinstance(value, Collection):
         return True
@@ -211,7 +211,7 @@ def _anchored(value: Scalar | Collection, text: str) -> str:
     return f"&{value.anchor} {text}" if value.anchor else text
 
 
-def _has_braces(value: Value) -> bool:
+def _has_braces(value: YamlValue) -> bool:
     """Whether there is a mapping in it: lists of plain values stay on their line."""
     if not isinstance(value, Collection):
         return False

@@ -57,7 +57,7 @@ class Entry:
     """
 
     key: Scalar | None
-    value: Value
+    value: YamlValue
     above: list[str] = field(default_factory=list)
     beside: str = ""
 
@@ -101,10 +101,10 @@ class Collection:
         )
 
 
-Value = Scalar | Alias | Collection
+YamlValue = Scalar | Alias | Collection
 
 
-def parse(text: str) -> tuple[Value, list[Scalar]]:
+def parse(text: str) -> tuple[YamlValue, list[Scalar]]:
     """The tree of a text that is one YAML document without faults, and all its scalars."""
     scalars: list[Scalar] = []
     stream = events(text)
@@ -115,7 +115,9 @@ def parse(text: str) -> tuple[Value, list[Scalar]]:
     raise ValueError("the text has no value")
 
 
-def _value(event: Event, stream: Iterator[Event], text: str, scalars: list[Scalar]) -> Value | None:
+def _value(
+    event: Event, stream: Iterator[Event], text: str, scalars: list[Scalar]
+) -> YamlValue | None:
     begin, end = event.start_mark.index, event.end_mark.index
     if isinstance(event, AliasEvent):
         return Alias(event.anchor, begin, begin, end)

@@ -10,7 +10,7 @@ from specc.lang import ExprError, parse
 from specc.model.fsm import OTHERWISE
 from specc.reachable import grouped
 from specc.schema.files import VERSIONS
-from specc.tools.fmt.tree import Collection, Entry, Scalar, Value
+from specc.tools.fmt.tree import Collection, Entry, Scalar, YamlValue
 
 
 def upgrade(root: Collection) -> None:
@@ -25,7 +25,7 @@ def upgrade(root: Collection) -> None:
             _join_rows(rows)
 
 
-def _machines(value: Value) -> Iterator[dict[str, Value]]:
+def _machines(value: YamlValue) -> Iterator[dict[str, YamlValue]]:
     """The mappings that have a transition table."""
     if not isinstance(value, Collection):
         return
@@ -36,8 +36,8 @@ def _machines(value: Value) -> Iterator[dict[str, Value]]:
         yield from _machines(entry.value)
 
 
-def _initial_conditions(machine: dict[str, Value]) -> Collection | None:
-    value: Value | None = machine.get("conditions")
+def _initial_conditions(machine: dict[str, YamlValue]) -> Collection | None:
+    value: YamlValue | None = machine.get("conditions")
     for entry in value.entries if isinstance(value, Collection) else ():
         if entry.name == "initial" and isinstance(entry.value, Collection):
             return None if entry.value.linked else entry.value
@@ -128,7 +128,7 @@ def _cells(entry: Entry) -> tuple[Scalar, Scalar, Scalar, Scalar] | None:
     )
 
 
-def _row(like: Value, cells: list[Value]) -> Collection:
+def _row(like: YamlValue, cells: list[YamlValue]) -> Collection:
     return Collection(
         False, True, like.begin, like.start, like.start, entries=[Entry(None, c) for c in cells]
     )

@@ -2,6 +2,6 @@
 
 from specc.tools.graph.diagram import Diagram
 from specc.tools.graph.dot import as_dot
-from specc.tools.graph.picture import Kind, NoPicture, picture
+from specc.tools.graph.picture import NoPicture, PictureKind, picture
 
-__all__ = ["Diagram", "Kind", "NoPicture", "as_dot", "picture"]
+__all__ = ["Diagram", "NoPicture", "PictureKind", "as_dot", "picture"]

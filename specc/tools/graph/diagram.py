@@ -31,14 +31,14 @@ class TextRun:
     face: Face = "plain"
 
 
-Line = tuple[TextRun, ...]
+TextLine = tuple[TextRun, ...]
 
 
 @frozen
 class Cells:
     """Cells beside one another."""
 
-    cells: tuple[Line, ...]
+    cells: tuple[TextLine, ...]
     covers: tuple[str, ...] = ()
 
 
@@ -48,7 +48,7 @@ class Box:
 
     id: str
     look: Look
-    lines: tuple[Line, ...]
+    lines: tuple[TextLine, ...]
     rows: tuple[Cells, ...] = ()
     covers: tuple[str, ...] = ()
 
@@ -59,7 +59,7 @@ class Arc:
 
     tail: str
     head: str
-    lines: tuple[Line, ...] = ()
+    lines: tuple[TextLine, ...] = ()
     stroke: Stroke = "solid"
     points: Points = "down"
     covers: tuple[str, ...] = ()
@@ -70,7 +70,7 @@ class Cluster:
     """Nodes inside one frame."""
 
     id: str
-    lines: tuple[Line, ...]
+    lines: tuple[TextLine, ...]
     nodes: tuple[Box, ...]
 
 
@@ -96,12 +96,12 @@ class Diagram:
 # Texts.
 
 
-def line(text: str, face: Face = "plain") -> Line:
+def line(text: str, face: Face = "plain") -> TextLine:
     """A line in one face."""
     return (TextRun(text, face),)
 
 
-def broken(text: str, columns: int, face: Face = "plain", most: int = 6) -> tuple[Line, ...]:
+def broken(text: str, columns: int, face: Face = "plain", most: int = 6) -> tuple[TextLine, ...]:
     """A text in lines of so many columns or little more; the end of a long one is cut."""
     lines = wrap(text[: columns * (most + 1)], columns, break_on_hyphens=False)
     if len(lines) > most or len(text) > columns * (most + 1):
@@ -109,7 +109,7 @@ def broken(text: str, columns: int, face: Face = "plain", most: int = 6) -> tupl
     return tuple(line(each, face) for each in lines)
 
 
-def joined(words: Iterable[str], columns: int, face: Face = "plain") -> tuple[Line, ...]:
+def joined(words: Iterable[str], columns: int, face: Face = "plain") -> tuple[TextLine, ...]:
     """Words with commas between them, in lines; none is left out."""
     lines: list[str] = []
     for word in words:
@@ -122,6 +122,6 @@ def joined(words: Iterable[str], columns: int, face: Face = "plain") -> tuple[Li
     return tuple(line(each, face) for each in lines)
 
 
-def equations(numbers: tuple[int, ...]) -> Line:
+def equations(numbers: tuple[int, ...]) -> TextLine:
     """Numbers of equations as papers set them beside a formula: ` (4)`; or nothing."""
     return (TextRun(f" ({', '.join(map(str, numbers))})", "note"),) if numbers else ()

@@ -18,10 +18,10 @@ from specc.tools.graph.diagram import (
     Cluster,
     Diagram,
     Face,
-    Line,
     Look,
     Points,
     Stroke,
+    TextLine,
     TextRun,
 )
 
@@ -109,7 +109,7 @@ def _arc(arc: Arc) -> str:
     return f"{ends} [{attributes}]" if attributes else ends
 
 
-def _label(lines: Iterable[Line], align: str = "") -> str:
+def _label(lines: Iterable[TextLine], align: str = "") -> str:
     """Lines below one another."""
     texts = [text for each in lines if (text := _text(each))]
     if not texts:
@@ -118,7 +118,7 @@ def _label(lines: Iterable[Line], align: str = "") -> str:
     return f"<{end.join(texts)}{end if align else ''}>"
 
 
-def _spaced(lines: Iterable[Line], padding: int = 0) -> str:
+def _spaced(lines: Iterable[TextLine], padding: int = 0) -> str:
     """Lines that keep away from the subscripts of one another, or from what is around them."""
     rows = "".join(f"<TR><TD>{text}</TD></TR>" for each in lines if (text := _text(each)))
     return f'<<TABLE {_PLAIN} CELLPADDING="{padding}">{rows}</TABLE>>'
@@ -146,7 +146,7 @@ def _notes(diagram: Diagram) -> str:
     return f"<{_rows(diagram.notes)}>" if diagram.notes else '""'
 
 
-def _text(parts: Line) -> str:
+def _text(parts: TextLine) -> str:
     return "".join(map(_part, parts))
 
 

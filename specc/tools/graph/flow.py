@@ -19,8 +19,8 @@ from specc.tools.graph.diagram import (
     Box,
     Cells,
     Diagram,
-    Line,
     Look,
+    TextLine,
     TextRun,
     broken,
     equations,
@@ -79,13 +79,13 @@ class _Target:
         return f"{self.function.name}: {self.assigned.target}"
 
     @property
-    def head(self) -> Line:
+    def head(self) -> TextLine:
         """Its name; what memory gets is its value at the next time stamp."""
         name = self.assigned.target if self.assigned.peer else f"next {self.assigned.name}"
         return TextRun(name, "name"), *equations(self.assigned.trace.eq or self.function.trace.eq)
 
     @property
-    def note(self) -> Line:
+    def note(self) -> TextLine:
         return (
             line(self.function.name, "note")
             if self.is_named and is_named(self.function)
@@ -173,7 +173,7 @@ class _Flow:
         return self._node("value", text, tuple(lines), sources)
 
     def _node(
-        self, look: Look, name: str, lines: tuple[Line, ...], sources: dict[_Source, list[str]]
+        self, look: Look, name: str, lines: tuple[TextLine, ...], sources: dict[_Source, list[str]]
     ) -> _Source:
         key = name, lines[1:], tuple((each, *labels) for each, labels in sources.items())
         if key not in self._computed:

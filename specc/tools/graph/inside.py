@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.diagnostics.phrases import stem
-from specc.model.system import Element, Memory, Port, Subsystem, System
+from specc.model.system import Device, Element, Memory, Port, Subsystem, System
 from specc.model.wires import Wire, Wires
 from specc.tools.graph.diagram import (
     Arc,
@@ -13,8 +13,8 @@ from specc.tools.graph.diagram import (
     Cells,
     Cluster,
     Diagram,
-    Line,
     Points,
+    TextLine,
     TextRun,
     broken,
     equations,
@@ -22,7 +22,6 @@ from specc.tools.graph.diagram import (
 )
 from specc.tools.graph.names import (
     AgentFamily,
-    Part,
     copies,
     is_named,
     rate,
@@ -74,7 +73,7 @@ def _together(
     return list(found.values())
 
 
-def _is_control(end: Part | None) -> bool:
+def _is_control(end: Subsystem | Device | None) -> bool:
     return end is not None and end.kind == "control"
 
 
@@ -104,7 +103,7 @@ def _buffer(ports: list[Port]) -> Box:
     return Box(f"buffers {names[0]}", "table", (head,), rows or _nothing(), covers)
 
 
-def _declared(part: Element | Memory) -> tuple[Line, Line]:
+def _declared(part: Element | Memory) -> tuple[TextLine, TextLine]:
     """Its name and its type."""
     kind = broken(str(part.type), _TYPE, "note", most=1) or (line(""),)
     return (TextRun(part.name, "name"), *equations(part.trace.eq)), kind[0]

@@ -10,7 +10,7 @@ from specc.frozen import frozen
 from specc.model.fsm import Condition, Function
 from specc.model.system import Agent, Device, Subsystem, System
 from specc.reachable import grouped
-from specc.tools.graph.diagram import Line, TextRun
+from specc.tools.graph.diagram import TextLine, TextRun
 
 _LETTERS = {
     "control": "c",
@@ -22,10 +22,7 @@ _LETTERS = {
 _Named = TypeVar("_Named", Agent, Subsystem, Device)
 
 
-Part = Subsystem | Device
-
-
-def symbol(part: Part, agent: str = "") -> Line:
+def symbol(part: Subsystem | Device, agent: str = "") -> TextLine:
     """The paper's symbol, with the agent and the name as its index."""
     index = (agent or part.agent, *(() if part.name == "c" else (part.name,)))
     return TextRun(_LETTERS[part.kind], "italic"), TextRun(",".join(index), "lower")

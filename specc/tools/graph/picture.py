@@ -18,7 +18,7 @@ from specc.tools.graph.names import is_named
 from specc.tools.graph.states import states
 from specc.tools.graph.structure import structure
 
-Kind = Literal["structure", "inside", "states", "frames", "flow"]
+PictureKind = Literal["structure", "inside", "states", "frames", "flow"]
 
 
 class NoPicture(Refused):
@@ -35,7 +35,7 @@ class _Subject:
     functions: tuple[Function, ...] = ()
 
 
-def picture(system: System, place: str, kind: Kind | None) -> tuple[Kind, Diagram]:
+def picture(system: System, place: str, kind: PictureKind | None) -> tuple[PictureKind, Diagram]:
     """The picture of a place, of the kind that suits it if none is given. Raises NoPicture."""
     at = _found(system, place)
     kind = kind or _usual(at)
@@ -45,7 +45,7 @@ def picture(system: System, place: str, kind: Kind | None) -> tuple[Kind, Diagra
     return kind, drawn
 
 
-def _drawn(system: System, at: _Subject, place: str, kind: Kind) -> Diagram:
+def _drawn(system: System, at: _Subject, place: str, kind: PictureKind) -> Diagram:
     if kind == "structure":
         if at.subsystem is not None:
             raise NoPicture(f"`{place}` is no system and no agent; --of inside shows a subsystem")
@@ -67,7 +67,7 @@ def _drawn(system: System, at: _Subject, place: str, kind: Kind) -> Diagram:
     return flow(subsystem, at.name, at.functions)
 
 
-def _usual(at: _Subject) -> Kind:
+def _usual(at: _Subject) -> PictureKind:
     if at.subsystem is None:
         return "structure"
     return "flow" if at.name else "states"
@@ -107,7 +107,7 @@ def _subsystems(system: System, at: _Subject) -> tuple[Subsystem, ...]:
     return at.agent.subsystems if at.agent is not None else system.subsystems
 
 
-def _only(system: System, at: _Subject, kind: Kind) -> Subsystem:
+def _only(system: System, at: _Subject, kind: PictureKind) -> Subsystem:
     inside = _subsystems(system, at)
     if len(inside) == 1:
         return inside[0]

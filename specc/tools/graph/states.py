@@ -14,8 +14,8 @@ from specc.tools.graph.diagram import (
     Box,
     Cells,
     Diagram,
-    Line,
     Stroke,
+    TextLine,
     TextRun,
     broken,
     equations,
@@ -49,7 +49,7 @@ def states(subsystem: Subsystem) -> Diagram:
 
 def _state(state: State) -> Box:
     behaviour = state.behaviour
-    lines: list[Line] = [
+    lines: list[TextLine] = [
         (
             *(TextRun(state.name, "name"), TextRun("  "), TextRun(behaviour.name, "italic")),
             *equations(behaviour.trace.eq),
@@ -62,7 +62,7 @@ def _state(state: State) -> Box:
     return Box(state.name, "state", tuple(lines), covers=(state.name,))
 
 
-def _ending(cause: Cause, condition: Condition) -> Iterator[Line]:
+def _ending(cause: Cause, condition: Condition) -> Iterator[TextLine]:
     """What ends a behaviour, in the colour of a note."""
     sign = "ends" if cause == "terminal" else "error"
     said = "at once" if condition.when == m.TRUE else _called(condition)
@@ -87,7 +87,7 @@ def _arcs(subsystem: Subsystem) -> Iterator[Arc]:
         yield Arc(source, target, tuple(lines), stroke, covers=covers)
 
 
-def _row(row: Transition) -> Iterator[Line]:
+def _row(row: Transition) -> Iterator[TextLine]:
     """The initial condition of a row, unless nothing can be said of it but that it holds."""
     if row.condition.name == "always" and not row.trace.eq:
         return

@@ -15,7 +15,7 @@ from specc.tools.graph.diagram import (
     Box,
     Cluster,
     Diagram,
-    Line,
+    TextLine,
     TextRun,
     broken,
     joined,
@@ -90,7 +90,7 @@ def _alone(of: AgentFamily, ends: _Ends) -> Box:
     return replace(node, lines=(*_head(of, _COLUMNS), *node.lines))
 
 
-def _head(of: AgentFamily, columns: int) -> tuple[Line, ...]:
+def _head(of: AgentFamily, columns: int) -> tuple[TextLine, ...]:
     """Name, kind and title of an agent, and how many copies it stands for."""
     first, number = of.agents[0], len(of.agents)
     many = (line(f"{number} copies", "note"),) if number > 1 else ()
@@ -101,7 +101,7 @@ def _head(of: AgentFamily, columns: int) -> tuple[Line, ...]:
 def _node(part: _Copies, agents: int) -> Box:
     first = part[0]
     whose = stem(list(dict.fromkeys(each.agent for each in part)))
-    lines: list[Line] = [symbol(first, whose)]
+    lines: list[TextLine] = [symbol(first, whose)]
     if len(part) > agents:
         own = [each.name for each in part[: len(part) // agents]]
         lines.append(line(f"{span(own)}: {len(own)} copies", "note"))

@@ -15,7 +15,7 @@ from specc.model.binding import PLANT
 from specc.model.system import Subsystem, System
 from specc.source import Place
 
-Path = tuple[str, ...]
+NamePath = tuple[str, ...]
 STATE = "state"
 
 
@@ -23,10 +23,10 @@ STATE = "state"
 class Paths:
     """The paths that there are; `members` has one of those that a `for` makes, by their name."""
 
-    known: dict[Path, None] = field(default_factory=dict)
-    members: dict[Path, Path] = field(default_factory=dict)
+    known: dict[NamePath, None] = field(default_factory=dict)
+    members: dict[NamePath, NamePath] = field(default_factory=dict)
 
-    def add(self, path: Path, place: Place) -> None:
+    def add(self, path: NamePath, place: Place) -> None:
         """A part; one that has another name than its text is one of many of that name."""
         self.known[path] = None
         name = str(place.route[-1]) if place.route else path[-1]
@@ -34,7 +34,7 @@ class Paths:
             self.known.setdefault((*path[:-1], name))
             self.members.setdefault((*path[:-1], name), path)
 
-    def below(self, path: Path) -> list[str]:
+    def below(self, path: NamePath) -> list[str]:
         """The names that may follow a path."""
         size = len(path)
         longer = (known for known in self.known if len(known) > size and known[:size] == path)

@@ -20,8 +20,8 @@ from specc.tools.lsp.formulas import Paths, paths_of
 from specc.tools.lsp.references import Links, Occurrence, linked, references_of
 from specc.tools.lsp.symbols import (
     FileSymbols,
-    Key,
     Symbol,
+    SymbolKey,
     collect,
     in_force,
 )
@@ -35,7 +35,7 @@ class Index:
 
     sources: Sources
     system: System | None
-    meanings: Mapping[Key, Meaning]
+    meanings: Mapping[SymbolKey, Meaning]
     files: Mapping[str, FileSymbols]
     links: Links
     found: Findings
@@ -152,9 +152,9 @@ def build_index(sources: Sources, system: System | None, found: Findings) -> Ind
     return Index(sources, system, _by_place(found.meanings), files, links, found)
 
 
-def _by_place(meanings: Iterable[Meaning]) -> dict[Key, Meaning]:
+def _by_place(meanings: Iterable[Meaning]) -> dict[SymbolKey, Meaning]:
     """One meaning a text: of a reused description the first that has no error."""
-    found: dict[Key, Meaning] = {}
+    found: dict[SymbolKey, Meaning] = {}
     for meaning in meanings:
         key = meaning.where.file, meaning.where.route
         if key not in found or found[key].expr is None:

@@ -27,7 +27,6 @@ _SUFFIXES = (".yaml", ".yml")
 _MOST_FILES = 2000
 _LITTLE = 200
 """Characters; after a change of at most so many an earlier analysis still serves."""
-Read = Callable[[str, tuple[str, ...]], Document]
 
 
 @dataclass
@@ -164,7 +163,7 @@ class Project:
             sources = best.loader.sources
             yield from certain(best.diagnostics, sources, analysis.loader.sources, earlier)
 
-    def _analysed(self, root: str, read: Read) -> Analysis:
+    def _analysed(self, root: str, read: Callable[[str, tuple[str, ...]], Document]) -> Analysis:
         kept = self._kept.setdefault(root, AnswerCache())
         earlier = kept.spent
         documents: dict[str, Document] = {}

@@ -15,8 +15,8 @@ from specc.schema.places import split
 from specc.source import Place, Route, SourceFile
 from specc.tools.lsp.symbols import (
     FileSymbols,
-    Key,
     Symbol,
+    SymbolKey,
     share,
     symbol_at,
 )
@@ -56,12 +56,12 @@ def _crossing(system: System) -> Iterator[tuple[Type, str]]:
 class Links:
     """Definitions that keys stand for, named by file and route."""
 
-    wires: dict[Key, Wire] = field(default_factory=dict)
+    wires: dict[SymbolKey, Wire] = field(default_factory=dict)
     """Key of a buffer (owner, direction, peer) -> its wire, if there is another end."""
-    named: dict[Key, Key] = field(default_factory=dict)
+    named: dict[SymbolKey, SymbolKey] = field(default_factory=dict)
     """Key of a buffer -> what has the name of its peer: an agent, not its control subsystem."""
-    agents: dict[str, Key] = field(default_factory=dict)
-    bindings: dict[Key, Key] = field(default_factory=dict)
+    agents: dict[str, SymbolKey] = field(default_factory=dict)
+    bindings: dict[SymbolKey, SymbolKey] = field(default_factory=dict)
 
 
 def linked(files: Mapping[str, FileSymbols], system: System | None) -> Links:
@@ -90,7 +90,7 @@ def linked(files: Mapping[str, FileSymbols], system: System | None) -> Links:
     return links
 
 
-def key_of(place: Place) -> Key:
+def key_of(place: Place) -> SymbolKey:
     """What a definition is known by."""
     return place.file, place.route
 
@@ -226,5 +226,5 @@ class _Reader:
                     place = Place(self.source.path, route, "key", *part.span())
                     yield self._named(symbol, place)
 
-    def _at(self, key: Key | None) -> Symbol | None:
+    def _at(self, key: SymbolKey | None) -> Symbol | None:
         return symbol_at(self.files, key) if key else None

@@ -29,11 +29,11 @@ from specc.tools.lsp.desk import Desk
 from specc.tools.lsp.protocol import Incoming, SpecProtocol, is_fault, unreadable
 from specc.tools.lsp.rename import RenameError
 from specc.tools.lsp.worker import (
-    Call,
     Job,
     JobAbandonedError,
     JobFailedError,
     JobGivenUpError,
+    MethodCall,
     Worker,
 )
 
@@ -100,7 +100,7 @@ class SpecServer(LanguageServer):
         self.said_goodbye = False
         self.left_without_goodbye = False
 
-    def _first_calls(self) -> Iterator[Call]:
+    def _first_calls(self) -> Iterator[MethodCall]:
         """What a new process has to know."""
         yield "begin", (str(self.workspace.position_encoding),)
         for document in self.workspace.text_documents.values():

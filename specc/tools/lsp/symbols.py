@@ -16,7 +16,7 @@ from specc.schema.keys import SymbolKind
 from specc.schema.places import defined_by, is_device, split
 from specc.source import Place, Route, SourceFile
 
-Key = tuple[str, Route]
+SymbolKey = tuple[str, Route]
 """File and route of a definition."""
 
 
@@ -145,7 +145,7 @@ def share(files: Mapping[str, FileSymbols], here: Place, element: Symbol) -> Non
             element.join(own)
 
 
-def symbol_at(files: Mapping[str, FileSymbols], key: Key) -> Symbol | None:
+def symbol_at(files: Mapping[str, FileSymbols], key: SymbolKey) -> Symbol | None:
     """The symbol that is defined at a place; a member of an enum stands a step below its type."""
     path, route = key
     file = files.get(path)

@@ -30,7 +30,7 @@ LIMIT_GB = 2
 _NEW_OBJECTS = 10_000
 """Between two collections of garbage: a job makes many objects, and most of them stay."""
 
-Call = tuple[str, tuple[Any, ...]]
+MethodCall = tuple[str, tuple[Any, ...]]
 """Name of a method and its arguments."""
 
 
@@ -50,7 +50,7 @@ class JobFailedError(Exception):
 class Job:
     """A call, and who waits for its result."""
 
-    call: Call
+    call: MethodCall
     result: asyncio.Future[Any]
     started_s: float | None = None
 
@@ -64,7 +64,7 @@ class Worker:
     def __init__(
         self,
         make: Callable[[], object],
-        begin: Callable[[], Iterable[Call]],
+        begin: Callable[[], Iterable[MethodCall]],
         answers: tuple[type[Exception], ...] = (),
     ) -> None:
         """`answers` are what jobs may raise; anything else is a fault."""

@@ -16,7 +16,7 @@ from specc.diagnostics import nearest
 from specc.diagnostics.phrases import few
 from specc.frozen import frozen
 from specc.lang.kinds import kind
-from specc.lang.values import position
+from specc.lang.values import Floats, position
 from specc.model.binding import PLANT
 from specc.model.system import Subsystem, System
 from specc.model.types import (
@@ -33,7 +33,6 @@ from specc.model.units import DIMENSIONLESS, METRE, RADIAN, Unit
 from specc.refusal import Refused
 from specc.tools.why import value_of
 
-Numbers = tuple[float, ...]
 MOST_COMPONENTS = 12
 """Of a signal; more lines are not told apart."""
 _STEP = re.compile(r"\.(?P<field>[^\W\d]\w*)|\[(?P<item>\d{1,6})\]")
@@ -68,7 +67,7 @@ class Signal:
     path: tuple[str, ...]
     """Where its data is in the messages of its owner."""
     components: tuple[PlottedLine, ...]
-    numbers: Callable[[Any], Numbers]
+    numbers: Callable[[Any], Floats]
     """What its data says, NaN where there is nothing. Raises NotKnown for data of another type."""
     is_pose: bool = False
     """Whether its last three numbers are a rotation vector."""
@@ -100,7 +99,7 @@ def found(system: System, name: str) -> Subsystem | Signal:
     type_ = _inside(at, element.type, steps)
     components = _components(name, type_)
 
-    def numbers(data: Any) -> Numbers:
+    def numbers(data: Any) -> Floats:
         value = _part(value_of(element.type, data), steps)
         return (math.nan,) * len(components) if value is None else _numbers(type_, value)
 
@@ -227,7 +226,7 @@ def _said(unit: Unit) -> str:
     return "" if unit == DIMENSIONLESS else str(unit)
 
 
-def _numbers(type_: Type, value: Any) -> Numbers:
+def _numbers(type_: Type, value: Any) -> Floats:
     """The numbers of the components of a type."""
     type_ = _there(type_)
     if isinstance(type_, Pose):
@@ -239,7 +238,7 @@ def _numbers(type_: Type, value: Any) -> Numbers:
     return (float(value) if abs(value) < _LARGEST else math.nan,)
 
 
-def rotation_vector(rows: Any) -> Numbers:
+def rotation_vector(rows: Any) -> Floats:
     """The axis of a rotation times its angle of at most half a turn, rad."""
     r = rows
     axis = (r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1])
@@ -256,13 +255,13 @@ def rotation_vector(rows: Any) -> Numbers:
     return tuple(angle * c / length for c in column) if length else (math.nan,) * 3
 
 
-def unwound(vectors: Sequence[Numbers]) -> list[Numbers]:
+def unwound(vectors: Sequence[Floats]) -> list[Floats]:
     """Rotation vectors of the same rotations, each as near to the one before as it can be.
 
     Those of more than half a turn stand for what goes on turning. The first one, if it is about
     half a turn, has its largest component positive: two that are alike begin alike.
     """
-    last: Numbers | None = None
+    last: Floats | None = None
     found = []
     for vector in vectors:
         angle = math.hypot(*vector)

@@ -10,8 +10,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from specc.tools.plot.sheet import Band, PlottedRun, numbers_of
 from specc.tools.plot.signals import PlottedLine, Signal
 
-Row = list[str]
-
 
 def timeline(runs: Sequence[tuple[str, Sequence[Band]]]) -> str:
     """The spans in which machines were in their states."""
@@ -37,9 +35,9 @@ def _head(name: str, part: PlottedLine) -> str:
     return f"{name}{dot}{part.name}{unit}"
 
 
-def _rows(run: PlottedRun, signals: Sequence[Signal], names: Sequence[str]) -> Iterator[Row]:
+def _rows(run: PlottedRun, signals: Sequence[Signal], names: Sequence[str]) -> Iterator[list[str]]:
     width = len(names) + sum(len(signal.components) for signal in signals)
-    rows: dict[float, Row] = {}
+    rows: dict[float, list[str]] = {}
     for column, name in enumerate(names):
         for span in run.traces.lines[name].spans if name in run.traces.lines else ():
             rows.setdefault(span.begin_s, [""] * width)[column] = span.state
@@ -64,7 +62,7 @@ def _shown(part: PlottedLine, number: float) -> str:
     return f"{number:.12g}"
 
 
-def _text(head: Row, rows: Iterable[Row]) -> str:
+def _text(head: list[str], rows: Iterable[list[str]]) -> str:
     """The table; the column of recordings only where there are several."""
     made = list(rows)
     first = 0 if any(row[0] for row in made) else 1

@@ -18,8 +18,6 @@ _SECONDS = 300
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _LONGEST = 500
 
-Kind = Literal["position", "servo", "velocity", "speed", "force"]
-
 
 class NoFacts(Refused):
     """The model cannot be used, or nobody here can read it; the message says why."""
@@ -52,7 +50,7 @@ class Actuator:
     """
 
     name: str
-    kind: Kind
+    kind: Literal["position", "servo", "velocity", "speed", "force"]
     joints: tuple[tuple[int, float], ...]
     linear: bool
     factor: float

@@ -23,7 +23,7 @@ MOST_SETTINGS = 10_000
 _LONGEST_UNIT = 24
 """What is longer is compared as text: a folder of a stranger may have many of them."""
 
-Setting = Mapping[str, str]
+SweepSetting = Mapping[str, str]
 """Texts of the values of constants, by name."""
 
 _BRACKETS = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}

@@ -22,7 +22,7 @@ from typing import Any
 from specc.atomic_files import put
 from specc.diagnostics.phrases import counted, listed
 from specc.tools.sweep.running import LIMIT, Figures
-from specc.tools.sweep.settings import Setting, SweepError, meaning
+from specc.tools.sweep.settings import SweepError, SweepSetting, meaning
 
 VERSION = 1
 LOG, TABLE, ABOUT = "runs.jsonl", "runs.csv", "sweep.json"
@@ -35,11 +35,11 @@ specification have the same columns, so that only few of the fields are empty.""
 _FLOAT_BITS = 1024
 """With as many a whole number is no float any more."""
 
-Key = tuple[frozenset[tuple[str, Hashable]], int]
+RunKey = tuple[frozenset[tuple[str, Hashable]], int]
 Row = dict[str, Any]
 
 
-def key_of(setting: Setting, seed: int) -> Key:
+def key_of(setting: SweepSetting, seed: int) -> RunKey:
     """What tells a run from all others of the same specification and options."""
     return frozenset((name, meaning(value)) for name, value in setting.items()), seed
 
@@ -50,7 +50,7 @@ class Folder:
     def __init__(self, path: Path, about: Mapping[str, Any]) -> None:
         """`about`: JSON values that say what the runs are of: specification and options."""
         self.path = path
-        self.done: dict[Key, Figures] = {}
+        self.done: dict[RunKey, Figures] = {}
         self._about = {"version": VERSION, **about}
         self._made: list[Path] = []
         self._log: Any = None
@@ -135,7 +135,7 @@ class Folder:
         if torn:
             self._log.truncate(self._log.tell() - len(torn))
 
-    def add(self, setting: Setting, seed: int, figures: Figures) -> None:
+    def add(self, setting: SweepSetting, seed: int, figures: Figures) -> None:
         """Keep a run for good."""
         entry = {"set": dict(setting), "seed": seed, "run": figures}
         line = json.dumps(entry).encode() + b"\n"
@@ -147,20 +147,20 @@ class Folder:
             raise OSError(error.errno, error.strerror, str(self.path / LOG)) from None
         self.done[key_of(setting, seed)] = figures
 
-    def lacks(self, setting: Setting, seed: int, limit_s: float) -> bool:
+    def lacks(self, setting: SweepSetting, seed: int, limit_s: float) -> bool:
         """Whether a run is to be made: it is not there, or ended by a shorter limit than this."""
         run = self.done.get(key_of(setting, seed))
         return run is None or (run.get("ended") == LIMIT and run["wall_s"] < limit_s)
 
     def runs(
-        self, settings: Sequence[Setting], seeds: Sequence[int]
-    ) -> Iterator[tuple[Setting, int, Figures]]:
+        self, settings: Sequence[SweepSetting], seeds: Sequence[int]
+    ) -> Iterator[tuple[SweepSetting, int, Figures]]:
         """Those of the runs that are done: by setting, then by seed."""
         for setting, seed in product(settings, seeds):
             if (key := key_of(setting, seed)) in self.done:
                 yield setting, seed, self.done[key]
 
-    def check_size(self, settings: Sequence[Setting], seeds: Sequence[int]) -> None:
+    def check_size(self, settings: Sequence[SweepSetting], seeds: Sequence[int]) -> None:
         """Raises SweepError if the table of the runs that are there would be out of proportion."""
         runs = [figures for _, _, figures in self.runs(settings, seeds)]
         columns = len(columns_of(runs))
@@ -172,7 +172,7 @@ class Folder:
             )
 
 
-def _entry(line: bytes) -> tuple[Key, Figures]:
+def _entry(line: bytes) -> tuple[RunKey, Figures]:
     entry = json.loads(line)
     run = dict(entry["run"])
     if not all(map(_is_figure, run.values())):

@@ -34,7 +34,7 @@ from specc.tools.witness.subject import OPERATORS, alone, unproved
 # `x.peer.element`, or that of memory.
 
 
-Values = Mapping[str, Value]
+ScriptValues = Mapping[str, Value]
 
 
 @frozen
@@ -49,8 +49,8 @@ class Periods:
         way: the row that is taken, in words.
     """
 
-    arrives: Values
-    there: Values
+    arrives: ScriptValues
+    there: ScriptValues
     absent: tuple[str, ...] = ()
     into: str = ""
     way: str = ""
@@ -65,7 +65,7 @@ class Placed:
     """
 
     state: str | None
-    memory: Values
+    memory: ScriptValues
     periods: int | None
 
 
@@ -237,7 +237,7 @@ class Run:
             return next((name for name in attributes if attributes[name] == error.name), None)
         return None
 
-    def _fed(self, values: Values) -> dict[str, Any]:
+    def _fed(self, values: ScriptValues) -> dict[str, Any]:
         found = ((_known(name, self._code.elements), value) for name, value in values.items())
         return {attribute: for_run(value, type_) for (attribute, type_), value in found}
 

@@ -33,13 +33,13 @@ from specc.tools.witness.subject import Refutation
 MOST_PATHS = 6
 """Ways to a state that are tried, and ways through every other one."""
 
-Path = tuple[Transition, ...]
+TransitionPath = tuple[Transition, ...]
 
 
-def paths(rows: Iterable[Transition], start: str, end: str) -> Iterator[Path]:
+def paths(rows: Iterable[Transition], start: str, end: str) -> Iterator[TransitionPath]:
     """Ways from a state to another one, the shortest first, no state twice."""
     leaving = grouped((row.source, row) for row in rows)
-    open_: deque[Path] = deque([()])
+    open_: deque[TransitionPath] = deque([()])
     visits: Counter[str] = Counter()
     while open_:
         path = open_.popleft()
@@ -129,7 +129,7 @@ class Planner:
                 yield from self._reading(wanted, path[:-1], [self._driver.taking(path[-1])])
 
     def _reading(
-        self, wanted: Situation | None, path: Path, ends: Sequence[list[Goal]]
+        self, wanted: Situation | None, path: TransitionPath, ends: Sequence[list[Goal]]
     ) -> Iterator[Attempt]:
         """Last steps in which different inputs come."""
         others = sorted(self._driver.inputs.names - {self._refutation.absent})
@@ -146,7 +146,7 @@ class Planner:
         ends: list[list[Goal]] = [[], [going], [going, (behaviour.terminal.when, True)]]
         return [[*self._driver.inputs.axioms, *goals] for goals in ends]
 
-    def _runs(self, wanted: Situation | None, ways: Iterable[Path]) -> Iterator[Driven]:
+    def _runs(self, wanted: Situation | None, ways: Iterable[TransitionPath]) -> Iterator[Driven]:
         for path in ways:
             try:
                 yield self._driver.along(path, wanted)

@@ -12,7 +12,7 @@ from specc import atomic_files
 from specc.emit import emit
 from specc.lang.values import spelled
 from specc.lower import FilePlan
-from specc.tools.witness.code import Periods, Placed, Script, Values, input_text
+from specc.tools.witness.code import Periods, Placed, Script, ScriptValues, input_text
 from specc.tools.witness.subject import Refutation
 
 # A script as the text of a test.
@@ -125,7 +125,7 @@ def _inputs(step: Periods) -> Iterator[str]:
         yield f"absent={list(step.absent)!r}"
 
 
-def _spelled(values: Values) -> str:
+def _spelled(values: ScriptValues) -> str:
     return f"{{{', '.join(f'{name!r}: {spelled(value)}' for name, value in values.items())}}}"
 
 

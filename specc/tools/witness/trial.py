@@ -19,8 +19,8 @@ from specc.tools.witness.code import (
     Periods,
     Placed,
     Run,
+    ScriptValues,
     SubsystemCode,
-    Values,
     input_text,
 )
 
@@ -49,8 +49,8 @@ class Trial:
     def step(
         self,
         into: str,
-        arrives: Values | None = None,
-        there: Values | None = None,
+        arrives: ScriptValues | None = None,
+        there: ScriptValues | None = None,
         absent: Collection[str] = (),
         periods: int = 1,
     ) -> None:
@@ -72,15 +72,15 @@ class Trial:
                 )
 
     def place(
-        self, state: str = "", memory: Values | None = None, periods: int | None = None
+        self, state: str = "", memory: ScriptValues | None = None, periods: int | None = None
     ) -> None:
         """Put the subsystem into a state, give memory values, let it have run for some periods."""
         self._run.place(Placed(state, memory or {}, periods))
 
     def decide(
         self,
-        arrives: Values | None = None,
-        there: Values | None = None,
+        arrives: ScriptValues | None = None,
+        there: ScriptValues | None = None,
         absent: Collection[str] = (),
     ) -> None:
         """The period that matters: exactly one row applies, or the state goes on.

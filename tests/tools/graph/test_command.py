@@ -13,7 +13,7 @@ import pytest
 
 from specc.cli.pictures import signed
 from specc.pipeline import read_spec
-from specc.tools.graph import Kind, NoPicture, drawing, picture
+from specc.tools.graph import NoPicture, PictureKind, drawing, picture
 from tests.commands import ROOT, specc
 
 FLAGSHIP = ROOT / "specs/irp_picking.yaml"
@@ -55,7 +55,7 @@ def test_a_wrong_place_is_told_what_there_is(place: str, kind: str | None, words
 
 def test_the_parser_knows_all_kinds(capsys: pytest.CaptureFixture[str]) -> None:
     assert specc("graph", FLAGSHIP, "--of", "nothing").returncode == 2
-    assert f"{{{','.join(get_args(Kind))}}}" in specc("graph", "--help").stdout
+    assert f"{{{','.join(get_args(PictureKind))}}}" in specc("graph", "--help").stdout
 
 
 def test_dot_goes_to_standard_output_and_needs_no_graphviz(
