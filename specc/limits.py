@@ -51,8 +51,8 @@ MAX_SHOWN = 1_000
 MAX_LETTERS = 200_000
 """Of the messages in them: names in a file may be long."""
 
-Work = Literal["names compared", "proof", "parts", "folding", "modules"]
-ALLOWED: dict[Work, int] = {
+WorkKind = Literal["names compared", "proof", "parts", "folding", "modules"]
+ALLOWED: dict[WorkKind, int] = {
     "names compared": 50_000,
     "proof": 1_000_000,
     "parts": 60_000,
@@ -69,7 +69,7 @@ OUT_OF_PARTS = f"written out, all of this together has more than {ALLOWED['parts
 DESCRIBE_LESS = "describe less in one system, or compute more in operators"
 OUT_OF_STEPS = "the proofs of this run have used up their search budget"
 
-_spent: ContextVar[dict[Work, int] | None] = ContextVar("spent", default=None)
+_spent: ContextVar[dict[WorkKind, int] | None] = ContextVar("spent", default=None)
 
 
 @contextmanager
@@ -89,29 +89,29 @@ class TooMuchError(ArithmeticError):
     """A run has no allowance for the steps of some work."""
 
 
-def take(work: Work, steps: int) -> None:
+def take(work: WorkKind, steps: int) -> None:
     """Count steps before they are made. Raises TooMuchError if they are not allowed."""
     if not spend(work, steps):
         raise TooMuchError(too_many_steps(work))
 
 
-def too_many_steps(work: Work) -> str:
+def too_many_steps(work: WorkKind) -> str:
     """What is said where steps are not allowed, after the thing that they are for."""
     return f"all of it takes more than {ALLOWED[work]:,} steps"
 
 
-def left(work: Work) -> int:
+def left(work: WorkKind) -> int:
     """Steps that the run may still spend; outside of a run it may spend all."""
     spent = _spent.get()
     return ALLOWED[work] - (spent.get(work, 0) if spent is not None else 0)
 
 
-def is_used_up(work: Work) -> bool:
+def is_used_up(work: WorkKind) -> bool:
     """Whether steps of the run were refused: what follows would be done about a part of it only."""
     return left(work) < 0
 
 
-def spend(work: Work, steps: int) -> bool:
+def spend(work: WorkKind, steps: int) -> bool:
     """Whether the steps were allowed; they count as spent either way."""
     spent = _spent.get()
     if spent is None:

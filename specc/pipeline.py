@@ -7,14 +7,14 @@ from dataclasses import field, replace
 from types import MappingProxyType
 from typing import Any
 
-from specc.diagnostics import Command, Diagnostic, once, stops, without_follow_ups
+from specc.diagnostics import CommandName, Diagnostic, once, stops, without_follow_ups
 from specc.frozen import frozen
 from specc.limits import (
     DESCRIBE_LESS,
     MAX_BYTES,
     OUT_OF_PARTS,
     OUT_OF_STEPS,
-    Work,
+    WorkKind,
     is_used_up,
     one_run,
     too_many_steps,
@@ -51,7 +51,7 @@ class Result:
         """Whether code can be generated."""
         return self.can("build")
 
-    def can(self, command: Command) -> bool:
+    def can(self, command: CommandName) -> bool:
         """Whether everything that a command needs is there and right."""
         stopped = any(stops(finding.code, command) for finding in self.diagnostics)
         return self.system is not None and not stopped
@@ -157,7 +157,7 @@ def _told_of_rest(found: tuple[Diagnostic, ...], file: Loaded) -> tuple[Diagnost
     content with an answer that is not known.
     """
     steps = too_many_steps("folding")
-    rest: tuple[tuple[Work, str, str, str], ...] = (
+    rest: tuple[tuple[WorkKind, str, str, str], ...] = (
         ("parts", "E0017", OUT_OF_PARTS, OUT_OF_PARTS),
         ("folding", "E0334", steps, f"not all constants are computed: {steps}"),
         ("proof", "W0606", OUT_OF_STEPS, f"{OUT_OF_STEPS}; some warnings may be missing"),

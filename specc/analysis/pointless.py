@@ -32,8 +32,8 @@ from specc.model.expr import (
     LetRef,
     Logic,
     MemoryRef,
+    Offsets,
     Quantifier,
-    Span,
     Unary,
     children,
     has_unknown,
@@ -351,7 +351,7 @@ def _in_all_copies(
             yield part
 
 
-def _written(text: ExpressionText, node: Expr) -> tuple[Place, str, Span, type]:
+def _written(text: ExpressionText, node: Expr) -> tuple[Place, str, Offsets, type]:
     return text.part, text.key, node.span, type(node)
 
 

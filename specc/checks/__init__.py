@@ -34,7 +34,7 @@ from specc.limits import is_used_up
 from specc.model.system import System
 from specc.source import Place
 
-Check = Callable[[Facts], Iterator[Diagnostic]]
+CheckFunction = Callable[[Facts], Iterator[Diagnostic]]
 
 SUBJECTS: tuple[ModuleType, ...] = (
     structure,
@@ -59,9 +59,11 @@ SUBJECTS: tuple[ModuleType, ...] = (
 )
 """Modules of checks, each with a tuple `CHECKS` or `USES` at its end."""
 
-CHECKS: tuple[Check, ...] = tuple(c for each in SUBJECTS for c in getattr(each, "CHECKS", ()))
+CHECKS: tuple[CheckFunction, ...] = tuple(
+    c for each in SUBJECTS for c in getattr(each, "CHECKS", ())
+)
 
-USES: tuple[Check, ...] = tuple(c for each in SUBJECTS for c in getattr(each, "USES", ()))
+USES: tuple[CheckFunction, ...] = tuple(c for each in SUBJECTS for c in getattr(each, "USES", ()))
 """Unused parts are reported only when nothing is wrong: parts with errors use nothing."""
 
 

@@ -153,13 +153,13 @@ def _itself(misfit: PointlessPart) -> str:
 # A bare name in the expressions of a subsystem means one thing.
 
 
-Named = Memory | Let | Constant | Outside
+NamedValue = Memory | Let | Constant | Outside
 
 
 def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
     """E0221; constants and files hold in the subsystems that their own file describes."""
     for subsystem in facts.subsystems:
-        first: dict[str, tuple[str, Named]] = {}
+        first: dict[str, tuple[str, NamedValue]] = {}
         for kind, part in _named(subsystem):
             earlier = first.setdefault(part.name, (kind, part))
             if part.name in RESERVED:
@@ -179,7 +179,7 @@ def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
-def _named(subsystem: Subsystem) -> Iterator[tuple[str, Named]]:
+def _named(subsystem: Subsystem) -> Iterator[tuple[str, NamedValue]]:
     yield from ((item.kind, item) for item in subsystem.outside)
     yield from (("parameter", c) for c in subsystem.constants)
     yield from (("memory element", m) for m in subsystem.memory)

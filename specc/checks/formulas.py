@@ -13,10 +13,10 @@ from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk
 from specc.model.requirement import (
-    Formula,
     Junction,
     Requirement,
     Temporal,
+    TemporalFormula,
     TickCondition,
     expressions,
     is_timeless,
@@ -36,11 +36,11 @@ def _formulas(facts: Facts) -> tuple[Requirement, ...]:
     return tuple(f for f in facts.system.formulas if _size(f.formula) <= MOST_PARTS)
 
 
-def _size(formula: Formula) -> int:
+def _size(formula: TemporalFormula) -> int:
     return 1 + sum(map(_size, getattr(formula, "operands", ())))
 
 
-def _place(of: Requirement, part: Formula | Expr) -> Place:
+def _place(of: Requirement, part: TemporalFormula | Expr) -> Place:
     span = span_of(part) if isinstance(part, TickCondition | Junction | Temporal) else part.span
     return of.place.within(*span)
 
@@ -80,7 +80,7 @@ def _is_elsewhere(item: Requirement, place: Place) -> bool:
     return item.text[place.start : place.end] in item.names
 
 
-def _parts(formula: Formula) -> Iterator[Formula | Expr]:
+def _parts(formula: TemporalFormula) -> Iterator[TemporalFormula | Expr]:
     """A formula and the formulas and conditions in it, as they are written."""
     if isinstance(formula, TickCondition):
         yield from (node for node in walk(formula.that) if isinstance(node.type, Bool))
@@ -101,7 +101,7 @@ class _Constant:
         self._ticks = facts.ticks
         self._misfits = facts.misfits
 
-    def parts(self, formula: Formula) -> Iterator[Diagnostic]:
+    def parts(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
         """What is found in a formula, or else of it."""
         if isinstance(formula, TickCondition):
             yield from self._of_condition(formula.that)
@@ -116,7 +116,7 @@ class _Constant:
         elif not self._misfits.within(expr):
             yield from self._whole(TickCondition(expr))
 
-    def _whole(self, formula: Formula) -> Iterator[Diagnostic]:
+    def _whole(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
         nodes = [node for part in expressions(formula) for node in walk(part)]
         meant = any(isinstance(node, Truth) for node in nodes)
         spoilt = any(map(self._misfits.within, expressions(formula)))
@@ -132,7 +132,7 @@ class _Constant:
         elif isinstance(formula, Junction):
             yield from self._needless(formula)
 
-    def _told(self, formula: Formula, word: str) -> Diagnostic:
+    def _told(self, formula: TemporalFormula, word: str) -> Diagnostic:
         item, root = self._item, formula == self._item.formula
         never_asked = word == "never" and any(each == formula for each in _premises(item.formula))
         help = "correct it, or leave it out"
@@ -150,7 +150,7 @@ class _Constant:
             help=help,
         )
 
-    def _conclusion(self, formula: Junction, premise: Formula) -> Iterator[Diagnostic]:
+    def _conclusion(self, formula: Junction, premise: TemporalFormula) -> Iterator[Diagnostic]:
         """A conclusion that excludes its premise says only that this never holds."""
         conclusion, ticks = formula.operands[1], self._ticks
         if not ticks.is_possible(ticks.asked(premise), ticks.asked(conclusion)):
@@ -195,7 +195,7 @@ class _Constant:
                 return
 
 
-def _premises(formula: Formula) -> Iterator[Formula]:
+def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
     if isinstance(formula, Junction) and formula.premise is not None:
         yield formula.premise
         yield from _premises(formula.operands[1])
@@ -229,7 +229,7 @@ def _at_the_beginning(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
     yield Diagnostic("W0336", message, item.place, help=help)
 
 
-def _of_first_tick(formula: Formula) -> Formula | None:
+def _of_first_tick(formula: TemporalFormula) -> TemporalFormula | None:
     """A part that is about the first tick only."""
     if isinstance(formula, TickCondition) or is_timeless(formula):
         return formula

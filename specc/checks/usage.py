@@ -67,7 +67,7 @@ def _quoted(label: str) -> str:
 # Every named part of a subsystem is used somewhere in it.
 
 
-Part = Behaviour | Condition | Function | Let | Memory
+SubsystemPart = Behaviour | Condition | Function | Let | Memory
 Readable = dict[tuple[type[Expr], str], Let | Memory]
 
 
@@ -81,8 +81,8 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     named: Readable = {(LetRef, item.name): item for item in subsystem.lets}
     named |= {(MemoryRef, item.name): item for item in subsystem.memory}
     every = (*subsystem.behaviours, *subsystem.functions, *subsystem.conditions, *named.values())
-    parts: dict[int, Part] = {id(part): part for part in every}
-    start: list[Part] = [state.behaviour for state in subsystem.states]
+    parts: dict[int, SubsystemPart] = {id(part): part for part in every}
+    start: list[SubsystemPart] = [state.behaviour for state in subsystem.states]
     start += [row.condition for row in subsystem.transitions if id(row.condition) in parts]
     start += _named_in([axiom.that for axiom in subsystem.axioms], named)
     start += [item for item in subsystem.memory if item.name in watched]
@@ -94,7 +94,7 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     yield from _unused("W0611", {label: part.place for label, part in left.items()}, edges, _NONE)
 
 
-def _label(part: Part) -> str:
+def _label(part: SubsystemPart) -> str:
     match part:
         case Condition(kind=kind):
             return f"{kind} condition {part.name}"
@@ -103,21 +103,21 @@ def _label(part: Part) -> str:
     return f"{type(part).__name__.lower()} {part.name}"
 
 
-def _needed(part: Part | None, named: Readable) -> list[Part]:
+def _needed(part: SubsystemPart | None, named: Readable) -> list[SubsystemPart]:
     """The parts that a part names, and the memory that it writes."""
     match part:
         case Behaviour(functions=functions):
             return [*functions, part.terminal, part.error]
         case Function(assignments=items):
             written = [(MemoryRef, item.name) for item in items if not item.peer]
-            found: list[Part] = [named[name] for name in written if name in named]
+            found: list[SubsystemPart] = [named[name] for name in written if name in named]
             return found + _named_in([item.value for item in items], named)
         case Condition(when=value) | Let(value=value):
             return _named_in([value], named)
     return []
 
 
-def _named_in(values: Iterable[Expr], named: Readable) -> list[Part]:
+def _named_in(values: Iterable[Expr], named: Readable) -> list[SubsystemPart]:
     """The lets and the memory that expressions name."""
     nodes = [n for value in values for n in walk(value) if isinstance(n, (LetRef, MemoryRef))]
     return [named[name] for n in nodes if (name := (type(n), n.name)) in named]

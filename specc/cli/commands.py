@@ -17,11 +17,16 @@ from specc.refusal import Refused, lacking, reason_of
 from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
-    from specc.diagnostics.render.visible import Form
+    from specc.diagnostics.render.visible import OutputForm
     from specc.read import Reach
 
 # What the formats of reports are written in.
-_FORMS: dict[str, Form] = {"json": "json", "sarif": "json", "github": "commands", "junit": "xml"}
+_FORMS: dict[str, OutputForm] = {
+    "json": "json",
+    "sarif": "json",
+    "github": "commands",
+    "junit": "xml",
+}
 
 
 def validate(options: Namespace) -> int:

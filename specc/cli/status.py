@@ -21,8 +21,6 @@ from specc.source import Place
 # How far a specification has come along the procedure of section 3 (Fig. 4).
 
 
-Outcome = Literal["done", "open", "wrong"]
-
 SYSTEM_STEPS = ("scenario", "structure", "definitions")
 SIMULATED_STEPS = (*SYSTEM_STEPS, "simulation")
 """Of a system with a plant or a task, which Fig. 4 does not ask for."""
@@ -63,7 +61,7 @@ class DesignStep:
     """A step of the procedure; `next` says what to do for it, empty if it is done."""
 
     name: str
-    state: Outcome
+    state: Literal["done", "open", "wrong"]
     next: str = ""
 
 

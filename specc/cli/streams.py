@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TextIO
 
-from specc.diagnostics.render.visible import Form, harmless, visible
+from specc.diagnostics.render.visible import OutputForm, harmless, visible
 from specc.diagnostics.report import Report, report, resolve
 from specc.source import COMMAND_LINE
 
@@ -76,7 +76,7 @@ def abandon(stream: TextIO) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def show(text: str, form: Form = "text", *, to: TextIO | None = None) -> None:
+def show(text: str, form: OutputForm = "text", *, to: TextIO | None = None) -> None:
     """Print to standard output, unless told where `to`."""
     (to or sys.stdout).write(harmless(text, form))
 

@@ -1,7 +1,7 @@
 """Findings about a specification: their value, their codes and the ways to print them."""
 
 from specc.diagnostics.diagnostic import (
-    Command,
+    CommandName,
     Diagnostic,
     Edit,
     Faults,
@@ -17,7 +17,7 @@ from specc.diagnostics.nearest import is_slip, nearest, surely_meant
 from specc.diagnostics.renaming import renaming
 
 __all__ = [
-    "Command",
+    "CommandName",
     "Diagnostic",
     "Edit",
     "Faults",

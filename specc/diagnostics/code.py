@@ -13,13 +13,6 @@ from specc.frozen import frozen
 
 PAGES = Path(__file__).with_name("codes")
 
-Within = Literal["", "any YAML file", "a specification", "an agent", "a subsystem"]
-"""What an example is.
-
-Nothing: a whole specification, or commands after a `$`. Otherwise any YAML file, or keys of a
-specification, of an agent, or of a subsystem that has all that the example does not show.
-"""
-
 _COLUMNS = 80
 _PAGE = (
     r"# (?P<id>[EWO]\d{4}): (?P<title>.+)\n\n(?P<explanation>(?:.+\n)+)\n"
@@ -42,7 +35,12 @@ class Code:
     explanation: str
     failing: str
     passing: str
-    within: Within = ""
+    within: Literal["", "any YAML file", "a specification", "an agent", "a subsystem"] = ""
+    """What the examples are.
+
+    Nothing: a whole specification, or commands after a `$`. Otherwise any YAML file, or keys of a
+    specification, of an agent, or of a subsystem that has all that the example does not show.
+    """
 
     @property
     def severity(self) -> Severity:

@@ -11,7 +11,7 @@ from specc.limits import MAX_FAULTS
 from specc.source import Place
 
 Severity = Literal["error", "warning", "open"]
-Command = Literal["build", "run"]
+CommandName = Literal["build", "run"]
 
 _FOR_RUNS = frozenset(("O0501", "O0502"))
 _FOR_NOTHING = frozenset(("O0404", "O0503"))
@@ -128,7 +128,7 @@ def severity_of(code: str) -> Severity:
     return "error"
 
 
-def stops(code: str, command: Command) -> bool:
+def stops(code: str, command: CommandName) -> bool:
     """Whether a finding is about something that the command needs."""
     if severity_of(code) != "open":
         return severity_of(code) == "error"

@@ -13,10 +13,10 @@ from collections.abc import Iterator, Sequence
 from specc.lang import functions as rules
 from specc.lang import ranges, results, values
 from specc.lang.errors import CLOCK_NAMES
-from specc.lang.kind import Value
 from specc.lang.kinds import first_value
 from specc.lang.number_functions import NUMBER_FUNCTIONS
 from specc.lang.row import BuiltinFunction, Form, Wanted, exact
+from specc.lang.values import Value
 from specc.model import expr as m
 from specc.model.expr import Fresh, Present
 from specc.model.types import Int, ListOf, Pose, Real, Type, Vector

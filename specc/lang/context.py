@@ -55,7 +55,7 @@ def served(expr: Expr, expected: Type) -> Expr:
 # What the typing rules share: the scope, the text, and how they fail and go on.
 
 
-Rule = Callable[["Context", ast.expr, "Type | None"], Expr]
+SyntaxRule = Callable[["Context", ast.expr, "Type | None"], Expr]
 """Types one kind of syntax. The type is a hint for literals; whether it fits is checked outside."""
 
 T = TypeVar("T")
@@ -69,7 +69,7 @@ class Context:
 
     scope: Scope
     text: str
-    rules: Mapping[type[ast.expr], Rule]
+    rules: Mapping[type[ast.expr], SyntaxRule]
     reserved: Collection[str]
     """Names of the language."""
     errors: list[ExprError]

@@ -17,10 +17,9 @@ from typing import Any
 from specc.frozen import remembering
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.signs import SIGNS
+from specc.lang.values import Value
 from specc.model import expr as m
 from specc.model.types import ListOf, Real, Vector
-
-Value = Any
 
 
 @remembering

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
 from specc.frozen import frozen
+from specc.lang.values import Value
 from specc.model.expr import Expr
 from specc.model.types import Type
 
-Value = Any
 Of = Callable[[Type, Any], Any]
 """From the type of a part and what there is of the part."""
 Sort = Literal["truth", "whole", "real", "item", "other"]

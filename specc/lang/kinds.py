@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from specc.lang.kind import Kind, Of, Python, Value
-from specc.lang.values import Fields, Gone, Token, compose, translation
+from specc.lang.kind import Kind, Of, Python
+from specc.lang.values import Fields, Gone, Token, Value, compose, translation
 from specc.model import expr as m
 from specc.model import types as t
 from specc.model.types import Type

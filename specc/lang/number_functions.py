@@ -15,9 +15,9 @@ from typing import Any
 
 from specc.lang import functions as rules
 from specc.lang import ranges, results
-from specc.lang.kind import Value
 from specc.lang.ranges import ANY, Operation, Range
 from specc.lang.row import BuiltinFunction, Encoding, Form, SolverTerms, Wanted, exact
+from specc.lang.values import Value
 from specc.model import expr as m
 from specc.model.types import Int, Real, Type
 from specc.model.units import RADIAN

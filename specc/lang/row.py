@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 from specc.frozen import frozen
 from specc.lang.functions import Rule
-from specc.lang.kind import Value
 from specc.lang.ranges import ANY, Operation, Range
+from specc.lang.values import Value
 from specc.model.types import Type
 
 RUNTIME = "specc_runtime.builtins"
@@ -37,8 +37,6 @@ class SolverTerms(Protocol):
 
 Wanted = Iterator[tuple[int, Value]]
 """Indices of arguments, each with a value that it could have."""
-Inverse = Callable[[Sequence[Type], Sequence[Value], Value], Wanted]
-"""From types and present values of the arguments of a function, and the result that is wanted."""
 Encoding = Callable[..., Any]
 """From a `SolverTerms` and terms of arguments, also of the result where that is unknown."""
 
@@ -116,8 +114,9 @@ class BuiltinFunction:
     laws: Callable[..., Iterable[Any]] | None = None
     """Where it has no such term: facts, made by a `SolverTerms` of the term of the result, which is
     otherwise not known, and those of the arguments."""
-    inverse: Inverse | None = None
-    """What arguments may be so that the result is a wanted one."""
+    inverse: Callable[[Sequence[Type], Sequence[Value], Value], Wanted] | None = None
+    """What arguments may be so that the result is a wanted one: from their types, their present
+    values and the result that is wanted."""
 
     # Which calls cannot be meant.
 

@@ -256,14 +256,14 @@ def is_size(number: float) -> bool:
     return number == int(number) and 0 < number <= LARGEST_SIZE
 
 
-Taken = Literal["frame", "size", "layers", "unit", "element", "type", "present", "complete"]
+TypeArgument = Literal["frame", "size", "layers", "unit", "element", "type", "present", "complete"]
 
 
 @frozen
 class Shape:
     """What a type takes in brackets, of which the first so many are needed, and what it is then."""
 
-    takes: tuple[Taken, ...]
+    takes: tuple[TypeArgument, ...]
     make: Callable[..., t.Type]
     needed: int = 1
 
@@ -287,7 +287,7 @@ SHAPES = {
     "image": Shape(("size", "size", "layers"), lambda h, w, of=1: t.Image(h, w, of), needed=2),
 }
 """Types that have something in brackets; the members of an enum are not limited in number."""
-_READERS: dict[Taken, Callable[[TypeReader, ast.expr], Any]] = {
+_READERS: dict[TypeArgument, Callable[[TypeReader, ast.expr], Any]] = {
     "frame": TypeReader.frame,
     "size": TypeReader._size,
     "layers": TypeReader._layers,

@@ -11,8 +11,8 @@ from typing import Any
 
 Value = Any
 
-Row = tuple[float, float, float, float]
-PoseRows = tuple[Row, Row, Row, Row]
+PoseRow = tuple[float, float, float, float]
+PoseRows = tuple[PoseRow, PoseRow, PoseRow, PoseRow]
 """Rows of the homogeneous transform X_AB."""
 Floats = tuple[float, ...]
 
@@ -23,7 +23,7 @@ def compose(X_AB: PoseRows, X_BC: PoseRows) -> PoseRows:
     return a, b, c, d
 
 
-def _combination(row: Row, rows: PoseRows) -> Row:
+def _combination(row: PoseRow, rows: PoseRows) -> PoseRow:
     w, x, y, z = (sum(row[k] * rows[k][j] for k in range(4)) for j in range(4))
     return w, x, y, z
 

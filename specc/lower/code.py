@@ -15,8 +15,6 @@ from specc.model.task import Task
 from specc.model.types import Opaque, Record, Type
 from specc.source import Place
 
-Part = Literal["operator", "type", "codec", "through", "plant", "scene", "judge"]
-
 
 @frozen
 class PythonObject:
@@ -27,7 +25,7 @@ class PythonObject:
     """
 
     python: str
-    part: Part
+    part: Literal["operator", "type", "codec", "through", "plant", "scene", "judge"]
     name: str = ""
     signature: tuple[tuple[str, Type], ...] = ()
 

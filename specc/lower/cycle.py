@@ -10,7 +10,7 @@ from specc.lower.flow import Activity, Check, Enter, Flow, FlowRow, Flows, Proof
 from specc.lower.module import Module
 from specc.lower.names import SETTLE, MethodPlan, docstring, literal, traced
 from specc.lower.table import TermTable
-from specc.lower.terms import NONE, Term, Terms, in_order
+from specc.lower.terms import NONE, Term, TermSet, in_order
 from specc.lower.writer import Writer
 from specc.model.fsm import Condition
 from specc.model.system import Memory, Subsystem
@@ -41,7 +41,7 @@ class CycleWriter(Writer):
             case Rows():
                 self._undecided(flow)
 
-    def _test(self, test: Term, due: Terms) -> str:
+    def _test(self, test: Term, due: TermSet) -> str:
         """A test, after locals for those of the terms `due` that it needs."""
         needed = test.perhaps & self.again | {t for t in test.perhaps - {test} if t.let}
         self.assign(due & needed)
@@ -195,7 +195,7 @@ class Methods:
 
     def _parameters(self) -> dict[str, tuple[Term, ...]]:
         """For every behaviour, what conditions that lead to it may have computed already."""
-        offered: dict[str, Terms] = defaultdict(lambda: NONE)
+        offered: dict[str, TermSet] = defaultdict(lambda: NONE)
         for enter, before in self._enters:
             fixed = (t for t in before if not (enter.is_entry and t.reads_clock))
             offered[enter.activity.behaviour.name] |= frozenset(fixed)
@@ -250,7 +250,7 @@ class Methods:
         return MethodPlan("step", (), "int", doc, writer.body())
 
 
-def parameters(activity: Activity, offered: Terms) -> tuple[Term, ...]:
+def parameters(activity: Activity, offered: TermSet) -> tuple[Term, ...]:
     """The terms that a behaviour takes from its callers: the largest of those they offer."""
 
     def is_taken(term: Term) -> bool:

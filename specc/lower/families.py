@@ -22,14 +22,12 @@ from specc.model.system import Constant, Device, Subsystem, System
 from specc.reachable import grouped
 from specc.source import Place
 
-Part = Subsystem | Device
-
 
 @frozen
 class Family:
     """The parts of one module. `given` are the parameters whose values differ among them."""
 
-    members: tuple[Part, ...]
+    members: tuple[Subsystem | Device, ...]
     given: tuple[str, ...] = ()
     values: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Qualified name of a member -> its values of `given`, as arguments in Python."""
@@ -37,7 +35,7 @@ class Family:
     """What the values need: module and name."""
 
     @property
-    def first(self) -> Part:
+    def first(self) -> Subsystem | Device:
         """The member that stands for all."""
         return self.members[0]
 
@@ -52,7 +50,7 @@ class Family:
         agents = [part.agent for part in self.members]
         return stem(agents), stem([part.name for part in self.members])
 
-    def made(self, part: Part, class_name: str) -> str:
+    def made(self, part: Subsystem | Device, class_name: str) -> str:
         """The call that makes a member."""
         own = (f"name={literal(part.qualified_name)}",) if self.is_shared else ()
         return (
@@ -61,7 +59,7 @@ class Family:
 
 
 def families(
-    system: System, parts: Iterable[Part], proofs: Proofs, types: PythonTypes
+    system: System, parts: Iterable[Subsystem | Device], proofs: Proofs, types: PythonTypes
 ) -> Iterator[Family]:
     """The parts by the module that they share, in the order of the first ones."""
     for members in grouped((_shape(part, proofs), part) for part in parts).values():
@@ -72,7 +70,7 @@ def families(
 _NOWHERE = Place("")
 
 
-def _shape(part: Part, proofs: Proofs) -> object:
+def _shape(part: Subsystem | Device, proofs: Proofs) -> object:
     """What parts of one family have in common."""
     constants = tuple((c.name, c.title, c.value.type) for c in part.constants)
     if isinstance(part, Device):
@@ -88,7 +86,7 @@ def _shape(part: Part, proofs: Proofs) -> object:
     return constants, proved, own, machine, part.axioms, part.trace
 
 
-def _family(system: System, members: list[Part], types: PythonTypes) -> Family | None:
+def _family(system: System, members: list[Subsystem | Device], types: PythonTypes) -> Family | None:
     """The family of parts that are alike; none if Python cannot write their values down."""
     first = {c.name: c.value for c in members[0].constants}
     differ = {c.name for part in members for c in part.constants if c.value != first[c.name]}
@@ -106,7 +104,7 @@ def _family(system: System, members: list[Part], types: PythonTypes) -> Family |
     return Family(tuple(members), given, values, tuple(imports))
 
 
-def _used(part: Part) -> set[str]:
+def _used(part: Subsystem | Device) -> set[str]:
     """The constants that a part names."""
     if isinstance(part, Device):
         safe = [value for _, s in part.safe for value in (s.value, s.otherwise) if value]

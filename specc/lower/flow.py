@@ -8,7 +8,7 @@ from typing import Protocol
 
 from specc.frozen import interned, mutable
 from specc.lower.table import TermTable
-from specc.lower.terms import NONE, Term, Terms, in_order, unknown
+from specc.lower.terms import NONE, Term, TermSet, in_order, unknown
 from specc.model.expr import Choice, Logic, Quantifier, Truth
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
 from specc.model.system import Subsystem
@@ -21,7 +21,7 @@ from specc.model.types import Type, Vector
 # condition, a term of the behaviour behind it: if it fails, the fault is one of the state entered.
 
 
-def surely(terms: Iterable[Term], known: Collection[Term]) -> Terms:
+def surely(terms: Iterable[Term], known: Collection[Term]) -> TermSet:
     """Terms worth keeping that an evaluation of all `terms` evaluates in any case.
 
     The values of the terms `known` are there already.
@@ -34,7 +34,7 @@ def surely(terms: Iterable[Term], known: Collection[Term]) -> Terms:
     return NONE.union(*(found[term] for term in terms))
 
 
-def _of_parts(term: Term, found: list[Terms]) -> Terms:
+def _of_parts(term: Term, found: list[TermSet]) -> TermSet:
     match term.node:
         case Logic():
             return found[0]
@@ -84,7 +84,7 @@ class Activity:
     behaviour: Behaviour
     works: tuple[Work, ...]
 
-    surely: Terms
+    surely: TermSet
     """Terms that it evaluates in any case."""
 
 
@@ -107,11 +107,11 @@ class Enter:
         """Arguments that the behaviour needs in any case."""
         return tuple(term for term in self.taken if term in self.activity.surely)
 
-    def surely(self, _: Collection[Term]) -> Terms:
+    def surely(self, _: Collection[Term]) -> TermSet:
         """No terms: nothing is evaluated before the state is entered."""
         return NONE
 
-    def enters(self, before: Terms = NONE) -> Iterator[tuple[Enter, Terms]]:
+    def enters(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
         """All ways in which the period can end, and what may be evaluated on them."""
         yield self, before
 
@@ -149,12 +149,12 @@ class Rows:
         rounded = any(row.test.rests_on_rounding for row in self.rows)
         return self.rows if rounded and not certain else tuple(most)
 
-    def surely(self, known: Collection[Term]) -> Terms:
+    def surely(self, known: Collection[Term]) -> TermSet:
         """Terms that are evaluated in any case before a state is entered."""
         tested = self.tested[:1] if self.is_proved else self.rows
         return surely((row.test for row in tested), known)
 
-    def enters(self, before: Terms = NONE) -> Iterator[tuple[Enter, Terms]]:
+    def enters(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
         """All ways in which the period can end, and what may be evaluated on them."""
         tests = [row.test.perhaps for row in self.tested]
         for index, row in enumerate(self.rows):
@@ -177,12 +177,12 @@ class Check:
     rows: Rows
     otherwise: Flow
 
-    def surely(self, known: Collection[Term]) -> Terms:
+    def surely(self, known: Collection[Term]) -> TermSet:
         """Terms that are evaluated in any case from here on, before a state is entered."""
         behind = self.rows.surely(known) & self.otherwise.surely(known)
         return surely((self.test,), known) | behind
 
-    def enters(self, before: Terms = NONE) -> Iterator[tuple[Enter, Terms]]:
+    def enters(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
         """All ways in which the period can end, and what may be evaluated on them."""
         before |= self.test.perhaps
         yield from self.rows.enters(before)

@@ -22,7 +22,14 @@ from specc.lower.nodes import OR, Nodes
 from specc.lower.table import TermTable, term_table
 from specc.model import expr as e
 from specc.model.binding import PLANT
-from specc.model.requirement import Formula, Reading, Requirement, Temporal, TickCondition, asked
+from specc.model.requirement import (
+    Reading,
+    Requirement,
+    Temporal,
+    TemporalFormula,
+    TickCondition,
+    asked,
+)
 from specc.model.system import Device, Element, System
 from specc.model.trace import Trace
 from specc.model.types import Int, Real
@@ -152,7 +159,7 @@ class _FormulaWriter:
             "" if premise is None else self._formula(premise),
         )
 
-    def _formula(self, formula: Formula) -> str:
+    def _formula(self, formula: TemporalFormula) -> str:
         if isinstance(formula, TickCondition):
             if formula.that not in self._atoms:
                 self._atoms[formula.that] = f"self.{self._atom(formula.that)}"

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from specc.lang import show
 from specc.lower.annotations import PythonTypes
 from specc.lower.cycle import Methods
-from specc.lower.families import Family, Part
+from specc.lower.families import Family
 from specc.lower.flow import Proofs
 from specc.lower.module import Module
 from specc.lower.names import (
@@ -33,8 +33,8 @@ from specc.model.types import Type
 # memory, elements of buffers, types and operators.
 
 
-Numbers = frozenset[int]
-NONE: Numbers = frozenset()
+EquationNumbers = frozenset[int]
+NONE: EquationNumbers = frozenset()
 
 
 class Equations:
@@ -44,11 +44,11 @@ class Equations:
         self._subsystem = subsystem
         self._operators = {o.name: _of(o.trace) for o in system.operators}
         self._declared = {named.name: _of(named.trace) for named in system.types}
-        self._types: dict[Type, Numbers] = {}
+        self._types: dict[Type, EquationNumbers] = {}
         self._inputs = {key: _of(item.trace) for key, item in subsystem.inputs.items()}
         self._outputs = {key: self._of_place(item) for key, item in subsystem.outputs.items()}
         self._memory = {item.name: self._of_place(item) for item in subsystem.memory}
-        self._lets: dict[str, Numbers] = {}
+        self._lets: dict[str, EquationNumbers] = {}
         for let in subsystem.lets:
             self._lets[let.name] = _of(let.trace) | self._of_expr(let.value)
 
@@ -73,10 +73,10 @@ class Equations:
         numbers = ((cause, self._of_condition(when)) for cause, when in behaviour.endings)
         return [f"{literal(cause)}: {_literal(n)}" for cause, n in numbers if n]
 
-    def _of_condition(self, condition: Condition) -> Numbers:
+    def _of_condition(self, condition: Condition) -> EquationNumbers:
         return _of(condition.trace) | self._of_expr(condition.when)
 
-    def _of_behaviour(self, behaviour: Behaviour) -> Numbers:
+    def _of_behaviour(self, behaviour: Behaviour) -> EquationNumbers:
         numbers = _of(behaviour.trace).union(*(_of(f.trace) for f in behaviour.functions))
         for item in behaviour.assignments:
             key = item.peer, item.name
@@ -84,13 +84,13 @@ class Equations:
             numbers |= _of(item.trace) | self._of_expr(item.value) | (target or NONE)
         return numbers
 
-    def _of_place(self, item: Element | Memory) -> Numbers:
+    def _of_place(self, item: Element | Memory) -> EquationNumbers:
         return _of(item.trace) | self._of_type(item.type)
 
-    def _of_expr(self, expr: e.Expr) -> Numbers:
+    def _of_expr(self, expr: e.Expr) -> EquationNumbers:
         return NONE.union(*(self._of_type(n.type) | self._of_node(n) for n in e.walk(expr)))
 
-    def _of_node(self, node: e.Expr) -> Numbers:
+    def _of_node(self, node: e.Expr) -> EquationNumbers:
         match node:
             case e.LetRef(name=name):
                 return self._lets[name]
@@ -102,18 +102,18 @@ class Equations:
                 return self._inputs.get((peer, element), NONE)
         return NONE
 
-    def _of_type(self, type_: Type) -> Numbers:
+    def _of_type(self, type_: Type) -> EquationNumbers:
         if type_ not in self._types:
             numbers = self._declared.get(getattr(type_, "name", None) or "", NONE)
             self._types[type_] = numbers.union(*map(self._of_type, type_.parts))
         return self._types[type_]
 
 
-def _of(trace: Trace) -> Numbers:
+def _of(trace: Trace) -> EquationNumbers:
     return frozenset(trace.eq)
 
 
-def _literal(numbers: Numbers) -> str:
+def _literal(numbers: EquationNumbers) -> str:
     return literal(tuple(sorted(numbers)))
 
 
@@ -142,7 +142,7 @@ def subsystem_plan(
     return FilePlan("subsystem.py.j2", {"class_name": class_name, **parts})
 
 
-def _of_family(part: Part, family: Family, module: Module) -> dict[str, object]:
+def _of_family(part: Subsystem | Device, family: Family, module: Module) -> dict[str, object]:
     """Name and arguments of a class, and for whom it is."""
     types = {constant.name: constant.value.type for constant in part.constants}
     trace = f" ({part.trace})" if part.trace else ""
@@ -195,7 +195,7 @@ def _parts(
 _MOST_NAMED = 3
 
 
-def _about(part: Part, family: Family) -> str:
+def _about(part: Subsystem | Device, family: Family) -> str:
     kind = "control subsystem" if part.kind == "control" else part.kind.replace("_", " ")
     if not family.is_shared:
         return f"{kind} {part.name} of agent {part.agent}"

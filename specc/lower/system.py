@@ -12,7 +12,7 @@ from specc.analysis.rates import base_tick
 from specc.frozen import frozen
 from specc.lower.ages import ages_plan
 from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
-from specc.lower.families import Family, Part, families
+from specc.lower.families import Family, families
 from specc.lower.flow import NOTHING_PROVED, Proofs
 from specc.lower.layouts import layouts_plan
 from specc.lower.module import buffer_names
@@ -229,7 +229,7 @@ def _families(
     system: System, proofs: Proofs, types: PythonTypes, *, stand_ins: bool
 ) -> Iterator[Family]:
     """The parts that become modules; each stand-in has one of its own."""
-    parts: list[Part] = [*system.subsystems, *(d for d in system.devices if d.safe)]
+    parts: list[Subsystem | Device] = [*system.subsystems, *(d for d in system.devices if d.safe)]
     if stand_ins:
         yield from (Family((part,)) for part in parts)
     else:
@@ -244,7 +244,7 @@ class Made:
     class_name: str
     module: str
 
-    def call(self, part: Part, imports: Imports) -> str:
+    def call(self, part: Subsystem | Device, imports: Imports) -> str:
         """The call that makes a part."""
         for module, needed in self.family.imports:
             imports.add(module, needed)

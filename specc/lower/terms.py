@@ -26,8 +26,8 @@ from specc.model.types import (
 )
 from specc.reachable import reachable
 
-Terms = frozenset["Term"]
-NONE: Terms = frozenset()
+TermSet = frozenset["Term"]
+NONE: TermSet = frozenset()
 
 
 @mutable
@@ -47,7 +47,7 @@ class Term:
     reads_clock: bool
     memory: frozenset[str]
     """Memory elements that its evaluation may read."""
-    perhaps: Terms = field(repr=False)
+    perhaps: TermSet = field(repr=False)
     """Terms worth keeping that an evaluation of this one may evaluate; itself among them."""
     let: Let | None = None
     """The let that names it; the first one if there are several."""
@@ -178,7 +178,7 @@ def _compares_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
     return any(arg.rests_on_rounding for arg in args)
 
 
-def _is_costly(node: e.Expr, perhaps: Terms) -> bool:
+def _is_costly(node: e.Expr, perhaps: TermSet) -> bool:
     match node:
         case e.Call():
             return True

@@ -12,7 +12,7 @@ from specc.lower.module import Module
 from specc.lower.names import comment, traced
 from specc.lower.nodes import PRIMARY, Nodes, Spelled
 from specc.lower.table import TermTable
-from specc.lower.terms import Term, Terms, in_order, unknown
+from specc.lower.terms import Term, TermSet, in_order, unknown
 from specc.model import expr as e
 from specc.model.fsm import Behaviour
 from specc.model.system import Memory
@@ -57,7 +57,7 @@ def _reads(term: Term, known: Collection[Term]) -> frozenset[str]:
 # Which values get a local.
 
 
-def needed_again(asked: Iterable[Term]) -> Terms:
+def needed_again(asked: Iterable[Term]) -> TermSet:
     """Terms that call operators, or cost as much, and stand in several places of a method."""
     places = Counter(asked)
     for term in reversed(in_order(unknown(places, ()))):

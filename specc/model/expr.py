@@ -15,14 +15,14 @@ from typing import Any, Literal
 from specc.frozen import frozen
 from specc.model.types import Bool, Type
 
-Span = tuple[int, int]
+Offsets = tuple[int, int]
 
 
 @frozen
 class Node:
     _: KW_ONLY
     type: Type
-    span: Span = field(default=(0, 0), compare=False)
+    span: Offsets = field(default=(0, 0), compare=False)
 
 
 @frozen

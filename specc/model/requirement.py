@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Literal
 
 from specc.frozen import frozen
-from specc.model.expr import Expr, Node, Span
+from specc.model.expr import Expr, Node, Offsets
 from specc.model.types import Type
 from specc.source import Place
 
@@ -45,10 +45,10 @@ class Junction:
     """`not`, `and`, `or` of formulas; `p implies q` is `not p or q` with a `premise`."""
 
     op: Literal["not", "and", "or"]
-    operands: tuple[Formula, ...]
-    at: Span = field(default=(0, 0), compare=False)
+    operands: tuple[TemporalFormula, ...]
+    at: Offsets = field(default=(0, 0), compare=False)
     """Where it stands in its text."""
-    premise: Formula | None = field(default=None, compare=False)
+    premise: TemporalFormula | None = field(default=None, compare=False)
 
 
 @frozen
@@ -56,11 +56,11 @@ class Temporal:
     """An operator over ticks; all but `since` reach over `span_s` seconds."""
 
     op: Literal["within", "throughout", "once", "historically", "since"]
-    operands: tuple[Formula, ...]
+    operands: tuple[TemporalFormula, ...]
     span_s: Fraction = Fraction(0)
     span: Expr | None = None
     """The span as written, with constants."""
-    at: Span = field(default=(0, 0), compare=False)
+    at: Offsets = field(default=(0, 0), compare=False)
     """Where it stands in its text."""
 
     @property
@@ -69,7 +69,7 @@ class Temporal:
         return self.op in ("within", "throughout")
 
 
-Formula = TickCondition | Junction | Temporal
+TemporalFormula = TickCondition | Junction | Temporal
 
 
 @frozen
@@ -78,7 +78,7 @@ class Requirement:
 
     text: str
     because: str
-    formula: Formula
+    formula: TemporalFormula
     lasts: bool
     readings: tuple[Reading, ...]
     place: Place
@@ -91,11 +91,11 @@ class Requirement:
         """The text on one line."""
         return " ".join(self.text.split())
 
-    def is_named(self, part: Formula | Expr) -> bool:
+    def is_named(self, part: TemporalFormula | Expr) -> bool:
         """Whether the text has a `let` name in the place of this part."""
         return self.part(part) in self.names
 
-    def part(self, formula: Formula | Expr) -> str:
+    def part(self, formula: TemporalFormula | Expr) -> str:
         """The text of a part."""
         start, end = formula.span if isinstance(formula, Node) else span_of(formula)
         return " ".join(self.text[start:end].split())
@@ -115,7 +115,7 @@ class FormulaLet:
     place: Place
 
 
-def expressions(formula: Formula) -> Iterator[Expr]:
+def expressions(formula: TemporalFormula) -> Iterator[Expr]:
     """The conditions and spans in a formula."""
     if isinstance(formula, TickCondition):
         yield formula.that
@@ -126,7 +126,7 @@ def expressions(formula: Formula) -> Iterator[Expr]:
         yield from expressions(operand)
 
 
-def reach_s(formula: Formula) -> Fraction:
+def reach_s(formula: TemporalFormula) -> Fraction:
     """The time in s after a tick at which the truth of the formula at that tick is known."""
     if isinstance(formula, TickCondition):
         return Fraction(0)
@@ -134,14 +134,14 @@ def reach_s(formula: Formula) -> Fraction:
     return own_s + max(map(reach_s, formula.operands))
 
 
-def span_of(formula: Formula) -> Span:
+def span_of(formula: TemporalFormula) -> Offsets:
     """The columns of a formula in its text."""
     if isinstance(formula, TickCondition):
         return formula.that.span
     return formula.at
 
 
-def asked(formula: Formula) -> Formula | None:
+def asked(formula: TemporalFormula) -> TemporalFormula | None:
     """The condition under which a formula is asked: at other ticks it holds vacuously.
 
     None if it is asked at every tick.
@@ -162,13 +162,13 @@ def asked(formula: Formula) -> Formula | None:
 
 
 def _some_time(
-    op: Literal["within", "once"], formula: Temporal, operand: Formula
-) -> Formula | None:
+    op: Literal["within", "once"], formula: Temporal, operand: TemporalFormula
+) -> TemporalFormula | None:
     inner = asked(operand)
     return None if inner is None else Temporal(op, (inner,), formula.span_s, formula.span)
 
 
-def looks_ahead(formula: Formula) -> bool:
+def looks_ahead(formula: TemporalFormula) -> bool:
     """Whether a formula, or a part of it, is about ticks that are to come."""
     if isinstance(formula, TickCondition):
         return False
@@ -176,7 +176,7 @@ def looks_ahead(formula: Formula) -> bool:
     return is_ahead or any(map(looks_ahead, formula.operands))
 
 
-def is_timeless(formula: Formula) -> bool:
+def is_timeless(formula: TemporalFormula) -> bool:
     """Whether a formula is about the values of one tick alone."""
     if isinstance(formula, TickCondition):
         return True

@@ -34,8 +34,6 @@ class Draw:
 
 Subject = Literal["coordinate", "distance", "body", "joint", "samples", "measurement"]
 """A coordinate of a joint, and how far from there; a body, a joint; an element of a device."""
-Numbers = Literal["none", "one", "force", "each"]
-"""None, one, those along x, y and z, or one for all or each number that is measured."""
 
 
 @frozen
@@ -50,7 +48,8 @@ class Verb:
     name: str
     done: str
     subject: Subject
-    numbers: Numbers
+    numbers: Literal["none", "one", "force", "each"]
+    """None, one, those along x, y and z, or one for all or each number that is measured."""
     about: str
     lasts: bool = True
     unit: Unit | None = None

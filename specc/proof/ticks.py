@@ -14,11 +14,10 @@ from fractions import Fraction
 from specc.frozen import frozen
 from specc.limits import spend
 from specc.model.expr import Expr, MemoryRef
-from specc.model.requirement import Formula, Junction, Temporal, TickCondition
+from specc.model.requirement import Junction, Temporal, TemporalFormula, TickCondition
 from specc.model.types import Bool
 from specc.proof.decide import Solver, can_hold
-from specc.proof.formula import Formula as Asked
-from specc.proof.formula import Variable, atoms_of
+from specc.proof.formula import Formula, Variable, atoms_of
 from specc.proof.translate import Translator
 
 _OF_A_QUESTION = 40
@@ -33,8 +32,8 @@ class _Over:
 
     op: str
     span_s: Fraction
-    operands: tuple[Asked, ...]
-    flag: Asked
+    operands: tuple[Formula, ...]
+    flag: Formula
 
 
 class Ticks:
@@ -49,21 +48,21 @@ class Ticks:
         self._over: dict[object, _Over] = {}
         self._of_flag: dict[Variable, _Over] = {}
         # By identity, with the formula itself so that no other one takes its identity.
-        self._asked: dict[int, tuple[Formula | Expr, Asked]] = {}
-        self._possible: dict[frozenset[Asked], bool | None] = {}
+        self._asked: dict[int, tuple[TemporalFormula | Expr, Formula]] = {}
+        self._possible: dict[frozenset[Formula], bool | None] = {}
 
     def release(self) -> None:
         """Let go of the memory of the solver."""
         self._solver.release()
 
-    def asked(self, formula: Formula | Expr) -> Asked:
+    def asked(self, formula: TemporalFormula | Expr) -> Formula:
         """A formula, or a condition, at a tick; equal ones are one object."""
         known = self._asked.get(id(formula))
         if known is None:
             known = self._asked[id(formula)] = formula, self._made_of(formula)
         return known[1]
 
-    def _made_of(self, formula: Formula | Expr) -> Asked:
+    def _made_of(self, formula: TemporalFormula | Expr) -> Formula:
         match formula:
             case TickCondition(that=that):
                 return self._translator.formula(that)
@@ -81,7 +80,7 @@ class Ticks:
                 return self._made(op, span_s, tuple(parts))
         return self._translator.formula(formula)
 
-    def is_possible(self, *asked: Asked) -> bool:
+    def is_possible(self, *asked: Formula) -> bool:
         """Whether all can hold at one tick, as far as it is known."""
         key = frozenset(asked)
         if key not in self._possible:
@@ -91,11 +90,11 @@ class Ticks:
             self._possible[key] = can_hold([*asked, *self._around(asked)], self._solver)
         return self._possible[key] is not False
 
-    def follows(self, asked: Asked, *context: Asked) -> bool:
+    def follows(self, asked: Formula, *context: Formula) -> bool:
         """Whether it surely holds at every tick at which the context does."""
         return not self.is_possible(*context, self.make.negation(asked))
 
-    def _made(self, op: str, span_s: Fraction, operands: tuple[Asked, ...]) -> Asked:
+    def _made(self, op: str, span_s: Fraction, operands: tuple[Formula, ...]) -> Formula:
         key = op, span_s, operands
         if key not in self._over:
             # No value has a name with a space in it.
@@ -105,7 +104,7 @@ class Ticks:
             self._over[key] = self._of_flag[flag.atom.variable] = _Over(op, span_s, operands, flag)
         return self._over[key].flag
 
-    def _around(self, asked: Sequence[Asked]) -> Iterator[Asked]:
+    def _around(self, asked: Sequence[Formula]) -> Iterator[Formula]:
         """What is known of the values and operators that formulas are about."""
         over = self._inside(asked)
         told = [*asked, *(operand for each in over for operand in each.operands)]
@@ -119,7 +118,7 @@ class Ticks:
             for one in over:
                 yield from (self._implied(one, other) for other in over if _nears(one, other))
 
-    def _inside(self, asked: Sequence[Asked]) -> list[_Over]:
+    def _inside(self, asked: Sequence[Formula]) -> list[_Over]:
         """The operators over ticks in formulas, and those in what they are about."""
         found: dict[_Over, None] = {}
         open_ = list(asked)
@@ -131,7 +130,7 @@ class Ticks:
                     open_ += each.operands
         return list(found)
 
-    def _of_one(self, each: _Over) -> Iterator[Asked]:
+    def _of_one(self, each: _Over) -> Iterator[Formula]:
         begun = each.operands[-1]
         yield self.make.disjunction([self.make.negation(begun), each.flag])
         if each.op == "since":
@@ -139,7 +138,7 @@ class Ticks:
         if not self.is_possible(begun):
             yield self.make.negation(each.flag)
 
-    def _implied(self, one: _Over, other: _Over) -> Asked:
+    def _implied(self, one: _Over, other: _Over) -> Formula:
         """That `other` holds wherever `one` does, if it follows."""
         if not self.follows(other.operands[0], one.operands[0]):
             return self.make.true

@@ -12,11 +12,12 @@ from specc.diagnostics import Related
 from specc.frozen import frozen, mutable
 from specc.lang import ExprError, TypeNames
 from specc.lang.mentioned import names_of_signature, names_of_type
+from specc.lang.types import MakeType
 from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
-from specc.model.types import Frame, Int, Type
+from specc.model.types import Frame, Int
 from specc.resolve.context import Findings, Where
 from specc.resolve.groups import Groups
 from specc.resolve.made_from import MadeFrom
@@ -172,7 +173,6 @@ def sizes_met(signature: str, types: Mapping[str, TypeDef]) -> set[str]:
 
 
 Thing = TypeVar("Thing")
-MakeType = Callable[[tuple[Frame, ...]], Type]
 
 
 @frozen

@@ -11,7 +11,7 @@ from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, RESERVED, ExprError
 from specc.lang.parse import DEEPEST, names_in, nodes_of, span
 from specc.lang.temporal import USAGE, parse_formula
-from specc.model.expr import Span
+from specc.model.expr import Offsets
 from specc.model.requirement import FormulaLet
 from specc.resolve.context import Findings, Where
 from specc.resolve.readings import World, formula_error
@@ -20,7 +20,7 @@ from specc.source import Place
 
 MOST_NODES = 5000
 """Parts of a formula in which all names are written out."""
-Read = Callable[[str, str, Where], FormulaLet | None]
+ReadLet = Callable[[str, str, Where], FormulaLet | None]
 """Resolves a let by its name and text, or None after reporting."""
 
 
@@ -36,7 +36,7 @@ class Lets:
         """Those without errors, in order of dependence."""
 
     def define(
-        self, items: Mapping[str, FormulaLetDef], where: Where, findings: Findings, read: Read
+        self, items: Mapping[str, FormulaLetDef], where: Where, findings: Findings, read: ReadLet
     ) -> None:
         """Read them, each after those that it names."""
         for name in items:
@@ -52,7 +52,7 @@ class Lets:
                 except ExprError as error:  # nothing more is read in this run
                     findings.expression_error(at, error)
 
-    def written_out(self, tree: ast.expr, uses: dict[Span, Place] | None = None) -> ast.expr:
+    def written_out(self, tree: ast.expr, uses: dict[Offsets, Place] | None = None) -> ast.expr:
         """A formula with the text of each name in its place; `uses` gets these names.
 
         Raises:
@@ -122,7 +122,7 @@ class _Writer(ast.NodeTransformer):
         self,
         trees: Mapping[str, ast.expr | None],
         places: Mapping[str, Place],
-        uses: dict[Span, Place],
+        uses: dict[Offsets, Place],
     ) -> None:
         self._trees, self._places, self._uses = trees, places, uses
         self._bound: frozenset[str] = frozenset()

@@ -8,10 +8,11 @@ from typing import Literal
 
 from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, TYPE_WORDS, ExprError, parse_interface
+from specc.lang.types import MakeType
 from specc.model.system import Element, Shared
 from specc.model.types import Frame, Type
 from specc.resolve.context import Findings, TypeText, Where
-from specc.resolve.definitions import Definitions, Interface, MakeType
+from specc.resolve.definitions import Definitions, Interface
 from specc.resolve.elements import resolve_elements
 from specc.resolve.expressions import Expressions
 from specc.schema.subsystem import BufferDef

@@ -23,7 +23,7 @@ from specc.model.types import Enum, Frame
 from specc.read import ANYWHERE, Reach
 from specc.resolve.command_line import Given
 from specc.resolve.context import Findings, TypeText, Where, file_hint, trace_of
-from specc.resolve.definitions import Definitions, Interface, MakeType, open_sizes, sizes_met
+from specc.resolve.definitions import Definitions, Interface, open_sizes, sizes_met
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import Groups
 from specc.resolve.named_types import TypeMaker
@@ -341,4 +341,4 @@ def enum_members(definitions: Definitions) -> dict[str, tuple[Enum, ...]]:
     return members_of(made for maker in makers if isinstance(made := maker.enum(), Enum))
 
 
-__all__ = ["Library", "Load", "Loaded", "MakeType", "constant_scope", "enum_members"]
+__all__ = ["Library", "Load", "Loaded", "constant_scope", "enum_members"]

@@ -14,7 +14,7 @@ from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.parse import nodes_of, span
 from specc.lang.peer_groups import Root
 from specc.model.binding import PLANT
-from specc.model.expr import Span
+from specc.model.expr import Offsets
 from specc.model.requirement import Reading
 from specc.model.system import Agent, Device, Element, Plant, Subsystem
 from specc.model.types import Bool, Enum
@@ -54,7 +54,7 @@ class Names(ast.NodeTransformer):
 
         `uses` are the names that were found, by their columns, each with what it names.
         """
-        self.uses: dict[Span, Place] = {}
+        self.uses: dict[Offsets, Place] = {}
         agents, plant = world.agents, world.plant
         self._text = text
         self._others = set(others)

@@ -18,12 +18,12 @@ from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
 from specc.limits import MAX_SPAN_S
 from specc.model.expr import Expr, Logic, has_unknown
 from specc.model.requirement import (
-    Formula,
     FormulaLet,
     Junction,
     Reading,
     Requirement,
     Temporal,
+    TemporalFormula,
     TickCondition,
     reach_s,
     span_of,
@@ -114,7 +114,7 @@ class FormulaResolver:
                 self.expressions.report(at, reader.text, error)
         return None
 
-    def _note(self, reader: _RequirementReader, at: Where, found: Formula | Expr) -> None:
+    def _note(self, reader: _RequirementReader, at: Where, found: TemporalFormula | Expr) -> None:
         """Note the meaning of a text, for editors."""
         if isinstance(found, TickCondition | Junction | Temporal):
             parts = tuple(expressions_in(found))
@@ -163,7 +163,7 @@ class _RequirementReader:
         self._names = Names(text, world, self.readings, self.scope.names())
         self.uses = self._names.uses
 
-    def requirement(self) -> tuple[Formula, bool]:
+    def requirement(self) -> tuple[TemporalFormula, bool]:
         """The formula, without an outer `always(...)`, and whether there was one.
 
         Raises:
@@ -179,7 +179,7 @@ class _RequirementReader:
             raise formula_error(inner, message, help)
         return formula, lasts
 
-    def named(self) -> Formula | Expr:
+    def named(self) -> TemporalFormula | Expr:
         """The meaning of a `let`: a formula, or a value.
 
         Raises:
@@ -213,7 +213,7 @@ class _RequirementReader:
         self._names.refuse_unknown_groups(tree)
         return tree
 
-    def _formula(self, node: ast.expr) -> Formula:
+    def _formula(self, node: ast.expr) -> TemporalFormula:
         match node:
             case ast.BoolOp():
                 both = isinstance(node.op, ast.And)
@@ -237,7 +237,7 @@ class _RequirementReader:
         refuse_misspelt(node, self.scope.operators)
         return TickCondition(self._condition(node, Bool()))
 
-    def _all(self, nodes: Sequence[ast.expr]) -> tuple[Formula, ...]:
+    def _all(self, nodes: Sequence[ast.expr]) -> tuple[TemporalFormula, ...]:
         """The formulas of some operands; raises the errors of all of them together."""
         return tuple(each(*(partial(self._formula, node) for node in nodes)))
 

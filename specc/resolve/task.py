@@ -186,14 +186,14 @@ def number_of(
 # What happens to the plant while a run goes on.
 
 
-Condition = Callable[[str, Where], Requirement | None]
+ReadFormula = Callable[[str, Where], Requirement | None]
 """Reads a formula; None after reporting."""
 
 
 def disturbances_of(
     items: Sequence[DisturbanceDef],
     where: Where,
-    condition: Condition,
+    condition: ReadFormula,
     findings: Findings,
     definitions: Definitions,
 ) -> tuple[Disturbance, ...]:
@@ -204,7 +204,9 @@ def disturbances_of(
 
 
 class _DisturbanceReader:
-    def __init__(self, condition: Condition, findings: Findings, definitions: Definitions) -> None:
+    def __init__(
+        self, condition: ReadFormula, findings: Findings, definitions: Definitions
+    ) -> None:
         self._condition = condition
         self._findings = findings
         self._definitions = definitions

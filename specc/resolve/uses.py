@@ -254,11 +254,11 @@ def uses_in_type(text: TypeText) -> Iterator[Use]:
 
 
 _SECTIONS = ("types", "interfaces", "files", "constants", "operators")
-Named = Mapping[tuple[str | int, ...], set[str]]
+MentionedTypes = Mapping[tuple[str | int, ...], set[str]]
 """Section and name of a definition -> the types and interfaces that its texts name: `type Mode`."""
 
 
-def types_named(findings: Findings, path: str) -> Named:
+def types_named(findings: Findings, path: str) -> MentionedTypes:
     """What the texts of types in the file at a path name, of the definitions there."""
     found: dict[tuple[str | int, ...], set[str]] = {}
     texts = [text for text in findings.types if text.where.file == path]
@@ -269,7 +269,7 @@ def types_named(findings: Findings, path: str) -> Named:
     return found
 
 
-def definitions_of(spec: SpecFile, top: Where, named: Named) -> tuple[Definition, ...]:
+def definitions_of(spec: SpecFile, top: Where, named: MentionedTypes) -> tuple[Definition, ...]:
     """The definitions in a file, in its order, with the types that each one names."""
     return tuple(
         Definition(
@@ -283,7 +283,7 @@ def definitions_of(spec: SpecFile, top: Where, named: Named) -> tuple[Definition
     )
 
 
-def named_in_agents(named: Named, findings: Findings, path: str) -> frozenset[str]:
+def named_in_agents(named: MentionedTypes, findings: Findings, path: str) -> frozenset[str]:
     """The types and interfaces that agents and the plant name, e.g. `type Mode`.
 
     And the constants of arguments: descriptions get their values, without their names.

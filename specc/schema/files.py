@@ -23,8 +23,8 @@ from specc.schema.texts import (
     SilenceText,
     TopicName,
     Traced,
-    TypeText,
     WaitText,
+    WrittenType,
 )
 
 
@@ -38,9 +38,9 @@ class CodecDef(Part):
 class TypeDef(Traced, short="type", first="frames type eq table fig title"):
     """A name for a type, a record of fields, or an opaque type that only operators look into."""
 
-    type: TypeText | None = None
+    type: WrittenType | None = None
     frames: list[ReadableName] = key([], "Frame parameters of a record or opaque type.")
-    fields: dict[FieldName, TypeText] | None = key(None, "Fields of a record.", defines="field")
+    fields: dict[FieldName, WrittenType] | None = key(None, "Fields of a record.", defines="field")
     opaque: Literal[True] | None = key(None, "Only operators look into its values.")
     python: PythonPath | None = None
     codec: CodecDef | None = key(None, "How a value of an opaque type becomes bytes.")
@@ -49,7 +49,7 @@ class TypeDef(Traced, short="type", first="frames type eq table fig title"):
 class ConstantDef(Traced, short="is"):
     """A value that never changes."""
 
-    type: TypeText | None = key(None, "What the expression must be a value of.")
+    type: WrittenType | None = key(None, "What the expression must be a value of.")
     value: ConstantText = key(
         about="An expression of constants, operators and numbers.", spelled="is"
     )
@@ -116,7 +116,7 @@ class ReadingDef(Part):
 class ObservedDef(ReadingDef, first="for type actuators joints sensors through"):
     """A value of the plant as it really is, which only requirements see."""
 
-    type: TypeText
+    type: WrittenType
 
 
 class QosDef(Part):
@@ -304,7 +304,7 @@ class SpecFile(
         None, "Name of the system and of its generated code.", step="structure"
     )
     use: list[FilePath] = key([], "Files whose definitions are merged in.")
-    parameters: dict[ReadableName, TypeText] = key(
+    parameters: dict[ReadableName, WrittenType] = key(
         {},
         "Parameters of a reusable description; each is a type, `frame` or `agent`.",
         defines="parameter",

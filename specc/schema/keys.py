@@ -28,7 +28,7 @@ SymbolKind = Literal[
     "terminal condition", "error condition", "function", "behaviour", "state", "variable",
 ]  # fmt: skip
 """What a name can be the name of."""
-Form = Literal[
+RoleForm = Literal[
     "constant",
     "initial",
     "full",
@@ -53,7 +53,7 @@ Fault = tuple[str, str]
 class Role:
     """What a text is; a name is one of a symbol of `kind` in the subsystem around it."""
 
-    form: Form
+    form: RoleForm
     kind: SymbolKind | None = None
 
 
@@ -134,7 +134,7 @@ class Listed:
 class Several:
     """A list or tuple of items."""
 
-    item: Kind
+    item: ValueKind
     made: Callable[[list[Any]], object]
     how: Listed
 
@@ -144,24 +144,24 @@ class Named:
     """A mapping from names that people choose."""
 
     name: Text
-    value: Kind
+    value: ValueKind
 
 
 @frozen
 class Optional:
     """A value, or nothing."""
 
-    value: Kind
+    value: ValueKind
 
 
-Kind = Text | Whole | Truth | OneOf | Several | Named | Optional | type["Part"]
-_PLAIN: dict[Any, Kind] = {str: Text(), int: Whole(), bool: Truth()}
+ValueKind = Text | Whole | Truth | OneOf | Several | Named | Optional | type["Part"]
+_PLAIN: dict[Any, ValueKind] = {str: Text(), int: Whole(), bool: Truth()}
 
 
-def _kind(annotation: Any, how: Any = None) -> Kind:
+def _kind(annotation: Any, how: Any = None) -> ValueKind:
     """The kind of values that an annotation stands for."""
     origin, arguments = get_origin(annotation), get_args(annotation)
-    found: Kind = _PLAIN.get(annotation, annotation)
+    found: ValueKind = _PLAIN.get(annotation, annotation)
     if origin is Annotated:
         how = arguments[1]
         found = how if isinstance(how, (Text, OneOf)) else _kind(arguments[0], how)
@@ -178,7 +178,7 @@ def _kind(annotation: Any, how: Any = None) -> Kind:
     return found
 
 
-def bare(kind: Kind) -> Kind:
+def bare(kind: ValueKind) -> ValueKind:
     """The kind of the value if there is one."""
     return kind.value if isinstance(kind, Optional) else kind
 
@@ -263,7 +263,7 @@ class Key:
 
     name: str
     attribute: str
-    kind: Kind
+    kind: ValueKind
     needed: bool
     make: Callable[[], object] | None
     """Makes the default; None if the class has it."""
@@ -287,7 +287,7 @@ def _key(field: dataclasses.Field[Any]) -> Key:
     )
 
 
-def about(kind: Kind) -> str:
+def about(kind: ValueKind) -> str:
     """What is known of all values of a kind, in words."""
     match bare(kind):
         case Text() as text:

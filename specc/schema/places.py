@@ -11,7 +11,6 @@ from specc.schema.files import DeviceDef, SpecFile
 from specc.schema.keys import (
     OTHERS,
     Key,
-    Kind,
     Named,
     OneOf,
     Part,
@@ -19,6 +18,7 @@ from specc.schema.keys import (
     Several,
     SymbolKind,
     Text,
+    ValueKind,
     bare,
 )
 from specc.schema.subsystem import SubsystemDef
@@ -32,7 +32,7 @@ class Stand:
     it stands below, and what its own name defines. That may be a name which somebody has chosen.
     """
 
-    kind: Kind | None
+    kind: ValueKind | None
     key: Key | None = None
     defines: SymbolKind | None = None
     is_chosen: bool = False

@@ -18,7 +18,6 @@ from specc.diagnostics import (
 )
 from specc.schema.keys import (
     OTHERS,
-    Kind,
     Named,
     OneOf,
     Optional,
@@ -26,6 +25,7 @@ from specc.schema.keys import (
     Several,
     Text,
     Truth,
+    ValueKind,
     Whole,
 )
 from specc.schema.making import Unlike, in_full, made, maker, others_apart
@@ -73,7 +73,7 @@ class _Check:
         self.findings = Faults()
         self._file = file
 
-    def value(self, kind: Kind, value: Any, route: Route) -> None:
+    def value(self, kind: ValueKind, value: Any, route: Route) -> None:
         """Report what keeps the value at a route from being of a kind."""
         try:
             maker(kind)(value)
@@ -242,7 +242,7 @@ def _way_to(expected: str, value: Any) -> str:
     return _WRITTEN[expected]
 
 
-def _list_form(item: Kind) -> str:
+def _list_form(item: ValueKind) -> str:
     """How a list of such items is written, if they have rows."""
     row = item.row if isinstance(item, type) else ()
     return f"write a list of rows, each on a line of its own: `- [{', '.join(row)}]`" if row else ""

@@ -3,6 +3,7 @@
 from typing import Annotated, Literal
 
 from specc.limits import MAX_ASSUMPTIONS
+from specc.model.fsm import Cause
 from specc.schema.keys import OTHERS, Listed, Part, Role, Text, key
 from specc.schema.texts import (
     OF_EACH,
@@ -20,16 +21,14 @@ from specc.schema.texts import (
     ReadableName,
     StateName,
     Traced,
-    TypeText,
+    WrittenType,
 )
-
-Cause = Literal["terminal", "error"]
 
 
 class ElementDef(Traced, short="type"):
     """An element of a communication buffer."""
 
-    type: TypeText
+    type: WrittenType
     init: ConstantText | None = key(None, "Value before the first one arrives.")
 
 
@@ -99,7 +98,7 @@ class MemoryDef(Traced, first="for type"):
     """A value that a subsystem keeps from period to period."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
-    type: TypeText
+    type: WrittenType
     init: InitialText | None = key(None, "Value in the first period.")
 
 
@@ -107,7 +106,7 @@ class LetDef(Traced, short="is", first="for type is"):
     """A named subexpression, computed at most once a period."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
-    type: TypeText | None = key(None, "What the expression must be a value of.")
+    type: WrittenType | None = key(None, "What the expression must be a value of.")
     value: ExprText = key(about="The expression that the name stands for.", spelled="is")
 
 

@@ -87,7 +87,7 @@ ConstantText = Annotated[str, Text(Role("constant"), _EXPRESSION, scalars=True)]
 InitialText = Annotated[str, Text(Role("initial"), _EXPRESSION, scalars=True)]
 ExprText = Annotated[str, Text(Role("full"), _EXPRESSION, scalars=True)]
 ArgumentText = Annotated[str, Text(Role("argument"), _EXPRESSION, scalars=True)]
-TypeText = Annotated[
+WrittenType = Annotated[
     str,
     Text(
         Role("type"),
@@ -162,7 +162,7 @@ PythonPath = Annotated[
 ]
 FilePath = Annotated[str, Text(Role("path"))]
 StateName = Annotated[str, Text(Role("name", "state"))]
-Numbers = Annotated[
+TraceNumbers = Annotated[
     tuple[int, ...],
     Listed(alone=(int,), help="write a number or a list of numbers, e.g. `[4, 5]`"),
 ]
@@ -175,6 +175,6 @@ class Traced(Part):
     """A part that may carry a title and its place in the paper."""
 
     title: str = key("", "What it is, in words; becomes a docstring.", step="role")
-    eq: Numbers = key((), "Equation number or numbers.")
-    table: Numbers = key((), "Table number or numbers.")
-    fig: Numbers = key((), "Figure number or numbers.")
+    eq: TraceNumbers = key((), "Equation number or numbers.")
+    table: TraceNumbers = key((), "Table number or numbers.")
+    fig: TraceNumbers = key((), "Figure number or numbers.")

@@ -9,7 +9,7 @@ from specc.limits import (
     ALLOWED,
     OUT_OF_PARTS,
     OUT_OF_STEPS,
-    Work,
+    WorkKind,
     is_used_up,
     one_run,
     too_many_steps,
@@ -146,7 +146,7 @@ SOUND = SYSTEM.replace(
     ],
 )
 def test_what_is_not_proved_or_computed_is_said(
-    work: Work, step: int, most: int, main_file: str, monkeypatch: pytest.MonkeyPatch
+    work: WorkKind, step: int, most: int, main_file: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path(main_file).write_text(SOUND)
     assert compile_spec(main_file).ok

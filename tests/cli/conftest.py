@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from specc.diagnostics import Command, Diagnostic, stops
+from specc.diagnostics import CommandName, Diagnostic, stops
 from specc.read import read_file
 from specc.source import Place, Sources
 
@@ -24,7 +24,7 @@ class FakeResult:
     def ok(self) -> bool:
         return self.can("build")
 
-    def can(self, command: Command) -> bool:
+    def can(self, command: CommandName) -> bool:
         return not any(stops(finding.code, command) for finding in self.diagnostics)
 
 

@@ -53,7 +53,7 @@ class Formulas:
         self.values: list[TruthValue] = [True, True]
         self.order: list[int] = []
 
-    def any(self, depth: int, *, ahead: bool = True) -> tuple[r.Formula, temporal.Formula]:
+    def any(self, depth: int, *, ahead: bool = True) -> tuple[r.TemporalFormula, temporal.Formula]:
         rng = self.rng
         kind = rng.choice(["atom", "not", "and", "or", "ahead", "once", "historically", "since"])
         if not depth or kind == "atom":
@@ -78,7 +78,7 @@ class Formulas:
             ticks, follows
         )
 
-    def _atom(self, index: int) -> tuple[r.Formula, temporal.Formula]:
+    def _atom(self, index: int) -> tuple[r.TemporalFormula, temporal.Formula]:
         self.order.append(index)
 
         def judge() -> temporal.Judgement:

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 from specc.reachable import reachable
 from specc.schema.files import SpecFile
-from specc.schema.keys import OTHERS, Kind, Named, Part, Several, bare, layout
+from specc.schema.keys import OTHERS, Named, Part, Several, ValueKind, bare, layout
 from specc.schema.places import at, defined_by, keys_at, role_of, split, values_at
 
 
-def parts_in(kind: Kind) -> Iterator[type[Part]]:
+def parts_in(kind: ValueKind) -> Iterator[type[Part]]:
     inner = bare(kind)
     if isinstance(inner, type):
         yield inner

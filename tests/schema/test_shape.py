@@ -10,7 +10,7 @@ from specc.pipeline import compile_spec
 from specc.schema.files import SpecFile
 from specc.schema.keys import OTHERS, Listed, Part, Text, key
 from specc.schema.shape import shape
-from specc.schema.texts import FieldName, Name, Numbers, PythonPath, RateText, ReadableName
+from specc.schema.texts import FieldName, Name, PythonPath, RateText, ReadableName, TraceNumbers
 
 
 class Element(Part, short="type"):
@@ -29,7 +29,7 @@ class Row(Part, row="type init"):
 
 
 class Open(Part):
-    eq: Numbers = key(())
+    eq: TraceNumbers = key(())
     others: dict[str, Written] = key({}, spelled=OTHERS)
 
 

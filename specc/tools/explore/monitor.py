@@ -188,7 +188,7 @@ class Monitor:
 
     # Formulas with negations only in front of leaves.
 
-    def _node(self, formula: r.Formula, *, meant: bool) -> Obligation:
+    def _node(self, formula: r.TemporalFormula, *, meant: bool) -> Obligation:
         match formula:
             case r.TickCondition(that=that):
                 self.atoms.append(that)
@@ -221,7 +221,7 @@ class Monitor:
         return Leaf(self._count - 1, meant)
 
 
-def _each_tick(formula: r.Formula) -> r.Formula:
+def _each_tick(formula: r.TemporalFormula) -> r.TemporalFormula:
     """A formula that holds at every tick if this one does: an outer `historically` adds nothing."""
     match formula:
         case r.Temporal(op="historically", operands=(operand,)) if r.reach_s(operand):

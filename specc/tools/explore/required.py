@@ -16,10 +16,10 @@ from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import listed
 from specc.frozen import frozen, mutable
 from specc.model.requirement import (
-    Formula,
     Junction,
     Requirement,
     Temporal,
+    TemporalFormula,
     asked,
     is_timeless,
     reach_s,
@@ -225,7 +225,7 @@ def _probe(requirement: Requirement) -> Requirement | None:
     return None if ever is None else replace(requirement, formula=Junction("not", (ever,)))
 
 
-def _ever(formula: Formula) -> Formula | None:
+def _ever(formula: TemporalFormula) -> TemporalFormula | None:
     """A condition on single ticks that holds at some tick if a formula ever does; None if none."""
     match formula:
         case Temporal(operands=(*_, operand)):  # of `since`, what began it
@@ -240,7 +240,7 @@ def _ever(formula: Formula) -> Formula | None:
     return formula if is_timeless(formula) else None
 
 
-def _now(formula: Formula) -> Formula | None:
+def _now(formula: TemporalFormula) -> TemporalFormula | None:
     """A condition on a single tick that holds wherever a formula holds."""
     if isinstance(formula, Temporal) and formula.op in ("historically", "throughout"):
         return _now(formula.operands[0])

@@ -19,7 +19,7 @@ from specc.model.types import (
 )
 from specc.model.units import UNITS
 from specc.resolve.definitions import may_be_size
-from specc.schema.keys import Form, Role, SymbolKind
+from specc.schema.keys import Role, RoleForm, SymbolKind
 from specc.schema.places import defined_by, keys_at, role_of, split, values_at
 from specc.source import Route
 from specc.tools.lsp.cursor import Cursor, cursors, outside
@@ -41,7 +41,7 @@ _NAME = re.compile(r"[^\W\d]?\w*$")
 _HEAD = re.compile(r"(\w+)\s*\[[^\[\]]*$")
 
 _CONSTANTS: tuple[SymbolKind, ...] = ("parameter", "constant", "file", "operator", "member")
-_VISIBLE: dict[Form, tuple[SymbolKind, ...]] = {
+_VISIBLE: dict[RoleForm, tuple[SymbolKind, ...]] = {
     "constant": _CONSTANTS,
     "argument": _CONSTANTS,
     "initial": _CONSTANTS,
@@ -72,7 +72,7 @@ _BUFFERS = Completion("x", "inputs", "input buffers")
 
 
 def complete_expression(
-    index: Index, path: str, owner: Route, form: Form, before: str
+    index: Index, path: str, owner: Route, form: RoleForm, before: str
 ) -> Iterator[Completion]:
     """Proposals behind `before`, the beginning of an expression."""
     inputs = form in ("initial", "full")
@@ -132,7 +132,7 @@ def _peers(index: Index, path: str, owner: Route) -> Iterator[Completion]:
     yield from (Completion(peer, "subsystem") for peer in dict.fromkeys(peers))
 
 
-def _names(index: Index, path: str, owner: Route, form: Form) -> Iterator[Completion]:
+def _names(index: Index, path: str, owner: Route, form: RoleForm) -> Iterator[Completion]:
     yield from _of_kind(index, index.visible(path, owner), _VISIBLE[form])
     yield from (Completion(name, "builtin") for name in BUILTIN_NAMES)
     if form == "full":

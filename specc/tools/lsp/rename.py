@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from specc.lang import RESERVED, TYPE_WORDS
 from specc.model.units import UNITS
 from specc.resolve.uses import names_in
-from specc.schema.keys import Form, SymbolKind
+from specc.schema.keys import RoleForm, SymbolKind
 from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import PARAMETER_TYPES
 from specc.tools.lsp.index import Index
@@ -134,7 +134,7 @@ def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
 # Renaming a symbol everywhere, or saying why that cannot be done safely.
 
 
-_EXPRESSIONS: tuple[Form, ...] = ("constant", "initial", "full", "formula")
+_EXPRESSIONS: tuple[RoleForm, ...] = ("constant", "initial", "full", "formula")
 
 
 def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[FileEdit]:

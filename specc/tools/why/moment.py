@@ -16,7 +16,7 @@ from typing import Any
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.kind import Sort
 from specc.lang.kinds import kind
-from specc.lang.values import Gone
+from specc.lang.values import Gone, Value
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
 from specc.model.types import (
@@ -28,7 +28,6 @@ from specc.model.types import (
     Type,
 )
 
-Value = Any
 _VARIANTS = 8
 """Ways in which what has single precision may have been something else."""
 _ULP = 2.0**-23
