@@ -1,4 +1,4 @@
-"""A class name stands for one thing: whoever reads `Finding` knows which one is meant."""
+"""A name of a class or of a type stands for one thing: who reads `Finding` knows which is meant."""
 
 import re
 from collections import defaultdict
@@ -18,15 +18,22 @@ SAME = {
     "specc_runtime": {"Arm": "what operators know of an arm: of any, and of the flagship's"},
 }
 """Names that several classes have, since they are the same in two layers."""
-CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
+CLASS = r"class (\w+)"
+ALIAS = r"([A-Z]\w*[a-z]\w*)(?:: .+)? = (?!TypeVar\()"
+"""Another name of a type, for all modules. A variable of types means nothing elsewhere."""
 
 
-@pytest.mark.parametrize(("root", "package"), [(".", "specc"), ("runtime", "specc_runtime")])
-def test_a_class_name_stands_for_one_thing(root: str, package: str) -> None:
+@pytest.mark.parametrize(
+    ("root", "package", "kinds"),
+    [(".", "specc", (CLASS, ALIAS)), ("runtime", "specc_runtime", (CLASS,))],
+)
+def test_a_name_stands_for_one_thing(root: str, package: str, kinds: tuple[str, ...]) -> None:
     found: defaultdict[str, list[str]] = defaultdict(list)
     for module in modules(root, package):
-        for name in CLASS.findall(module.path.read_text(encoding="utf-8")):
-            found[name].append(module.name)
+        text = module.path.read_text(encoding="utf-8")
+        for kind in kinds:
+            for name in re.findall(f"^{kind}", text, re.MULTILINE):
+                found[name].append(module.name)
     several = {name: where for name, where in found.items() if len(where) > 1}
     known = SAME[package].keys()
     assert {name: where for name, where in several.items() if name not in known} == {}
