@@ -130,13 +130,13 @@ class Composition:
         self._parts = [Numbers() for _ in names]
         for first, index in self._alike():
             self._parts[index] = self._parts[first]
+        self._things: list[list[MachineState]] = [numbers.things for numbers in self._parts]
         self._stepped: list[dict[int, tuple[_Result, ...]]] = [{} for _ in names]
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
-        self._next = [self._next_phase(phase) for phase in range(self.hyperperiod)]
+        self._until = [self._until_next(phase) for phase in range(self.hyperperiod)]
         system = abstraction.facts.system
         whole_s = base_tick(1 / subsystem.rate_hz for subsystem in system.subsystems)
-        lasts = (self.passed(phase, Edge(-1, ())) for phase in range(self.hyperperiod))
-        self.lasts = [int(ticks * self.tick_s / whole_s) for ticks in lasts]
+        self.lasts = [int(ticks * self.tick_s / whole_s) for ticks in self._until]
         self.followed = len(watched) + len(probes)
         self.watch: Watch | None = None
         if watched:
@@ -172,16 +172,15 @@ class Composition:
     def _due(self, phase: int) -> tuple[int, ...]:
         return tuple(i for i, ticks in enumerate(self.ticks) if phase % ticks == 0)
 
-    def _next_phase(self, phase: int) -> int:
-        """The next phase at which a machine is due."""
-        return min((phase // ticks + 1) * ticks for ticks in self.ticks) % self.hyperperiod
+    def _until_next(self, phase: int) -> int:
+        """The base ticks of the slice until a machine is due again."""
+        return min((phase // ticks + 1) * ticks for ticks in self.ticks) - phase
 
     def passed(self, phase: int, edge: Edge) -> int:
         """The base ticks of the slice that an edge from a phase takes."""
         passed = 0
         for _ in edge.loop or (edge,):
-            after = self._next[(phase + passed) % self.hyperperiod]
-            passed += (after - phase - passed) % self.hyperperiod or self.hyperperiod
+            passed += self._until[(phase + passed) % self.hyperperiod]
         return edge.times * passed
 
     def states(self, configuration: Configuration) -> tuple[str, ...]:
@@ -195,8 +194,8 @@ class Composition:
 
     def parts_of(self, configuration: Configuration) -> list[MachineState]:
         """All machines of a configuration, with their buffers."""
-        found = zip(self._parts, configuration.parts, strict=True)
-        return [numbers.things[number] for numbers, number in found]
+        found = zip(self._things, configuration.parts, strict=True)
+        return [things[number] for things, number in found]
 
     @property
     def is_timed(self) -> bool:
@@ -216,9 +215,8 @@ class Composition:
         """The number of what monitors know, and the requirements violated in these ticks."""
         if self.watch is None:
             return 0, ()
-        each = zip(self.walkers, parts, strict=True)
-        locals_ = [walker.locals.things[part.local] for walker, part in each]
-        return self.watch.after(before, visible, locals_, self.lasts[phase])
+        machines = [part.local for part in parts]
+        return self.watch.after(before, visible, machines, self.lasts[phase])
 
     def start(self) -> tuple[Configuration, Edge]:
         """The configurations after time 0, at which each machine executes its initial behaviour."""
@@ -234,7 +232,7 @@ class Composition:
 
     def following(self, here: Configuration) -> Iterator[tuple[Configuration, Edge]]:
         """The edges from a configuration, none at the end of a run; `target` is not set yet."""
-        phase = self._next[here.phase]
+        phase = (here.phase + self._until[here.phase]) % self.hyperperiod
         due = self.due[phase]
         parts = self.parts_of(here)
         if OVER in [self.walkers[i].locals.things[parts[i].local].clock for i in due]:
@@ -360,14 +358,14 @@ class Composition:
                 if place is None:
                     continue
                 reader, slot = place
-                buffers = list(parts[reader].buffers)
-                walker = self.walkers[reader]
-                name = walker.inputs[slot]
-                same = buffers[slot] == 2 * number + 1 and name not in walker.events
-                if buffers[slot] % 2 and not same:
+                local, buffers, pending = parts[reader]
+                before, new = buffers[slot], 2 * number + 1
+                name = self.walkers[reader].inputs[slot]
+                if before % 2 and (before != new or name in self.walkers[reader].events):
                     overtaken.append((reader, name))
-                buffers[slot] = 2 * number + 1
-                parts[reader] = parts[reader]._replace(buffers=tuple(buffers))
+                if before != new:
+                    buffers = (*buffers[:slot], new, *buffers[slot + 1 :])
+                    parts[reader] = MachineState(local, buffers, pending)
         return tuple(overtaken)
 
 

@@ -86,9 +86,11 @@ class Watch:
         self._numbers, self._left = Numbers(), Numbers()
         self._followed: dict[_Ticks, tuple[int, frozenset[TruthValue]]] = {}
         self._answers: dict[tuple[object, ...], tuple[tuple[TruthValue, ...], ...]] = {}
-        self._steps: dict[
-            tuple[int, tuple[object, ...], int, bool], tuple[int, tuple[int, ...]]
-        ] = {}
+        self._steps: dict[tuple[int, tuple[int, ...], int], tuple[int, tuple[int, ...]]] = {}
+        self._exposed = [
+            _Exposed(walker, [place for place in self._places if place[0] == index])
+            for index, walker in enumerate(walkers)
+        ]
         begun = tuple(self._left.of(monitor.begin) for monitor in self.monitors)
         first = tuple(self._initial(reading) for reading in sent.values())
         self.begin = self._numbers.of(Watched(begun, first))
@@ -130,27 +132,35 @@ class Watch:
         return self._monitored(index, state, _truths(atoms), ticks)[0]
 
     def after(
-        self, number: int, visible: Visible, locals_: Sequence[Local], ticks: int
+        self, number: int, visible: Visible, machines: Sequence[int], ticks: int
     ) -> tuple[int, tuple[int, ...]]:
         """The obligations after some ticks with constant values, and the violations on them.
 
-        See `proves` about a machine that has failed.
+        `machines` are by the numbers of their `Local`. See `proves` about one that has failed.
         """
-        states, seen = self._numbers.things[number]
         for machine, output, value in visible:
             for slot in self._shown.get((machine, output), ()):
-                if seen[slot] != value:
-                    seen = (*seen[:slot], value, *seen[slot + 1 :])
-        now = self._now(seen, locals_)
-        over = any(local.clock == OVER for local in locals_)
-        key = self._numbers.of(Watched(states, seen)), now, ticks, over
+                number = self._shows(number, slot, value)
+        exposed = tuple([known[n] for known, n in zip(self._exposed, machines, strict=True)])
+        key = number, exposed, ticks
         if key not in self._steps:
-            self._steps[key] = self._step(Watched(states, seen), now, ticks, over=over)
+            each = zip(self._exposed, machines, strict=True)
+            locals_ = [known.walker.locals.things[n] for known, n in each]
+            self._steps[key] = self._step(self._numbers.things[number], locals_, ticks)
         return self._steps[key]
 
+    def _shows(self, number: int, slot: int, value: int) -> int:
+        """The obligations with another value that is seen."""
+        states, seen = self._numbers.things[number]
+        if seen[slot] == value:
+            return number
+        return self._numbers.of(Watched(states, (*seen[:slot], value, *seen[slot + 1 :])))
+
     def _step(
-        self, watched: Watched, now: tuple[object, ...], ticks: int, *, over: bool
+        self, watched: Watched, locals_: Sequence[Local], ticks: int
     ) -> tuple[int, tuple[int, ...]]:
+        now = self._now(watched.seen, locals_)
+        over = any(local.clock == OVER for local in locals_)
         if now not in self._answers:
             self._answers[now] = self._judged(now)
         states, violated = [], []
@@ -256,6 +266,23 @@ class Watch:
         """
         is_open = index in self._left_open and index in self._unclear
         return not is_open and not self._said[index] & {None, False}
+
+
+class _Exposed(dict[int, int]):
+    """Number of a `Local` -> number of what readings have of it, and whether it has failed."""
+
+    def __init__(self, walker: Walker, places: Iterable[tuple[int, str, int]]) -> None:
+        self.walker = walker
+        self._state, self._slots, self._seen = False, list[int](), Numbers()
+        for _, kind, slot in places:
+            self._state |= kind == "state"
+            self._slots += [slot] if kind == "memory" else []
+
+    def __missing__(self, number: int) -> int:
+        local: Local = self.walker.locals.things[number]
+        memory = tuple([local.memory[slot] for slot in self._slots])
+        shown = local.clock == OVER, local.state if self._state else "", memory
+        return self.setdefault(number, self._seen.of(shown))
 
 
 _FAILED = object()
