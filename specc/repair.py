@@ -79,7 +79,7 @@ def _start(change: Change) -> int:
 # What stands there after a repair is not wrong in the same way.
 
 
-_Text = tuple[str, Route, str]
+_EditedText = tuple[str, Route, str]
 
 
 def is_wrong_again(repaired: Iterable[Diagnostic], after: Iterable[Diagnostic]) -> bool:
@@ -87,7 +87,7 @@ def is_wrong_again(repaired: Iterable[Diagnostic], after: Iterable[Diagnostic]) 
 
     A text inside `for` is that of many copies, and may be right in some of them.
     """
-    texts: dict[_Text, list[tuple[str, Edit]]] = defaultdict(list)
+    texts: dict[_EditedText, list[tuple[str, Edit]]] = defaultdict(list)
     for found in repaired:
         for edit in found.fix.edits if found.fix else ():
             place = edit.place
@@ -110,7 +110,7 @@ _NOT_SAID = ("place", "title", "trace", "type", "span", "rate_hz", "rated", "beg
 _REFERRED = ("behaviour", "functions", "terminal", "error", "condition")
 """Parts of states, behaviours and rows that are those of the subsystem, by their names."""
 _REFERRING = (State, Behaviour, Transition)
-_Key = tuple[object, ...]
+_PartKey = tuple[object, ...]
 
 
 def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
@@ -132,7 +132,7 @@ def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
     return False
 
 
-def _parts(value: Any, key: _Key) -> Iterator[tuple[_Key, Any]]:
+def _parts(value: Any, key: _PartKey) -> Iterator[tuple[_PartKey, Any]]:
     """The parts of a model that have places, by the names on the way to them."""
     if isinstance(value, tuple):
         count: Counter[object] = Counter()

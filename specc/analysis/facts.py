@@ -123,7 +123,7 @@ class Facts:
         return {c.name: c for c in self.system.constants if c.place not in none}
 
     def _named_in(self, subsystem: Subsystem) -> dict[str, Constant]:
-        """The constants of the system that expressions of a subsystem name, or their values do."""
+        """The constants that expressions of a subsystem name, directly or through others."""
         named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
         found = reachable(named, self._constants_in)
         return {name: constant for name, constant in self._constants.items() if name in found}

@@ -62,8 +62,8 @@ class Decided:
 class Machine:
     """Answers about a subsystem, in terms of its states, conditions and expressions.
 
-    They follow from the subsystem, the constants and what its connections say of its inputs. As
-    long as these are equal the answers stay, whatever else changes in the system.
+    They follow from the subsystem, the constants that it names and what its connections say of its
+    inputs. As long as these are equal the answers stay, whatever else changes in the system.
     """
 
     def __init__(

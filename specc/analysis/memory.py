@@ -191,7 +191,7 @@ def _parts(every: Iterable[Expr]) -> Iterable[Expr]:
 
 
 _MOST_VALUES = 8
-_Literal = Truth | Member | Number
+_KnownLeaf = Truth | Member | Number
 
 
 class MemoryFacts:
@@ -241,8 +241,8 @@ def _one_of(memory: MemoryRef, leaves: dict[str, list[Expr]]) -> Expr | None:
 
     found = reachable([memory.name], others)
     behind = [leaf for name in found for leaf in leaves.get(name, [None])]
-    values = sorted({leaf for leaf in behind if isinstance(leaf, _Literal)}, key=repr)
-    known = all(isinstance(leaf, _Literal | MemoryRef) for leaf in behind)
+    values = sorted({leaf for leaf in behind if isinstance(leaf, _KnownLeaf)}, key=repr)
+    known = all(isinstance(leaf, _KnownLeaf | MemoryRef) for leaf in behind)
     if not known or len(values) > _MOST_VALUES:
         return None
     if isinstance(memory.type, Enum):

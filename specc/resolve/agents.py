@@ -166,7 +166,10 @@ class AgentResolver:
         times = rate, budget_s
         given = kind, title, where.key, here.place, tuple(peers.items()), times, repr(groups)
         behind = inside.definitions.made_from.behind(here.raw) if self.findings.kept else ""
-        resolved = self._kept(f"{agent}.{name}", (*given, behind), made)
+        # Notes for completion have the types of all constants.
+        constants = inside.definitions.constants.values()
+        types = tuple((constant.name, constant.value.type) for constant in constants)
+        resolved = self._kept(f"{agent}.{name}", (*given, behind, types), made)
         self._note_errors(resolved.qualified_name, here, before, repeated, withheld)
         return resolved
 

@@ -97,9 +97,9 @@ class Library:
         parameters = file.top["parameters"]
         own.places |= {f"parameter {n}": parameters[n].key for n in file.spec.parameters}
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
+        self._use_others(file, own)
         if self.findings.kept is not None:
             self._note_texts(file, (frames, sizes), own)
-        self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)
         for name, text in file.spec.parameters.items():
@@ -108,13 +108,13 @@ class Library:
         return own
 
     def _note_texts(self, file: Loaded, given: object, own: Definitions) -> None:
-        """Note what a file defines, for answers that are kept."""
+        """Note what a file defines, beside the files that it uses, for answers that are kept."""
         constants = file.top["constants"]
         other = set(get_args(_Section)) - {"constants"}
         texts = [file.top[key].raw for key in ("specc", "use", "parameters", *sorted(other))]
         own.made_from.take((file.path, given, texts))
         for name in file.spec.constants:
-            own.made_from.define(name, repr((file.path, constants[name].raw)))
+            own.made_from.define(name, (file.path, constants[name].raw))
 
     def complete(
         self, own: Definitions, file: Loaded, given: tuple[Constant, ...] | None = None

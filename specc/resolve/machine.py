@@ -44,7 +44,7 @@ from specc.schema.subsystem import (
     UsedFunctionDef,
 )
 
-_Target = tuple[str, str, Element | Memory]
+_Written = tuple[str, str, Element | Memory]
 """Peer and name of an output, or "" and the name of memory; and what it is."""
 
 # The machine of a subsystem: conditions, functions, behaviours, states and transitions.
@@ -61,7 +61,7 @@ class MachineResolver:
     memory: tuple[Memory, ...]
     expressions: Expressions
     _findings: Findings = field(init=False)
-    _targets: dict[str, _Target] = field(init=False)
+    _targets: dict[str, _Written] = field(init=False)
     """What can be assigned, as it is written: memory before outputs."""
     _events: dict[str, tuple[str, str]] = field(init=False)
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
@@ -178,7 +178,7 @@ class MachineResolver:
         value = inlined(value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
-    def _target(self, target: str, at: Where) -> _Target | None:
+    def _target(self, target: str, at: Where) -> _Written | None:
         """What a target is, `y.peer.element` or memory; None after reporting."""
         found = self._targets.get(target)
         if self._findings.kept is not None:

@@ -19,7 +19,7 @@ SAME = {
 }
 """Names that several classes have, since they are the same in two layers."""
 CLASS = r"class (\w+)"
-ALIAS = r"([A-Z]\w*[a-z]\w*)(?:: .+)? = (?!TypeVar\()"
+ALIAS = r"(_?[A-Z]\w*[a-z]\w*)(?:: .+)? = (?!TypeVar\()"
 """Another name of a type, for all modules. A variable of types means nothing elsewhere."""
 
 

@@ -151,8 +151,6 @@ def judged(
         place = len(group.requirements) + [*probes].index(index) if index in probes else -1
         is_asked = not (verdict == "proved" and place >= 0 and _is_proved(graphs, place))
         why = _absent(graphs, index) if verdict == "not decided" else ""
-        if verdict == "not decided" and not why and _is_always_true(requirement, facts):
-            verdict = "proved"
         said.append(RequirementVerdict(requirement, verdict, way, why, asked=is_asked))
         if way is not None and verdict != "open":
             findings.append(replace(way, is_confirmed=exactly or way.way.is_decided))
@@ -199,11 +197,6 @@ def _verdict(
     if _is_proved(graphs, index):
         return "proved"
     return "not decided" if any(graph.complete for graph in graphs) else "not explored"
-
-
-def _is_always_true(requirement: Requirement, facts: Facts) -> bool:
-    """Whether it holds whatever values it is about, if none is absent; these are not followed."""
-    return facts.ticks.follows(facts.ticks.asked(requirement.formula))
 
 
 def _absent(graphs: Sequence[Graph], index: int) -> str:

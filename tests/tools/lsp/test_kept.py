@@ -117,7 +117,7 @@ agents:
         rate: 10 Hz
         y: {c: {n: int}}
         memory: {n: {type: int, init: low}}
-        conditions: {initial: {above: n > low, below: n <= high}}
+        conditions: {initial: {above: "n >\\nlow", below: "n <=\\thigh"}}
         functions: {count: {n: n + 1, y.c.n: n}}
         behaviours: {work: {functions: [count], terminal: always}}
         states: {S0: work}
@@ -147,7 +147,7 @@ subsystem:
   rate: 10 Hz
   y: {c: {n: int}}
   memory: {n: {type: int, init: 0}}
-  conditions: {initial: {above: n > inner, below: "n <= max(bound, 6)"}}
+  conditions: {initial: {above: "n >\\ninner", below: "n <= max(bound, 6)"}}
   functions: {count: {n: n + 1, y.c.n: n}}
   behaviours: {work: {functions: [count], terminal: always}}
   states: {S0: work}
@@ -156,7 +156,7 @@ subsystem:
 """,
 }
 NUMBERS = ("0", "1", "2", "3", "6")
-OTHERS = ("low", "high + 1", "2 * shared", "twice", "0.5", '"1[m]"', "1 +")
+OTHERS = ('"0 +\\nlow"', "high + 1", "2 * shared", "twice", "0.5", '"1[m]"', "1 +")
 
 
 def test_other_values_of_constants(tmp_path: Path) -> None:
@@ -183,6 +183,40 @@ def test_other_values_of_constants(tmp_path: Path) -> None:
         assert found == told(fresh, str(tmp_path / "valued.yaml")), texts
         said.add(len(found))
     assert len(said) > 3, said
+
+
+KINDS = """\
+specc: 1.2
+system: kinds
+types: {{Colour: "enum[red, green]", Shape: "enum[flat, square]"}}
+constants: {{mode: {mode}}}
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      memory: {{n: {{type: int, init: 0}}}}
+      conditions:
+        terminal:
+          asked: {asked}
+          other: n > 5
+      functions: {{count: {{n: n + 1}}}}
+      behaviours: {{work: {{functions: [count], terminal: asked}}}}
+      states: {{S0: work}}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S0]]
+"""
+
+
+def test_what_is_proposed_after_a_constant_has_another_type(tmp_path: Path) -> None:
+    root, project = str(tmp_path / "kinds.yaml"), Project((str(tmp_path),))
+    for mode in ("{type: Colour, is: red}", "{type: Shape, is: flat}"):
+        project.put(root, KINDS.format(mode=mode, asked="n > 3"))
+        project.analyse(root)
+    text = KINDS.format(mode=mode, asked='"mode == |')
+    project.put(root, text.replace("|", ""))
+    project.analyse(root)
+    found = [c.label for c in answers.completions(project, root, text.index("|"))]
+    assert {*found[:2]} == {"flat", "square"}
 
 
 def test_a_line_that_is_typed_where_another_one_is_wrong(tmp_path: Path) -> None:
