@@ -84,6 +84,57 @@ def test_constants_that_no_proof_computes_count_as_times(tmp_path: Path) -> None
     assert "state(a.c) == S1))`: proved" in specc("explore", tmp_path / "computed.yaml").stdout
 
 
+STAYING = """\
+specc: 1.2
+system: staying
+agents:
+  a:
+    real_effectors: {{m: {{x: {{u: int}}, y: {{b: bool}}}}}}
+    virtual_effectors:
+      m:
+        rate: 10 Hz
+        x: {{E: {{b: bool}}}}
+        y: {{E: {{u: int}}, c: {{n: int}}}}
+        memory:
+          n: {{type: int, init: 0}}
+          k: {{type: int, init: 0}}
+          stayed: {{type: bool, init: "False"}}
+        assume: [{{that: k < 1, because: it is tried}}]
+        conditions: {{terminal: {{one: x.E.b}}, error: {{other: not x.E.b}}}}
+        functions:
+          tell: {{y.E.u: n, y.c.n: n}}
+          count: {{n: n if n == 1 and not stayed else n + 1, stayed: n == 1}}
+          spoil: {{k: k + 1}}
+        behaviours:
+          look: {{functions: [tell], terminal: one, error: other}}
+          work: {{functions: [tell, count], terminal: never}}
+          fail: {{functions: [tell, count, spoil], terminal: never}}
+        states: {{start: look, good: work, bad: fail}}
+        initial_state: start
+        transitions: [[start, terminal, always, {one}], [start, error, always, {other}]]
+    control:
+      rate: 10 Hz
+      x: {{m: {{n: {{type: int, init: 0}}}}}}
+      conditions: {{terminal: {{much: x.m.n > 5}}}}
+      behaviours: {{wait: {{terminal: much}}, end: {{terminal: never}}}}
+      states: {{S0: wait, S1: end}}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S1]]
+require:
+  - {{that: "always(not historically(0.1[s], a.m.n == 1))", because: it is tried}}
+"""
+
+
+@pytest.mark.parametrize("targets", [("good", "bad"), ("bad", "good")])
+def test_what_is_required_is_judged_for_a_machine_that_failed_and_for_one_that_stayed(
+    targets: tuple[str, str], tmp_path: Path
+) -> None:
+    """Both have the same memory at the same time; a failure excuses only the one that failed."""
+    text = STAYING.format(one=targets[0], other=targets[1])
+    (tmp_path / "staying.yaml").write_text(text, encoding="utf-8")
+    assert "a.m.n == 1))`: may be violated" in specc("explore", tmp_path / "staying.yaml").stdout
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_periods_are_the_same_until_a_condition_turns(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
