@@ -135,7 +135,7 @@ class Facts:
     def misfits(self) -> PointlessParts:
         """What cannot be meant in the constants of the system."""
         numbering = Numbering({}, {c.name: c.value for c in self.system.constants})
-        return PointlessParts(self.system, self._constants, Dependences(()), numbering)
+        return PointlessParts(self.system, self._constants, Dependences({}), numbering)
 
     @cached_property
     def ticks(self) -> Ticks:

@@ -142,7 +142,7 @@ class Machine:
     @cached_property
     def dependences(self) -> Dependences:
         """What expressions depend on."""
-        return Dependences(self.subsystem.lets)
+        return Dependences({let.name: let.value for let in self.subsystem.lets})
 
     @cached_property
     def lasting(self) -> Durations:

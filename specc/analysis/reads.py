@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import TypeVar
 
@@ -26,6 +26,7 @@ from specc.model.fsm import Assignment, Axiom, Condition
 from specc.model.requirement import expressions
 from specc.model.system import Constant, Element, Let, Memory, Subsystem, System
 from specc.proof import InputName
+from specc.reachable import reachable
 from specc.source import Place
 
 Name = TypeVar("Name")
@@ -141,11 +142,12 @@ _NOTHING = Dependence()
 class Dependences:
     """What expressions depend on, directly or through lets."""
 
-    def __init__(self, lets: Iterable[Let]) -> None:
-        """`lets` in order of dependence."""
+    def __init__(self, lets: Mapping[str, Expr]) -> None:
+        """`lets` by name, in order of dependence."""
         self._lets: dict[str, Dependence] = {}
-        for item in lets:
-            self._lets[item.name] = self.of(item.value)
+        self._values = lets
+        for name, value in lets.items():
+            self._lets[name] = self.of(value)
 
     def of(self, expr: Expr) -> Dependence:
         """What `expr` depends on."""
@@ -165,6 +167,16 @@ class Dependences:
             case LetRef(name=name) if name in self._lets:
                 return self._lets[name]
         return self.all(children(expr))
+
+    def lets(self, exprs: Iterable[Expr]) -> dict[str, Expr]:
+        """The lets that expressions name, directly or through lets, in order of dependence."""
+
+        def named(exprs: Iterable[Expr]) -> Iterator[str]:
+            nodes = (node for expr in exprs for node in walk(expr))
+            return (node.name for node in nodes if isinstance(node, LetRef))
+
+        used = reachable(named(exprs), lambda name: named([self._values[name]]))
+        return {name: value for name, value in self._values.items() if name in used}
 
     def all(self, exprs: Iterable[Expr]) -> Dependence:
         """What any of some expressions depends on."""

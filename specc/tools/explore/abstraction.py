@@ -18,9 +18,19 @@ from specc.analysis.reads import Dependences, texts
 from specc.frozen import mutable
 from specc.model import expr as m
 from specc.model import requirement as r
+from specc.model.fsm import State
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.reachable import reachable
+from specc.tools.explore.cone import (
+    Cone,
+    ConeEnding,
+    ConeInput,
+    ConeMemory,
+    ConeRow,
+    ConeState,
+    named_in,
+)
 from specc.tools.explore.partial import Known, filled, static
 from specc.tools.explore.regions import Within, within
 
@@ -53,6 +63,10 @@ class Kept:
         """The dependences of its expressions."""
         return self.machine.dependences
 
+    def has(self, target: InputName) -> bool:
+        """Whether memory (of the peer "") or an output is kept."""
+        return target in self.outputs if target[0] else target[1] in self.memory
+
     def memory_within(self) -> Iterator[tuple[str, Within]]:
         """What numbers in kept memory lie within, whatever is measured."""
         bounds = self.machine.memory_facts.bounds
@@ -70,6 +84,29 @@ class Kept:
         return ends or events or bool(subsystem.axioms)
 
 
+def _state(kept: Kept, state: State) -> ConeState:
+    """What the cone of a machine has of a state."""
+    endings = (
+        ConeEnding(
+            end.name,
+            end.when,
+            tuple(
+                ConeRow(index, row.target, row.condition.name, row.condition.when)
+                for index, row in kept.subsystem.rows(state.name, cause)
+            ),
+        )
+        for cause, end in state.behaviour.endings
+    )
+    assigned = (((item.peer, item.name), item.value) for item in state.behaviour.assignments)
+    return ConeState(
+        state.name,
+        tuple(endings),
+        tuple((key, value) for key, value in assigned if kept.has(key)),
+        kept.rests.all(item.value for item in state.behaviour.assignments).inputs,
+        frozenset(state.ignores),
+    )
+
+
 class Abstraction:
     """The kept elements of all subsystems of a system without errors."""
 
@@ -79,6 +116,7 @@ class Abstraction:
         self.kept = {machine.subsystem.qualified_name: Kept(machine) for machine in facts.machines}
         self.sender_of = facts.wires.sender
         self.noise = self._noise()
+        self._cones: dict[str, Cone] = {}
         self._keep()
         required = list(requirements)
         for reading in (each for requirement in required for each in requirement.readings):
@@ -195,6 +233,52 @@ class Abstraction:
         if bound is None or bound.sporadic:
             return False
         return bound.rate_hz is None or bound.rate_hz >= subsystem.rate_hz
+
+    def cone(self, name: str) -> Cone:
+        """The cone of a machine."""
+        if name not in self._cones:
+            self._cones[name] = self._cone(name, self.kept[name])
+        return self._cones[name]
+
+    def _cone(self, name: str, kept: Kept) -> Cone:
+        subsystem, within = kept.subsystem, dict(kept.memory_within())
+        states = tuple(_state(kept, state) for state in subsystem.states)
+        inputs = tuple(
+            ConeInput(
+                key,
+                element.type,
+                element.init if key in kept.inputs else None,
+                is_event=element.event,
+                is_followed=key in kept.inputs,
+                is_measured=self.sender_of(name, key) is None,
+                is_steady=key not in kept.inputs and self.is_steady(name, key),
+                within=None if key in kept.inputs else self.noise_within(name, key),
+            )
+            for key, element in subsystem.inputs.items()
+        )
+        memory = tuple(
+            ConeMemory(item.name, item.type, item.init, within.get(item.name))
+            for item in subsystem.memory
+            if item.name in kept.memory
+        )
+        axioms = tuple(axiom.that for axiom in subsystem.axioms)
+        exprs = [*axioms, *(item.init for item in memory), *(x.init for x in inputs if x.init)]
+        exprs += [expr for state in states for expr in state.expressions]
+        known = static(subsystem, self.facts.system)
+        lets, constants = named_in(exprs, kept.rests, known.constants)
+        return Cone(
+            known.period_s,
+            subsystem.initial_state,
+            states,
+            inputs,
+            tuple((k, out.type) for k, out in subsystem.outputs.items() if k in kept.outputs),
+            memory,
+            lets,
+            constants,
+            axioms,
+            frozenset(kept.machine.arrivals.declared),
+            kept.machine.prover,
+        )
 
     def slices(self) -> list[tuple[str, ...]]:
         """The slices: each machine that decides, with all machines that influence it."""

@@ -280,7 +280,7 @@ def _are_same(one: Period, two: Period, times: int) -> bool:
     asked = []
     for known in (plain, drawn):
         walker.clocks.set(known, state, now)
-        axioms = [filled(axiom.that, known) for axiom in walker.subsystem.axioms]
+        axioms = [filled(axiom, known) for axiom in walker.cone.axioms]
         asked.append((axioms, list(walker.branches(state, known))))
     if asked[0] != asked[1]:
         return False

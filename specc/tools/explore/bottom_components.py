@@ -18,9 +18,8 @@ from specc.model.fsm import State
 from specc.proof import InputName
 from specc.reachable import grouped, reachable
 from specc.tools.explore.abstraction import Abstraction, conditions_of
-from specc.tools.explore.composition import turned
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.symmetry import Permutation
+from specc.tools.explore.symmetry import Permutation, turned
 from specc.tools.explore.trace import ExploredTrace, trace
 from specc.tools.explore.walker import Walker
 
@@ -184,7 +183,7 @@ class BottomComponent:
             states = self.states[index]
             ways = self._ways(walker, states)
             if ways:
-                needs = walker.kept.rests.all(ways).inputs & walker.slots.keys()
+                needs = walker.cone.rests.all(ways).inputs & walker.slots.keys()
                 missing = frozenset(k for k in needs if self.sender(index, k) not in self.sent)
                 blocked = not any(one == index for one, _ in self.rows)
                 state = walker.subsystem.state(min(states))
@@ -192,7 +191,7 @@ class BottomComponent:
 
     def _ways(self, walker: Walker, states: set[str]) -> list[m.Expr]:
         """The conditions of the rows that lead out of a set of states."""
-        rows = [step.row for step in walker.kept.machine.steps]
+        rows = [step.row for step in self.abstraction.kept[walker.name].machine.steps]
         away = [row for row in rows if row.source in states and row.target not in states]
         ends = {name: dict(walker.subsystem.state(name).behaviour.endings) for name in states}
         return [e for row in away for e in (ends[row.source][row.cause].when, row.condition.when)]

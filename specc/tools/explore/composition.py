@@ -16,8 +16,9 @@ from typing import NamedTuple
 from specc.analysis.rates import base_tick
 from specc.model.requirement import Requirement
 from specc.proof import InputName
+from specc.reachable import reachable
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.symmetry import Copies, CopyLinks, Permutation, Symmetry
+from specc.tools.explore.symmetry import Copies, Permutation, Symmetry
 from specc.tools.explore.values import MOST_VALUES, Numbers, ValueNumbers
 from specc.tools.explore.walker import OVER, Local, Move, SentValues, Walker
 from specc.tools.explore.watch import Visible, Watch
@@ -38,6 +39,10 @@ class Precision(NamedTuple):
 
 
 COARSEST = Precision()
+
+
+Slot = tuple[int, InputName]
+"""A machine and one of its inputs."""
 
 
 class MachineState(NamedTuple):
@@ -113,8 +118,9 @@ class Composition:
         self.precision = precision
         self._still = still
         self.walkers = tuple(
-            Walker(abstraction.kept[name], abstraction, self.values, exact=precision.exact)
+            Walker(cone, kept.subsystem, self.values, exact=precision.exact)
             for name in names
+            for cone, kept in [(abstraction.cone(name), abstraction.kept[name])]
         )
         of_kinds = symmetric and not watched
         self.copies = Symmetry(names, abstraction).copies() if of_kinds else []
@@ -122,7 +128,7 @@ class Composition:
         self._exchanges: dict[tuple[int, int, MachineState, tuple[int, ...]], MachineState] = {}
         for first, index in self._alike():
             self.walkers[index].join(self.walkers[first])
-        periods = [1 / walker.subsystem.rate_hz for walker in self.walkers]
+        periods = [walker.cone.period_s for walker in self.walkers]
         self.tick_s = base_tick(periods)
         self.ticks = [int(period / self.tick_s) for period in periods]
         self.hyperperiod = lcm(*self.ticks)
@@ -302,8 +308,7 @@ class Composition:
         if key not in self._views:
             copies = self.copies[number]
             slots, pending = self.walkers[index].slots, dict(part.pending)
-            nothing: CopyLinks = ((),) * len(copies.machines)
-            links = (copies.inputs.get(index, nothing), copies.outputs.get(index, nothing))
+            links = copies.inputs[index], copies.outputs[index]
             self._views[key] = tuple(
                 (
                     *(part.buffers[slots[name]] for name in inputs if name in slots),
@@ -318,8 +323,8 @@ class Composition:
     ) -> MachineState:
         """A machine whose elements to and from copies are exchanged as the order says."""
         walker = self.walkers[index]
-        inputs = copies.renamed(copies.inputs.get(index, ()), order)
-        outputs = copies.renamed(copies.outputs.get(index, ()), order)
+        inputs = copies.renamed(copies.inputs[index], order)
+        outputs = copies.renamed(copies.outputs[index], order)
         buffers = list(part.buffers)
         for old, new in inputs.items():
             if old in walker.slots:
@@ -332,6 +337,25 @@ class Composition:
         for copies in self.copies:
             key = copies.real(frame, index, key, is_sent=is_sent)
         return key
+
+    def before(self, turn: Permutation, slot: Slot) -> Slot:
+        """Where an input was before copies were put in order by `turn`."""
+        if not turn:
+            return slot
+        index, key = slot
+        return turn[index], self.real(turn, index, key, is_sent=False)
+
+    def orbit(self, slot: Slot) -> list[Slot]:
+        """An input with those that it becomes where copies are exchanged."""
+        exchanges = [
+            exchange for copies in self.copies for exchange in copies.exchanges(self.names)
+        ]
+        return [*reachable([slot], lambda here: (self.before(turn, here) for turn in exchanges))]
+
+    def of_kind(self, index: int, key: InputName) -> tuple[str, InputName]:
+        """An input by machine and name, the same for all that copies make of it."""
+        first, key = min(self.orbit((index, key)))
+        return self.names[first], key
 
     def real_move(self, frame: Permutation, index: int, move: Move) -> tuple[int, Move]:
         """The move of a machine with the names of that run."""
@@ -373,8 +397,3 @@ def _happens(result: _Result) -> tuple[bool, bool]:
     """Sort key: whether a step ends the run, and whether it takes an avoidable row."""
     _, move = result.move
     return result.ends, move.row >= 0 and bool(move.free)
-
-
-def turned(frame: Permutation, turn: Permutation) -> Permutation:
-    """A frame (machine -> real machine) after copies were put in order by `turn`."""
-    return tuple(frame[was] for was in turn) if turn else frame

@@ -151,7 +151,7 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         for walker in graph.composition.walkers:
             for number in range(len(walker.subsystem.axioms)):
                 answers = walker.assumed.get(number, set())
-                failing = there.get(("W1006", walker.name, number))
+                failing = there.get(("W1006", walker.kind, number))
                 said = _verdict(answers, failing, complete=graph.complete)
                 for same in (walker.name, *(each[walker.name] for each in others)):
                     verdicts.setdefault((same, number), set()).add(said)

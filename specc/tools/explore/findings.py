@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import field, replace
+from fractions import Fraction
 from operator import itemgetter
 
 from specc.diagnostics import Diagnostic, Related
@@ -15,11 +16,10 @@ from specc.proof import InputName
 from specc.source import Place
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.bottom_components import BottomComponent, Stuck, lasting
-from specc.tools.explore.composition import Edge
+from specc.tools.explore.composition import Composition, Edge
 from specc.tools.explore.graph import Cost, Graph
 from specc.tools.explore.lost_values import Lost, lost_once
 from specc.tools.explore.trace import ExploredTrace, Step, trace
-from specc.tools.explore.walker import Walker
 
 _MOST_NAMED = 5
 """Conditions that a message names."""
@@ -28,6 +28,8 @@ _MOST_NAMED = 5
 @frozen
 class TracedFinding:
     """A finding with its trace. `about` identifies it across slices and abstractions.
+
+    It names the first of several copies, since exploring takes copies in any order.
 
     It is not confirmed if it was found only on a coarse abstraction (any time passes, or not all
     values are followed) and is not refuted on a finer one.
@@ -74,10 +76,14 @@ class Found:
     findings: dict[tuple[object, ...], TracedFinding] = field(default_factory=dict)
 
     def add(self, finding: TracedFinding) -> None:
-        """Keep a finding; of several about the same thing, a decided one."""
+        """Keep a finding; of several about the same thing, a decided one, then the earliest."""
         known = self.findings.get(finding.about)
-        if known is None or (finding.way.is_decided and not known.way.is_decided):
+        if known is None or _rank(finding) < _rank(known):
             self.findings[finding.about] = finding
+
+
+def _rank(finding: TracedFinding) -> tuple[bool, Fraction]:
+    return not finding.way.is_decided, finding.way.time_s
 
 
 def findings(
@@ -113,7 +119,7 @@ def _circles(last: BottomComponent) -> Iterator[TracedFinding]:
             continue
         names = [f"`{last.walkers[s.index].name}`" for s in members]
         yield TracedFinding(
-            ("W1002", *((last.walkers[s.index].name, s.state.name) for s in members)),
+            ("W1002", *sorted((last.walkers[s.index].kind, s.state.name) for s in members)),
             "W1002",
             f"{listed(names, 'and')} wait for one another",
             members[0].state.place,
@@ -149,7 +155,8 @@ def _never_seen(last: BottomComponent, index: int, key: InputName) -> bool:
 
 
 def _held(last: BottomComponent, stuck: Stuck) -> TracedFinding:
-    name, state = last.walkers[stuck.index].name, stuck.state.name
+    walker, state = last.walkers[stuck.index], stuck.state.name
+    name = walker.name
     code, message = "W1004", f"`{name}` can never leave `{state}`"
     others = tuple(
         Related(s.state.place, _waiting(last, s)) for i, s in last.stuck.items() if i != stuck.index
@@ -159,7 +166,7 @@ def _held(last: BottomComponent, stuck: Stuck) -> TracedFinding:
     elif stuck.missing:
         code, message = "W1003", f"`{name}` waits in `{state}` for what {_gone(last, stuck)}"
     return TracedFinding(
-        (code, name, state),
+        (code, walker.kind, state),
         code,
         message,
         stuck.state.place,
@@ -216,17 +223,19 @@ def _is_looked_at(last: BottomComponent, reader: int, key: InputName) -> bool:
 def _missed(last: BottomComponent, stuck: Stuck, reader: int, key: InputName) -> TracedFinding:
     step = last.way.lost(reader, key)
     waiting = Related(stuck.state.place, _waiting(last, stuck))
-    return _event(last.walkers[reader], key, last.way, step, (waiting,))
+    return _event(last.graph.composition, reader, key, last.way, step, (waiting,))
 
 
 def _event(
-    walker: Walker,
+    composition: Composition,
+    reader: int,
     key: InputName,
     way: ExploredTrace,
     step: Step | None,
     related: tuple[Related, ...] = (),
 ) -> TracedFinding:
     """The finding on an event that is lost at a step or, without a step, overtaken."""
+    walker, missed_in = composition.walkers[reader], ""
     what, name = f"`x.{key[0]}.{key[1]}`", f"`{walker.name}`"
     message = f"{what} is lost: the next value comes before {name} reads it"
     place, label = walker.subsystem.inputs[key].place, "is overtaken"
@@ -234,8 +243,9 @@ def _event(
         state = walker.subsystem.state(step.move.source or step.move.target)
         message = f"{what} is lost: {name} does not look at it in `{state.name}`"
         place, label = state.place, "it comes here"
+        missed_in = state.name
     return TracedFinding(
-        ("W1005", walker.name, key, place if key in walker.events else None),
+        ("W1005", *composition.of_kind(reader, key), missed_in if key in walker.events else None),
         "W1005",
         message,
         place,
@@ -265,7 +275,7 @@ def _events(graph: Graph) -> Iterator[TracedFinding]:
             way = replace(way, steps=before.steps, free=before.free)
         if walkers[reader].may_be_absent(key):
             way = replace(way, free=(*way.free, f"`x.{key[0]}.{key[1]}` coming then"))
-        yield _event(walkers[reader], key, way, step)
+        yield _event(graph.composition, reader, key, way, step)
 
 
 def _lost_events(graph: Graph, number: int, edge: Edge) -> Iterator[tuple[int, InputName, str]]:
@@ -289,7 +299,7 @@ def _once(graph: Graph, lost: Lost) -> TracedFinding:
         assert step is not None  # it is that of the last edge
         how = f"comes in `{step.move.source or step.move.target}`, where nobody looks at it"
     return TracedFinding(
-        ("W1008", walker.name, key),
+        ("W1008", *graph.composition.of_kind(lost.reader, key)),
         "W1008",
         f"{what} of `{walker.name}` is sent once and {how}",
         walker.subsystem.inputs[key].place,
@@ -340,7 +350,7 @@ def _broken(graph: Graph, way: ExploredTrace) -> Iterator[TracedFinding]:
         for index in step.move.broken:
             axiom: Axiom = step.walker.subsystem.axioms[index]
             yield TracedFinding(
-                ("W1006", step.walker.name, index),
+                ("W1006", step.walker.kind, index),
                 "W1006",
                 f"this assumption fails in `{step.move.source}` of `{step.walker.name}`",
                 axiom.place,

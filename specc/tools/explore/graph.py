@@ -16,8 +16,8 @@ from mmap import mmap
 from typing import Literal, NamedTuple
 
 from specc.tools.explore.acceleration import FIRST, LONGEST_LOOP, accelerated
-from specc.tools.explore.composition import Composition, Configuration, Edge, turned
-from specc.tools.explore.symmetry import Permutation
+from specc.tools.explore.composition import Composition, Configuration, Edge
+from specc.tools.explore.symmetry import Permutation, turned
 
 Passage = tuple[int, Edge]
 """An edge, and the configuration from which it leads."""

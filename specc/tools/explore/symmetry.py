@@ -7,18 +7,14 @@ outside the abstraction may differ, such as the speed of a rover on which no con
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from specc.frozen import remembering
-from specc.lang.show import show
-from specc.model import expr as m
 from specc.proof import InputName
-from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
-from specc.tools.explore.partial import filled, static
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.cone import Cone, Renaming
 
-Renaming = Mapping[InputName, InputName]
 CopyLinks = tuple[tuple[InputName, ...], ...]
 """For each copy the names of the elements that a machine exchanges with it, in one order."""
 Permutation = tuple[int, ...]
@@ -43,6 +39,15 @@ class Copies:
         """The machines outside that receive elements of copies, or send elements to them."""
         return tuple(sorted(self.inputs.keys() | self.outputs.keys()))
 
+    def exchanges(self, machines: Sequence[object]) -> Iterator[Permutation]:
+        """The exchanges of the first copy and each other one, as permutations of all machines."""
+        first, *others = self.machines
+        for other in others:
+            turn = list(range(len(machines)))
+            for one, two in zip(first, other, strict=True):
+                turn[one], turn[two] = two, one
+            yield tuple(turn)
+
     def renamed(self, links: CopyLinks, order: Sequence[int]) -> dict[InputName, InputName]:
         """The names with copy `order[n]` in place `n`."""
         pairs = (zip(links[q], links[p], strict=True) for p, q in enumerate(order))
@@ -64,7 +69,6 @@ class Symmetry:
     def __init__(self, names: Sequence[str], abstraction: Abstraction) -> None:
         self._abstraction = abstraction
         self._index = {name: index for index, name in enumerate(names)}
-        self._kept = {name: abstraction.kept[name] for name in names}
         self._agents: dict[str, dict[str, str]] = {}
         for name, kept in abstraction.kept.items():
             self._agents.setdefault(kept.subsystem.agent, {})[kept.subsystem.name] = name
@@ -75,14 +79,13 @@ class Symmetry:
             for key in kept.subsystem.inputs
             if (sent := abstraction.sender_of(name, key)) is not None
         }
-        self._signatures: dict[str, tuple[object, ...]] = {}
 
     def copies(self) -> list[Copies]:
         """All copies, by kind of agent."""
         alike: dict[tuple[object, ...], list[str]] = {}
         for agent in dict.fromkeys(self._agent[name] for name in self._index):
             roles = {r: n for r, n in self._agents[agent].items() if n in self._index}
-            kind = tuple((role, self._signature(roles[role])) for role in sorted(roles))
+            kind = tuple((role, self._cone(roles[role])) for role in sorted(roles))
             alike.setdefault(kind, []).append(agent)
         found = []
         for agents in alike.values():
@@ -100,11 +103,11 @@ class Symmetry:
             if self._agent[name] in agents:
                 continue
             renamings = [self._names(name, agents[0], other) for other in agents[1:]]
-            assert all(renamings)  # they are exchangeable
-            for side, links in enumerate((inputs, outputs)):
-                maps = [both[side] for both in renamings if both]
-                own = [key for key in maps[0] if self._is_of(name, key, agents[0], side)]
-                if own:
+            assert None not in renamings  # they are exchangeable
+            if any(names and any(names) for names in renamings):
+                for side, links in enumerate((inputs, outputs)):
+                    maps = [both[side] for both in renamings if both]
+                    own = [key for key in maps[0] if self._is_of(name, key, agents[0], side)]
                     links[index] = (tuple(own), *(tuple(map(g.__getitem__, own)) for g in maps))
         return Copies(machines, inputs, outputs)
 
@@ -124,9 +127,7 @@ class Symmetry:
             names = self._names(name, one, other)
             if names is None or (self._agent[name] in agents and any(names)):
                 return False
-            if any(names) and self._signature(name) != _signature(
-                self._kept[name], self._abstraction, *names
-            ):
+            if any(names) and self._cone(name).normal != self._cone(name).renamed(*names):
                 return False
         return True
 
@@ -176,10 +177,8 @@ class Symmetry:
                 outputs[key] = there[1]
         return inputs, outputs
 
-    def _signature(self, name: str) -> tuple[object, ...]:
-        if name not in self._signatures:
-            self._signatures[name] = _signature(self._kept[name], self._abstraction, {}, {})
-        return self._signatures[name]
+    def _cone(self, name: str) -> Cone:
+        return self._abstraction.cone(name)
 
 
 def likewise(
@@ -208,58 +207,6 @@ def likewise(
     ]
 
 
-def _signature(
-    kept: Kept, abstraction: Abstraction, inputs: Renaming, outputs: Renaming
-) -> tuple[object, ...]:
-    """Everything on which a step of a machine depends, with some names changed."""
-    subsystem = kept.subsystem
-    name = subsystem.qualified_name
-    known = static(subsystem, abstraction.facts.system)
-
-    def said(expr: m.Expr) -> m.Expr:
-        return renamed(filled(expr, known), inputs)
-
-    states = []
-    for state in subsystem.states:
-        asked = tuple(
-            (cause, said(end.when), tuple((i, r.target, said(r.condition.when)) for i, r in rows))
-            for cause, end in state.behaviour.endings
-            if (rows := subsystem.rows(state.name, cause))
-        )
-        assigned = frozenset(
-            ((outputs.get(key, key) if item.peer else key), said(item.value))
-            for item in state.behaviour.assignments
-            if (key := (item.peer, item.name)) in kept.outputs
-            or (not item.peer and item.name in kept.memory)
-        )
-        read = kept.rests.all(item.value for item in state.behaviour.assignments).inputs
-        looked = frozenset(inputs.get(key, key) for key in read)
-        ignored = frozenset(inputs.get(key, key) for key in state.ignores)
-        ends = bool(list(conditions_of(subsystem, state.name)))
-        states.append((state.name, asked, assigned, looked, ignored, ends))
-    buffers = frozenset(
-        (
-            inputs.get(key, key),
-            key in kept.inputs,
-            element.event,
-            None if element.init is None else said(element.init),
-            key not in kept.inputs and abstraction.is_steady(name, key),
-            abstraction.sender_of(name, key) is None,
-        )
-        for key, element in subsystem.inputs.items()
-    )
-    memory = tuple((i.name, said(i.init)) for i in subsystem.memory if i.name in kept.memory)
-    axioms = tuple(said(axiom.that) for axiom in subsystem.axioms)
-    return subsystem.rate_hz, subsystem.initial_state, tuple(states), buffers, memory, axioms
-
-
-def renamed(expr: m.Expr, names: Renaming) -> m.Expr:
-    """An expression with other names of inputs, the parts of `and` and `or` in one order."""
-    match expr:
-        case m.Input(peer=peer, element=element):
-            peer, element = names.get((peer, element), (peer, element))
-            return replace(expr, peer=peer, element=element)
-        case m.Logic(operands=operands):
-            parts = sorted((renamed(part, names) for part in operands), key=show)
-            return replace(expr, operands=tuple(parts))
-    return m.mapped(expr, lambda part: renamed(part, names))
+def turned(frame: Permutation, turn: Permutation) -> Permutation:
+    """A frame (machine -> real machine) after copies were put in order by `turn`."""
+    return tuple(frame[was] for was in turn) if turn else frame

@@ -11,7 +11,7 @@ from specc.model import expr as m
 from specc.proof import InputName
 from specc.proof.clock import Timer, Turns
 from specc.proof.numbering import Numbering
-from specc.tools.explore.abstraction import Kept, conditions_of
+from specc.tools.explore.cone import Cone
 from specc.tools.explore.lines import Line
 from specc.tools.explore.partial import AbstractValue, Known, filled
 
@@ -38,25 +38,25 @@ class Clocks:
     all times.
     """
 
-    def __init__(self, kept: Kept, static: Known, *, exact: bool) -> None:
+    def __init__(self, cone: Cone, static: Known, *, exact: bool) -> None:
         """`static` are the values known at all times; turns that are found are added to it."""
         self.exact = exact
-        self._kept, self._static = kept, static
+        self._rests, self._static = cone.rests, static
+        self._followed = {x.key for x in cone.inputs if x.is_followed}
         # All constants have values here, those too that no proof computes.
         self._timer = Timer(Numbering(static.lets, static.constants, static.period_s))
         self._turns: dict[str, tuple[int, ...]] = {}
         self._compared: dict[str, _Compared] = {}
-        for state in kept.subsystem.states:
-            asked = [item.value for item in state.behaviour.assignments]
-            asked += [axiom.that for axiom in kept.subsystem.axioms]
-            asked += conditions_of(kept.subsystem, state.name)
+        for state in cone.states:
+            asked = [value for _, value in state.assignments]
+            asked += [*cone.axioms, *state.conditions]
             turning = set[int]()
             for decided in map(self._timer.decided, asked):
                 static.turns |= decided
                 turning.update(*(turns.at for _, turns in decided.values()))
             self._turns[state.name] = tuple(sorted(turning))
             found = tuple(self._with_kept(asked))
-            rests = kept.rests.all(found)
+            rests = cone.rests.all(found)
             self._compared[state.name] = found, sorted(rests.values), sorted(rests.memory)
         self._known: dict[tuple[str, tuple[AbstractValue | None, ...]], Timed] = {}
 
@@ -88,14 +88,14 @@ class Clocks:
     def _with_kept(self, exprs: Iterable[m.Expr]) -> Iterator[m.Expr]:
         """The comparisons of time with values that are kept, directly or through lets."""
         for expr in exprs:
-            rests = self._kept.rests.of(expr)
+            rests = self._rests.of(expr)
             if not rests.clock or id(expr) in self._static.turns:
                 continue
             if isinstance(expr, m.LetRef):
                 yield from self._with_kept([self._static.lets[expr.name]])
             elif not isinstance(expr, m.Compare):
                 yield from self._with_kept(m.children(expr))
-            elif rests.values <= self._kept.inputs and rests.values | rests.memory:
+            elif rests.values <= self._followed and rests.values | rests.memory:
                 yield expr
 
     # The clock.

@@ -16,11 +16,11 @@ from specc.analysis.reads import Dependence
 from specc.frozen import frozen
 from specc.model import expr as m
 from specc.model.logic import conjuncts, negation
+from specc.model.system import Subsystem
 from specc.proof import InputName
-from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
-from specc.tools.explore.partial import SOME, AbstractValue, Known, filled, static
+from specc.tools.explore.cone import Cone, renamed
+from specc.tools.explore.partial import SOME, AbstractValue, Known, filled
 from specc.tools.explore.regions import leaves
-from specc.tools.explore.symmetry import renamed
 from specc.tools.explore.timing import Clocks
 from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers, combinable
 
@@ -82,25 +82,26 @@ class Branch:
 class Walker:
     """Steps one machine. `exact` says whether time in a state is counted or only passes."""
 
-    def __init__(self, kept: Kept, abstraction: Abstraction, values: ValueNumbers, *, exact: bool):
-        self.kept = kept
-        self.subsystem = kept.subsystem
-        self.name = self.subsystem.qualified_name
+    def __init__(self, cone: Cone, subsystem: Subsystem, values: ValueNumbers, *, exact: bool):
+        """`subsystem` has the names and places for messages; no step reads it."""
+        self.cone = cone
+        self.subsystem = subsystem
+        self.name = subsystem.qualified_name
         self.values = values
-        self.inputs = tuple(key for key in self.subsystem.inputs if key in kept.inputs)
-        self.slots = {key: index for index, key in enumerate(self.inputs)}
-        self.events = {key for key, element in self.subsystem.inputs.items() if element.event}
-        self._ignores = {state.name: frozenset(state.ignores) for state in self.subsystem.states}
-        self._memory = tuple(i for i in self.subsystem.memory if i.name in kept.memory)
-        self.memory_slots = {item.name: slot for slot, item in enumerate(self._memory)}
-        self.within = dict(kept.memory_within())
-        """What unknown memory lies within at all times."""
-        self.static = static(self.subsystem, abstraction.facts.system)
-        self.clocks = Clocks(kept, self.static, exact=exact)
-        others = [key for key in self.subsystem.inputs if key not in kept.inputs]
-        self._steady = {key for key in others if abstraction.is_steady(self.name, key)}
-        self._measured = {key for key in others if abstraction.sender_of(self.name, key) is None}
-        self._noise = {key: v for key in others if (v := abstraction.noise_within(self.name, key))}
+        followed = [x.key for x in cone.inputs if x.is_followed]
+        others = [x for x in cone.inputs if not x.is_followed]
+        self.inputs = tuple(followed)
+        self.slots = {key: index for index, key in enumerate(followed)}
+        self.events = {x.key for x in cone.inputs if x.is_event}
+        self._inits = {x.key: x.init for x in cone.inputs}
+        self._outputs = dict(cone.outputs)
+        self.memory_slots = {item.name: slot for slot, item in enumerate(cone.memory)}
+        self._within = {item.name: item.within for item in cone.memory}
+        self.static = cone.static
+        self.clocks = Clocks(cone, self.static, exact=exact)
+        self._steady = {x.key for x in others if x.is_steady}
+        self._measured = {x.key for x in others if x.is_measured}
+        self._noise = {x.key: x.within for x in others if x.within is not None}
         self.locals = Numbers()
         self._formulas = Numbers()
         self._steps: dict[tuple[int, tuple[int, ...]], tuple[Outcome, ...]] = {}
@@ -137,7 +138,7 @@ class Walker:
         """The buffers before the first arrival."""
         found = []
         for key in self.inputs:
-            init = self.subsystem.inputs[key].init
+            init = self._inits[key]
             value = None if init is None else filled(init, self.static)
             target = f"{self.kind}.x.{key[0]}.{key[1]}"
             found.append(ABSENT if value is None else self.values.of(target, value, self.static))
@@ -149,9 +150,9 @@ class Walker:
         known.periods = 0
         memory = {
             i.name: self.values.of(self._target(("", i.name)), filled(i.init, known), known)
-            for i in self._memory
+            for i in self.cone.memory
         }
-        begin = Branch(-1, self.subsystem.initial_state, ())
+        begin = Branch(-1, self.cone.initial_state, ())
         known = self._known(buffers, memory, first=True)
         first = Local("", OVER, tuple(memory.values()), frozenset())
         ((begun, move),) = self._outcomes(begin, known, first, buffers)
@@ -202,16 +203,16 @@ class Walker:
     def branches(self, state: str, known: Known) -> Iterator[Branch]:
         """The branches: staying, and each row that known values do not exclude."""
         before: list[m.Expr] = []
-        for cause, end in self.subsystem.state(state).behaviour.endings:
+        for end in self.cone.state[state].endings:
             ended = known.asked(end.when)
             if ended == m.FALSE:
                 continue
             self._doubt(ended, known)
-            for index, row in self.subsystem.rows(state, cause):
-                enabled = known.asked(row.condition.when)
+            for row in end.rows:
+                enabled = known.asked(row.when)
                 if enabled != m.FALSE:
                     self._doubt(enabled, known)
-                    yield Branch(index, row.target, (*before, ended, enabled))
+                    yield Branch(row.index, row.target, (*before, ended, enabled))
             before.append(negation(ended))
             if ended == m.TRUE:
                 return
@@ -230,25 +231,26 @@ class Walker:
         key = answers | asked
         if key not in self._possible:
             formulas = [self._formulas.things[number] for number in sorted(key)]
-            self._possible[key] = self.kept.machine.prover.satisfiable(formulas) is not False
+            self._possible[key] = self.cone.prover.satisfiable(formulas) is not False
         return self._possible[key]
 
     def _free(self, branches: list[Branch], known: Known, state: str) -> tuple[str, ...]:
         """The conditions that could have turned out otherwise."""
         found: dict[str, None] = {}
-        for cause, end in self.subsystem.state(state).behaviour.endings:
-            rows = self.subsystem.rows(state, cause)
-            taken = {b.row for b in branches}
-            for condition in (end, *(row.condition for i, row in rows if i in taken)):
-                if not isinstance(known.asked(condition.when), m.Truth):
-                    found[f"`{condition.name}`"] = None
+        taken = {b.row for b in branches}
+        for end in self.cone.state[state].endings:
+            asked = [(end.condition, end.when)]
+            asked += [(row.condition, row.when) for row in end.rows if row.index in taken]
+            for name, when in asked:
+                if not isinstance(known.asked(when), m.Truth):
+                    found[f"`{name}`"] = None
         self.open.setdefault(state, {}).update(found)
         return tuple(found)
 
     def _assumptions(self, known: Known) -> tuple[int, ...]:
         broken = []
-        for index, axiom in enumerate(self.subsystem.axioms):
-            said = filled(axiom.that, known)
+        for index, axiom in enumerate(self.cone.axioms):
+            said = filled(axiom, known)
             answer = said.value if isinstance(said, m.Truth) else None
             self._doubt(said, known)
             self.assumed.setdefault(index, set()).add(answer)
@@ -272,7 +274,7 @@ class Walker:
         written = dict[InputName, tuple[int, ...]]()
         for key, value in self.written(branch.target, known):
             target = self._target(key)
-            output = self.subsystem.outputs[key].type if key[0] else None
+            output = self._outputs[key] if key[0] else None
             written[key] = self.values.options(target, value, known, sent=output)
             if not key[0]:
                 answers = self._without(answers, key[1])
@@ -291,12 +293,10 @@ class Walker:
 
     def written(self, state: str, known: Known) -> Iterator[tuple[InputName, m.Expr]]:
         """The values that the functions of a state give to kept outputs and memory."""
-        for item in self.subsystem.state(state).behaviour.assignments:
-            key = item.peer, item.name
-            if key in self.kept.outputs or (not item.peer and item.name in self.memory_slots):
-                value = filled(item.value, known)
-                if item.peer or not (isinstance(value, m.MemoryRef) and value.name == item.name):
-                    yield key, value
+        for (peer, name), assigned in self.cone.state[state].assignments:
+            value = filled(assigned, known)
+            if peer or not (isinstance(value, m.MemoryRef) and value.name == name):
+                yield (peer, name), value
 
     def _target(self, key: InputName) -> str:
         peer, name = key
@@ -325,7 +325,7 @@ class Walker:
         if not new:
             return ()
         looked = self.looks_into[target] | self.looks_at.get(source, frozenset())
-        looked |= self._ignores[source or target]
+        looked |= self.cone.state[source or target].ignores
         return tuple(key for key in new if key not in looked)
 
     def may_be_absent(self, key: InputName) -> bool:
@@ -335,16 +335,12 @@ class Walker:
     @cached_property
     def looks_at(self) -> dict[str, frozenset[InputName]]:
         """The inputs that conditions ask about, by state."""
-        states = (state.name for state in self.subsystem.states)
-        return {s: self.kept.rests.all(conditions_of(self.subsystem, s)).inputs for s in states}
+        return {s.name: self.cone.rests.all(s.conditions).inputs for s in self.cone.states}
 
     @cached_property
     def looks_into(self) -> dict[str, frozenset[InputName]]:
         """The inputs that functions read, by state."""
-        return {
-            state.name: self.kept.rests.all(i.value for i in state.behaviour.assignments).inputs
-            for state in self.subsystem.states
-        }
+        return {state.name: state.reads for state in self.cone.states}
 
     # Known values at a time stamp.
 
@@ -379,17 +375,17 @@ class Walker:
     def valued(self, memory: str, number: int) -> AbstractValue | None:
         """What is known of memory by the number of its value."""
         value = self.values.value(number)
-        return (self.within.get(memory) or value) if value in (None, SOME) else value
+        return (self._within[memory] or value) if value in (None, SOME) else value
 
     # Answers about unknown values.
 
     def _rests(self, formula: int) -> Dependence:
-        return self.kept.rests.of(self._formulas.things[formula])
+        return self.cone.rests.of(self._formulas.things[formula])
 
     def _remembered(self, expr: m.Expr) -> Iterator[int]:
         """The formulas that stay true until an input or memory is renewed, by number."""
         for part in conjuncts(expr):
-            rests = self.kept.rests.of(part)
+            rests = self.cone.rests.of(part)
             changes = rests.clock or rests.lags
             if part != m.TRUE and not changes and rests.inputs <= self.slots.keys():
                 yield self._formulas.of(part)

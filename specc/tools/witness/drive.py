@@ -174,7 +174,7 @@ class Driver:
         self._never = never
         self._subsystem = code.subsystem
         self._presence = facts.of(original).presence
-        self._rests = Dependences(self._subsystem.lets)
+        self._rests = Dependences({let.name: let.value for let in self._subsystem.lets})
 
     def taking(self, row: Transition) -> list[Goal]:
         """Its state ends by the cause of the row, which is the only one that applies."""

@@ -1,0 +1,218 @@
+"""The cone of influence of a machine: everything that its abstract steps read, as a value.
+
+`Walker` steps a machine from its cone and from nothing else. So machines with equal cones take
+equal steps, and symmetry compares cones (`specc.tools.explore.symmetry`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import field, replace
+from fractions import Fraction
+from functools import cached_property
+from operator import itemgetter
+
+from specc.analysis.reads import Dependences
+from specc.frozen import frozen, remembering
+from specc.lang.show import show
+from specc.model import expr as m
+from specc.model.types import Type
+from specc.proof import InputName, Prover
+from specc.reachable import reachable
+from specc.tools.explore.partial import Known, filled
+from specc.tools.explore.regions import Within
+
+Renaming = Mapping[InputName, InputName]
+
+
+@frozen
+class ConeRow:
+    """A row of the transition table; `index` is its place there."""
+
+    index: int
+    target: str
+    condition: str
+    when: m.Expr
+
+
+@frozen
+class ConeEnding:
+    """What ends a behaviour, and the rows that apply then."""
+
+    condition: str
+    when: m.Expr
+    rows: tuple[ConeRow, ...]
+
+
+@frozen
+class ConeState:
+    """A state. `reads` are the inputs that its functions read, followed or not."""
+
+    name: str
+    endings: tuple[ConeEnding, ...]
+    assignments: tuple[tuple[InputName, m.Expr], ...]
+    """Values of memory and outputs that are followed; the peer of memory is ""."""
+    reads: frozenset[InputName]
+    ignores: frozenset[InputName]
+
+    @property
+    def expressions(self) -> Iterator[m.Expr]:
+        """Everything that its steps evaluate."""
+        for end in self.endings:
+            yield end.when
+            yield from (row.when for row in end.rows)
+        yield from (value for _, value in self.assignments)
+
+    @property
+    def conditions(self) -> Iterator[m.Expr]:
+        """The error and terminal conditions and those of the rows, where there are rows."""
+        for end in self.endings:
+            if end.rows and end.when != m.FALSE:
+                yield end.when
+                yield from (row.when for row in end.rows)
+
+
+@frozen
+class ConeInput:
+    """An input. `within` bounds an input that is not followed."""
+
+    key: InputName
+    type: Type
+    init: m.Expr | None
+    is_event: bool
+    is_followed: bool
+    is_measured: bool
+    is_steady: bool
+    within: Within | None
+
+
+@frozen
+class ConeMemory:
+    """Memory that is followed. `within` bounds it at all times."""
+
+    name: str
+    type: Type
+    init: m.Expr
+    within: Within | None
+
+
+@remembering
+class Cone:
+    """Everything that the steps of one machine read."""
+
+    period_s: Fraction
+    initial_state: str
+    states: tuple[ConeState, ...]
+    inputs: tuple[ConeInput, ...]
+    outputs: tuple[tuple[InputName, Type], ...]
+    memory: tuple[ConeMemory, ...]
+    lets: tuple[tuple[str, m.Expr], ...]
+    constants: tuple[tuple[str, m.Expr], ...]
+    axioms: tuple[m.Expr, ...]
+    always_present: frozenset[InputName]
+    prover: Prover = field(compare=False)
+    """What it answers follows from the lets, constants, axioms, period and `always_present`."""
+
+    @cached_property
+    def rests(self) -> Dependences:
+        """The dependences of its expressions."""
+        return Dependences(dict(self.lets))
+
+    @cached_property
+    def state(self) -> dict[str, ConeState]:
+        """The states by name."""
+        return {state.name: state for state in self.states}
+
+    @property
+    def static(self) -> Known:
+        """The values that are known at all times."""
+        return Known(dict(self.lets), dict(self.constants), self.period_s)
+
+    @cached_property
+    def normal(self) -> Cone:
+        """The cone with lets and constants filled in, and everything without an order sorted."""
+        return self.renamed({}, {})
+
+    def renamed(self, inputs: Renaming, outputs: Renaming) -> Cone:
+        """The normal form of the cone with other names of inputs and outputs."""
+        known = self.static
+
+        def name(key: InputName) -> InputName:
+            return inputs.get(key, key)
+
+        def normal(expr: m.Expr) -> m.Expr:
+            return renamed(filled(expr, known), inputs)
+
+        begun = (
+            replace(x, key=name(x.key), init=None if x.init is None else normal(x.init))
+            for x in self.inputs
+        )
+        sent = ((outputs.get(key, key), type_) for key, type_ in self.outputs)
+        states = tuple(_renamed(state, normal, name, outputs) for state in self.states)
+        memory = tuple(replace(item, init=normal(item.init)) for item in self.memory)
+        axioms = tuple(map(normal, self.axioms))
+        left = [*axioms, *(item.init for item in memory)]
+        left += [expr for state in states for expr in state.expressions]
+        lets, constants = named_in(left, self.rests, known.constants)
+        return replace(
+            self,
+            states=states,
+            inputs=tuple(sorted(begun, key=lambda x: x.key)),
+            outputs=tuple(sorted(sent, key=itemgetter(0))),
+            memory=memory,
+            lets=tuple((let, renamed(value, inputs)) for let, value in lets),
+            constants=constants,
+            axioms=axioms,
+            always_present=frozenset(map(name, self.always_present)),
+        )
+
+
+def _renamed(
+    state: ConeState,
+    normal: Callable[[m.Expr], m.Expr],
+    name: Callable[[InputName], InputName],
+    outputs: Renaming,
+) -> ConeState:
+    endings = (
+        replace(
+            end,
+            when=normal(end.when),
+            rows=tuple(replace(row, when=normal(row.when)) for row in end.rows),
+        )
+        for end in state.endings
+    )
+    assigned = {outputs.get(key, key): normal(value) for key, value in state.assignments}
+    return ConeState(
+        state.name,
+        tuple(endings),
+        tuple((key, assigned[key]) for key in sorted(assigned)),
+        frozenset(map(name, state.reads)),
+        frozenset(map(name, state.ignores)),
+    )
+
+
+def named_in(
+    exprs: Iterable[m.Expr], rests: Dependences, constants: Mapping[str, m.Expr]
+) -> tuple[tuple[tuple[str, m.Expr], ...], tuple[tuple[str, m.Expr], ...]]:
+    """The lets and the constants that expressions name, directly or through others, in order."""
+    every = list(exprs)
+
+    def named(name: str) -> Iterator[str]:
+        nodes = m.walk(constants[name])
+        return (node.name for node in nodes if isinstance(node, m.ConstantRef))
+
+    needed = reachable(rests.all(every).constants, named)
+    used = ((name, value) for name, value in constants.items() if name in needed)
+    return tuple(rests.lets(every).items()), tuple(used)
+
+
+def renamed(expr: m.Expr, names: Renaming) -> m.Expr:
+    """An expression with other names of inputs, the parts of `and` and `or` in one order."""
+    match expr:
+        case m.Input(peer=peer, element=element):
+            peer, element = names.get((peer, element), (peer, element))
+            return replace(expr, peer=peer, element=element)
+        case m.Logic(operands=operands):
+            parts = sorted((renamed(part, names) for part in operands), key=show)
+            return replace(expr, operands=tuple(parts))
+    return m.mapped(expr, lambda part: renamed(part, names))

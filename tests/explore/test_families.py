@@ -1,0 +1,106 @@
+"""Symmetry changes no finding: families of copies, and of agents that are nearly copies."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from specc.pipeline import Result, compile_spec
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.composition import Composition
+from specc.tools.explore.explorer import explore
+from specc.tools.explore.graph import Graph
+from specc.tools.explore.symmetry import Symmetry
+from tests.explore.families import family
+from tests.seeds import blocks
+from tests.soundness.running import compiled
+
+CASES = Path(__file__).parent / "symmetry"
+NAME = re.compile(r"`[^`]*`")
+COPY = re.compile(r"\b(w|low|high)(_\d)?\b")
+BUDGET = 60_000
+Found = set[tuple[object, ...]]
+
+
+def found(result: Result) -> Found | None:
+    """The findings and verdicts, whichever copy they are about; None at the bound."""
+    assert result.system is not None, result.diagnostics
+    explored = explore(result.proofs, BUDGET)
+    counted = all(each.exact or not each.timed for each in explored.slices)
+    if explored.is_short or (explored.findings and not counted):
+        return None
+    about: Found = set()
+    for each in explored.findings:
+        message, way = COPY.sub("copy", each.message), each.way
+        names = tuple(sorted(NAME.findall(message)))
+        verdict = each.is_confirmed, way.is_decided, way.time_s
+        about.add((each.code, NAME.sub("", message), names, *verdict))
+    for name, axiom, verdict in explored.assumptions:
+        about.add((COPY.sub("copy", name), axiom.that, verdict))
+    return about
+
+
+def differences(result: Result, backwards: Result, patch: pytest.MonkeyPatch) -> list[Found] | None:
+    """Findings that depend on symmetry, or on the order of the agents; None at the bound."""
+    with patch.context() as without:
+        without.setattr(Symmetry, "copies", lambda _: [])
+        expected = found(result)
+    others = [found(result), found(backwards)]
+    if expected is None or None in others:
+        return None
+    return [each ^ expected for each in others if each is not None and each != expected]
+
+
+@pytest.mark.parametrize("seeds", blocks(range(12), long=60, each=20))
+def test_families_have_the_same_findings_without_symmetry_and_in_another_order(
+    seeds: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compared = 0
+    for seed in seeds:
+        one, other = (compiled(family(seed, backwards=b), tmp_path) for b in (False, True))
+        assert one.ok, [d for d in one.diagnostics if d.severity == "error"]
+        different = differences(one, other, monkeypatch)
+        assert not different
+        compared += different is not None
+    assert compared > len(seeds) / 2
+
+
+def test_families_have_copies_and_others(tmp_path: Path) -> None:
+    """With all agents copies, with one that is none, with findings of several kinds."""
+    sizes, codes = set[tuple[int, int]](), set[str]()
+    for seed in range(24):
+        result = compiled(family(seed), tmp_path)
+        abstraction = Abstraction(result.proofs)
+        names = max(abstraction.slices(), key=len)
+        agents = len({name.split(".")[0] for name in abstraction.kept} - {"hub"})
+        copies = Symmetry(names, abstraction).copies()
+        sizes |= {(agents, len(each.machines)) for each in copies} or {(agents, 1)}
+        codes |= {str(code) for code, *_ in found(result) or ()}
+    assert {(2, 1), (2, 2), (3, 2), (3, 3)} <= sizes
+    assert {"W1001", "W1005", "W1006"} <= codes
+
+
+@pytest.mark.parametrize("case", sorted(CASES.glob("*.yaml")), ids=lambda case: case.stem)
+def test_agents_that_measure_differently_are_no_copies(
+    case: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = compile_spec(str(case))
+    assert differences(result, result, monkeypatch) == []
+
+
+def test_steps_read_nothing_but_the_cone(tmp_path: Path) -> None:
+    """Machines with equal cones take equal steps, since a walker steps without its subsystem."""
+    for seed in range(4):
+        result = compiled(family(seed), tmp_path)
+        abstraction = Abstraction(result.proofs)
+        names = max(abstraction.slices(), key=len)
+        expected = Graph(Composition(names, abstraction), BUDGET)
+        composition = Composition(names, abstraction)
+        for walker in composition.walkers:
+            walker.subsystem = None  # type: ignore[assignment]  # a step that reads it fails
+        graph = Graph(composition, BUDGET)
+        assert graph.configurations == expected.configurations
+        assert graph.edges == expected.edges
