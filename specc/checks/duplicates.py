@@ -1,0 +1,82 @@
+"""Conditions that are the same under two names, and lists that only grow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.analysis import Facts, Machine
+from specc.diagnostics import Diagnostic, Related
+from specc.model.expr import JOINED, Builtin, MemoryRef
+from specc.model.fsm import Condition
+from specc.model.system import Memory
+from specc.model.types import ListOf
+from specc.source import Place
+
+# Two timers of the same length may well be meant; the same answer about the same values is not.
+
+
+def conditions_differ(facts: Facts) -> Iterator[Diagnostic]:
+    """W0333 for conditions of one kind."""
+    seen = set[Place]()
+    for machine in facts.whole:
+        for one, other in machine.told(_same_conditions):
+            if other.place not in seen:
+                seen.add(other.place)
+                yield Diagnostic(
+                    "W0333",
+                    f"{other.kind} conditions `{one.name}` and `{other.name}` are the same",
+                    other.place,
+                    "it holds exactly where the other one does",
+                    (Related(one.place, f"`{one.name}`"),),
+                    "correct one of them, or use one name",
+                )
+
+
+def _same_conditions(machine: Machine) -> Iterator[tuple[Condition, Condition]]:
+    first = dict[tuple[str, int], Condition]()
+    for condition in machine.subsystem.conditions:
+        on = machine.dependences.of(condition.when)
+        if on.inputs or on.memory:
+            key = condition.kind, machine.prover.numbering.number(condition.when)
+            earlier = first.setdefault(key, condition)
+            if earlier is not condition:
+                yield earlier, condition
+
+
+def lists_end(facts: Facts) -> Iterator[Diagnostic]:
+    """W0621: memory to which functions only append."""
+    seen = set[Place]()
+    for machine in facts.whole:
+        for item in machine.subsystem.memory:
+            if _only_grows(machine, item) and item.place not in seen:
+                seen.add(item.place)
+                yield Diagnostic(
+                    "W0621",
+                    f"list `{item.name}` only grows",
+                    item.place,
+                    "every function that writes it appends to it",
+                    help="begin it anew where a state is entered, or keep a bounded part of it",
+                )
+
+
+def _only_grows(machine: Machine, item: Memory) -> bool:
+    """Whether functions only append to memory, and no condition could stop them."""
+    numbering, subsystem = machine.prover.numbering, machine.subsystem
+    if not isinstance(item.type, ListOf):
+        return False
+    asked = machine.dependences.all(condition.when for condition in subsystem.asked)
+    written = subsystem.written.get(("", item.name), {})
+    values = [numbering.looked_through(value) for each in written.values() for value in each]
+    return (
+        bool(values)
+        and item.name not in asked.memory
+        and all(
+            isinstance(value, Builtin)
+            and value.name == JOINED
+            and numbering.looked_through(value.args[0]) == MemoryRef(item.name, type=item.type)
+            for value in values
+        )
+    )
+
+
+CHECKS = (conditions_differ, lists_end)
