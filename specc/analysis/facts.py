@@ -17,6 +17,7 @@ from specc.analysis.machine import Decided, Machine
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.pointless import PointlessParts
 from specc.analysis.rates import Rates
+from specc.analysis.reaching import ReachingDefinitions
 from specc.analysis.reads import Dependences, nodes
 from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
@@ -202,6 +203,12 @@ class Facts:
         """The bindings of what devices report, as `agent.E.device.element`."""
         found = (b for b in self.bindings if not b.commanded and b.binding.device != PLANT)
         return {f"{b.binding.device}.{b.binding.element}": b for b in found}
+
+    @cached_property
+    def definitions(self) -> ReachingDefinitions:
+        """Which definitions give numbers their values, through lets, memory and buffers."""
+        readings = (reading for item in self.system.formulas for reading in item.readings)
+        return ReachingDefinitions(self.wires, self.subsystems, self.system.constants, readings)
 
     @cached_property
     def model(self) -> Model | ModelError | None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Literal
 
 from specc.frozen import frozen
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.binding import PLANT, Binding
 from specc.model.system import Element, Plant, System
-from specc.model.types import Type
+from specc.model.types import Pose, Type
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import grouped
 from specc.read import Reach
@@ -19,6 +20,7 @@ from specc.read import Reach
 
 
 PlantKind = Literal["model", "python", "ros2", ""]
+POSE_UNITS = (METRE,) * 3 + (RADIAN,) * 3
 
 
 @frozen
@@ -34,6 +36,20 @@ class BoundElement:
     element: Element
     commanded: bool
     plant: PlantKind
+
+    @property
+    def is_pose(self) -> bool:
+        """Whether it is a pose that the numbers of a model are converted to."""
+        is_converted = self.plant == "model" and not (self.commanded or self.binding.through)
+        return is_converted and isinstance(self.element.type, Pose)
+
+    @property
+    def units(self) -> tuple[Unit, ...] | None:
+        """Units of the numbers of the element; None if it does not consist of numbers.
+
+        A pose of a model consists of a position and of turns about three axes.
+        """
+        return POSE_UNITS if self.is_pose else units_of(self.element.type)
 
 
 def plant_kind(plant: Plant | None) -> PlantKind:
@@ -134,17 +150,42 @@ class Raw:
 
 
 def raw_numbers(bound: BoundElement, model: Model) -> Iterator[Raw]:
-    """The numbers behind an element, or those that it sets, in their order."""
+    """The numbers behind an element, or those that it sets, in their order.
+
+    A quaternion behind a pose stands for turns about three axes.
+    """
     binding = bound.binding
     if not bound.commanded:
         for index, name in enumerate(binding.joints):
-            yield Raw("joints", index, name, _joint(name, model))
+            is_free = bound.is_pose and model.joint_kind(name) == "free"
+            yield Raw("joints", index, name, POSE_UNITS if is_free else _joint(name, model))
         for index, name in enumerate(binding.sensors):
-            yield Raw("sensors", index, name, units_of_sensor(name, model))
+            raw = Raw("sensors", index, name, units_of_sensor(name, model))
+            is_turned = bound.is_pose and is_orientation(raw, model)
+            yield replace(raw, units=POSE_UNITS[3:]) if is_turned else raw
     for index, name in enumerate(binding.actuators):
         part = model.parts.get(("actuator", name))
         tag = part.kind if bound.commanded and part else "actuatorfrc"
         yield Raw("actuators", index, name, (_of_actuator(tag, name, model),))
+
+
+FRAME_POSITION, FRAME_ORIENTATION = "framepos", "framequat"
+"""Sensors that give a pose together."""
+
+
+def is_orientation(raw: Raw, model: Model) -> bool:
+    """Whether the numbers are the orientation of a frame, as a quaternion."""
+    return _kind_of(raw, model) == FRAME_ORIENTATION
+
+
+def is_quaternion(raw: Raw, model: Model) -> bool:
+    """Whether the numbers are a quaternion, in the order w, x, y, z of MuJoCo."""
+    return _kind_of(raw, model) in ("ball", "ballquat", FRAME_ORIENTATION)
+
+
+def _kind_of(raw: Raw, model: Model) -> str:
+    part = model.parts.get((raw.kind.removesuffix("s"), raw.name))
+    return part.kind if part and raw.kind != "actuators" else ""
 
 
 def differs(raw: Raw, unit: Unit, wanted: Unit) -> bool:

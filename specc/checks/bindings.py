@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, Raw, differs, first_key, raw_numbers, units_of
+from specc.analysis.plant import BoundElement, Raw, differs, first_key, raw_numbers
 from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
 from specc.diagnostics.phrases import counted, listed
 from specc.mjcf import Model, ModelError
@@ -127,7 +127,7 @@ def _from_camera(bound: BoundElement, numbers: str) -> tuple[str, str] | None:
 
 
 def _type_without_through(bound: BoundElement) -> tuple[str, str] | None:
-    if bound.binding.through or bound.element.type.units:
+    if bound.binding.through or bound.is_pose or bound.element.type.units:
         return None
     message = f"the plant works with real numbers, not with {bound.element.type}"
     return message, "name a function under `through:` that converts"
@@ -211,8 +211,8 @@ def _named_twice(bound: BoundElement) -> Iterator[Diagnostic]:
 
 
 def _units_differ(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
-    wanted = units_of(bound.element.type)
-    if bound.binding.through or wanted is None:
+    wanted = bound.units
+    if bound.binding.through or bound.is_pose or wanted is None:
         return
     start = 0
     for raw in raw_numbers(bound, model):
@@ -350,7 +350,7 @@ def _measured(bound: BoundElement, model: Model | ModelError | None, sensor: int
 
     Where the two differ, that is `bindings_agree`'s matter.
     """
-    wanted = () if bound.binding.through else units_of(bound.element.type) or ()
+    wanted = () if bound.binding.through else bound.units or ()
     start: int | None = 0
     for raw in raw_numbers(bound, model) if isinstance(model, Model) else ():
         if raw.kind == "sensors" and raw.place == sensor:

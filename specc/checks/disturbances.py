@@ -9,7 +9,7 @@ from itertools import combinations, product
 from math import inf
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, raw_numbers, units_of
+from specc.analysis.plant import BoundElement, raw_numbers
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted, ms
 from specc.mjcf import Model
@@ -235,7 +235,7 @@ def _no_numbers(bound: BoundElement) -> str | None:
     if bound.binding.camera:
         return "a camera measures it"
     is_raw = bound.plant == "model" and bound.binding.through
-    if is_raw or units_of(bound.element.type) is not None:
+    if is_raw or bound.units is not None:
         return None
     return f"it is `{bound.element.type}`"
 
@@ -243,7 +243,7 @@ def _no_numbers(bound: BoundElement) -> str | None:
 def _units(bound: BoundElement, facts: Facts) -> Units | None:
     """Of what is measured, before `through`; None if not even its numbers are counted."""
     if not bound.binding.through:
-        return units_of(bound.element.type)
+        return bound.units
     if not isinstance(facts.model, Model):
         return None
     found: Units = ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, bindable, raw_numbers, units_of
+from specc.analysis.plant import BoundElement, bindable, raw_numbers
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.diagnostics.phrases import counted
 from specc.lang import or_else
@@ -181,7 +181,7 @@ def sizes_match(facts: Facts) -> Iterator[Diagnostic]:
     if not isinstance(model, Model):
         return
     for bound in facts.bindings:
-        if bound.binding.through:
+        if bound.binding.through or bound.is_pose:
             continue
         sizes = _image_sizes(bound, model) or _number_sizes(bound, model)
         if sizes and sizes[0] != sizes[1]:
@@ -196,7 +196,7 @@ def sizes_match(facts: Facts) -> Iterator[Diagnostic]:
 
 def _number_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
     """Numbers of the element and of the plant, in words; None where one is not known."""
-    wanted, parts = units_of(bound.element.type), list(raw_numbers(bound, model))
+    wanted, parts = bound.units, list(raw_numbers(bound, model))
     sizes = [len(part.units) for part in parts if part.units is not None]
     known = len(sizes) == len(parts) and model.actuators.keys() >= set(bound.binding.actuators)
     if wanted is None or not parts or not known:

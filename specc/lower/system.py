@@ -38,7 +38,7 @@ from specc.lower.subsystem import device_plan, subsystem_plan
 from specc.lower.task import run_parts
 from specc.model.binding import PLANT, Binding
 from specc.model.system import Device, Plant, Subsystem, System
-from specc.model.types import Enum, Record, Type, Vector
+from specc.model.types import Enum, Pose, Record, Type, Vector
 from specc.model.wires import Wires
 
 # Connections between subsystems: which output element becomes which input element.
@@ -158,6 +158,8 @@ def _contract(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[s
     yield f"declared={literal(str(type_))}"
     if isinstance(type_, Vector) and type_.size == 1:
         yield "is_vector=True"
+    if isinstance(type_, Pose) and not binding.through and (binding.sensors or binding.joints):
+        yield "is_pose=True"
 
 
 def _actuator(binding: Binding, functions: Functions) -> Iterator[str]:

@@ -10,7 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 _OUTERMOST = ""
-_READ = "actuator camera class cutoff data dim gear joint limited range resolution type"
+_READ = (
+    "actuator camera class ctrllimited ctrlrange cutoff data dim forcelimited forcerange gear "
+    "inheritrange joint limited range resolution type"
+)
 """All that anybody asks of the attributes of an element; a class may have any number of others."""
 _ACTUATORS = "general motor position velocity intvelocity damper cylinder muscle adhesion plugin"
 

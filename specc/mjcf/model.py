@@ -12,23 +12,35 @@ class ModelError(Refused):
     """A model file that cannot be used; the message says why."""
 
 
+ModelObject = tuple[str, str]
+"""Kind and name of what a sensor is attached to."""
+
+
 @frozen
 class ModelPart:
     """A joint, sensor or actuator, with what its class of defaults says; a name may be empty.
 
     `kind` is the type of a joint (`hinge`, `slide`, `ball`, `free`) or a tag (`rangefinder`,
-    `position`); `joint` or `actuator` is what a sensor measures or an actuator drives.
+    `position`); `joint` or `actuator` is what a sensor measures or an actuator drives. A sensor
+    of a frame measures `object` as `reference` sees it, each a kind and a name: `("site", "tip")`.
     """
 
     kind: str
     joint: str = ""
     actuator: str = ""
+    object: ModelObject | None = None
+    reference: ModelObject | None = None
+    """None for the world."""
     geared: bool = False
     """Whether an actuator has another gear than 1."""
     cutoff: bool = False
     """Whether a sensor gives no more than a largest value."""
     range: tuple[float, float] | None = None
     """From where to where a hinge or a slide goes, rad or m; None where nothing limits it."""
+    control_range: tuple[float, float] | None = None
+    """Controls of an actuator beyond it are cut; None where nothing limits them."""
+    force_range: tuple[float, float] | None = None
+    """Forces of an actuator beyond it are cut."""
 
 
 @dataclass(slots=True)
@@ -79,7 +91,10 @@ class Model:
         self.bodies |= {prefix + name for name in other.bodies}
         for (section, name), part in other.parts.items():
             joint, actuator = (name and prefix + name for name in (part.joint, part.actuator))
-            self.parts[section, prefix + name] = replace(part, joint=joint, actuator=actuator)
+            object_, reference = (_prefixed(e, prefix) for e in (part.object, part.reference))
+            self.parts[section, prefix + name] = replace(
+                part, joint=joint, actuator=actuator, object=object_, reference=reference
+            )
         self.complete &= other.complete
         self.missing = tuple(dict.fromkeys(self.missing + other.missing))
 
@@ -96,3 +111,7 @@ class Model:
         """The joint that an actuator drives, if `direct` with a gear of 1; empty if none."""
         part = self.parts.get(("actuator", name), ModelPart(""))
         return "" if direct and part.geared else part.joint
+
+
+def _prefixed(each: ModelObject | None, prefix: str) -> ModelObject | None:
+    return each and (each[0], prefix + each[1])

@@ -13,7 +13,7 @@ from xml.parsers import expat
 
 from specc.mjcf.assets import Assets
 from specc.mjcf.defaults import Defaults
-from specc.mjcf.model import Model, ModelError, ModelPart
+from specc.mjcf.model import Model, ModelError, ModelObject, ModelPart
 from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, excess, number, step_s
 from specc.read import ANYWHERE, Reach
 from specc.refusal import reason_of
@@ -85,6 +85,8 @@ class _ModelReader:
         self._classes = [""]
         """The class of defaults inside each open element, and outside of all."""
         self._compiler: dict[str, str] = {}
+        self._clamps = True
+        """Whether controls are cut to their ranges."""
         self._defaults = Defaults()
         self._elements: list[tuple[str, str, str, dict[str, str]]] = []
         """Section, tag, class and attributes of all that have names."""
@@ -103,7 +105,9 @@ class _ModelReader:
         attached: list[tuple[str, str]] = []
         self._model, self._assets, self._base, self._attached = model, assets, base, attached
         self._defaults, self._elements, self._compiler = Defaults(), [], {}
+        self._clamps = True
         self.read(path)
+        self._elements.sort(key=lambda each: each[0] == "actuator")
         for section, tag, name, given in self._elements:
             self._take(section, tag, given["name"], self._defaults.applied(name, tag, given))
         for asset in assets.paths(base):
@@ -219,6 +223,8 @@ class _ModelReader:
             self._compiler |= attributes
         elif tag == "option" and len(self._open) == 2 and "timestep" in attributes:
             self._model.timestep_s = step_s(attributes["timestep"])
+        elif tag == "flag" and "clampctrl" in attributes:
+            self._clamps = attributes["clampctrl"] != "disable"
         elif tag in _GENERATING:
             self._model.complete = False
         elif in_defaults:
@@ -250,13 +256,15 @@ class _ModelReader:
         model = self._model
         if section == "actuator":
             model.actuators[name] = 1
-            geared = _is_other(attributes.get("gear", ""), 1.0)
-            model.parts[section, name] = ModelPart(tag, attributes.get("joint", ""), "", geared)
+            model.parts[section, name] = self._actuator(tag, attributes)
         elif section == "sensor":
             model.sensors[name] = _sensor_size(tag, attributes)
             joint, actuator = attributes.get("joint", ""), attributes.get("actuator", "")
             cutoff = _is_other(attributes.get("cutoff", ""), 0.0)
-            model.parts[section, name] = ModelPart(tag, joint, actuator, cutoff=cutoff)
+            object_, reference = (_object(attributes, each) for each in ("obj", "ref"))
+            model.parts[section, name] = ModelPart(
+                tag, joint, actuator, object_, reference, cutoff=cutoff
+            )
         elif section == "worldbody" and tag in ("joint", "freejoint"):
             kind = "free" if tag == "freejoint" else attributes.get("type", "hinge")
             model.joints[name] = _JOINT_SIZES.get(kind)
@@ -267,6 +275,19 @@ class _ModelReader:
             model.bodies.add(name)
         elif section == "worldbody" and tag == "camera":
             model.cameras[name] = _resolution(attributes.get("resolution", ""))
+
+    def _actuator(self, tag: str, attributes: Mapping[str, str]) -> ModelPart:
+        """What is known of it; joints are read before actuators, wherever they stand."""
+        joint = attributes.get("joint", "")
+        geared = _is_other(attributes.get("gear", ""), 1.0)
+        control, force = (_range(attributes, of, self._compiler) for of in ("ctrl", "force"))
+        inherited = number(attributes.get("inheritrange", "")) if tag == "position" else None
+        if control is None and inherited and (reach := self._model.joint_range(joint)):
+            middle, half = (reach[0] + reach[1]) / 2, (reach[1] - reach[0]) / 2 * inherited
+            control = middle - half, middle + half
+        if not self._clamps:
+            control = None
+        return ModelPart(tag, joint, geared=geared, control_range=control, force_range=force)
 
 
 def _content(path: str, shown: str) -> bytes:
@@ -297,18 +318,29 @@ def _limits(
     kind: str, attributes: Mapping[str, str], compiler: Mapping[str, str]
 ) -> tuple[float, float] | None:
     """The range of a hinge or a slide, rad or m, if it is limited."""
-    limited = attributes.get("limited", "auto")
+    found = _range(attributes, "", compiler) if kind in ("hinge", "slide") else None
+    if found and kind == "hinge" and compiler.get("angle", "degree") == "degree":
+        return radians(found[0]), radians(found[1])
+    return found
+
+
+def _range(
+    attributes: Mapping[str, str], of: str, compiler: Mapping[str, str]
+) -> tuple[float, float] | None:
+    """A range of the attributes `ctrlrange` and `ctrllimited`, say, if it limits anything."""
+    limited = attributes.get(f"{of}limited", "auto")
     if limited == "auto":
         limited = compiler.get("autolimits", "true")
     try:
-        least, greatest = map(float, attributes.get("range", "").split())
+        least, greatest = map(float, attributes.get(f"{of}range", "").split())
     except ValueError:
         return None
-    if kind not in ("hinge", "slide") or limited != "true" or not least < greatest:
-        return None
-    if kind == "hinge" and compiler.get("angle", "degree") == "degree":
-        return radians(least), radians(greatest)
-    return least, greatest
+    return (least, greatest) if limited == "true" and least < greatest else None
+
+
+def _object(attributes: Mapping[str, str], of: str) -> ModelObject | None:
+    name = attributes.get(f"{of}name", "")
+    return (attributes.get(f"{of}type", ""), name) if name else None
 
 
 def _is_other(text: str, usual: float) -> bool:

@@ -172,6 +172,23 @@ def test_what_is_written_of_an_arm_with_servos(tmp_path: Path) -> None:
     assert 'force: "vector[3, N]"' in text
 
 
+def test_a_position_and_an_orientation_are_a_pose(tmp_path: Path) -> None:
+    sensors = """
+    <framepos name="tip_p" objtype="site" objname="tip"/>
+    <framequat name="tip_q" objtype="site" objname="tip"/>
+    <framequat name="tip_on_link" objtype="site" objname="tip" reftype="xbody" refname="elbow_link"/>
+    <framequat name="alone" objtype="xbody" objname="shoulder_link"/>
+    </sensor>"""
+    spec = started(arm(SERVOS).replace("</sensor>", sensors), tmp_path)
+    assert is_clean(spec)
+    text = spec.read_text()
+    assert "  world: world\n  tip: site tip\n" in text
+    assert "X: pose[world, tip]" in text
+    assert ".X: {sensors: [tip_p, tip_q]}" in text
+    lines = text.partition("# MuJoCo gives a quaternion as w, x, y, z")[2].splitlines()
+    assert "sensors: [tip_on_link, alone]" in lines[2]
+
+
 @pytest.mark.usefixtures("wholly")
 def test_a_weight_is_carried_by_masses(tmp_path: Path) -> None:
     """Against the moment of three links of 1 kg about the shoulder, in the pose of the keyframe."""

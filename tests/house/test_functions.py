@@ -32,6 +32,7 @@ OTHER_WORDS = {
     },
     "kinds of actuators and sensors of MuJoCo, and where a joint rests": {
         "analysis/plant.py": {"position"},
+        "mjcf/reader.py": {"position"},
         "tools/starting/channels.py": {"position", "rest"},
         "tools/starting/facts.py": {"position"},
     },

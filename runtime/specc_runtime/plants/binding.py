@@ -38,6 +38,8 @@ class SensorBinding:
         contract: what every sample is checked with.
         declared: the type of the element, in the specification's words.
         is_vector: one raw number is a vector of one, not a number.
+        is_pose: the raw numbers are a position and a quaternion, w first, of which the value is
+            the pose; of the noise of an orientation, in rad, each axis has its own.
     """
 
     name: str
@@ -55,6 +57,7 @@ class SensorBinding:
     contract: Contract = as_any
     declared: str = "any value"
     is_vector: bool = False
+    is_pose: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,8 @@ def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command:
         LayoutError: what is there would not survive.
     """
     taken = {name for key in _NAMED for name in _mapping(data, key)}
-    parts = AgentSections(robot, SpecNames({*taken, *PEERS}), _mapping(data, "constants"))
+    named = _mapping(data, "constants"), _mapping(data, "frames")
+    parts = AgentSections(robot, SpecNames({*taken, *PEERS}), *named)
     remarks = wrapped(f"Made by `{command}`.", *parts.remarks())
     has_task = "task" in data
     written_scene = _mapping(_mapping(data, "task"), "scene")

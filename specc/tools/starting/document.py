@@ -9,6 +9,7 @@ from typing import Any
 
 from specc.diagnostics.phrases import few
 from specc.frozen import frozen
+from specc.mjcf.model import ModelObject
 from specc.reachable import grouped
 from specc.tools.fmt import formatted
 from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, rate, to_yaml
@@ -114,12 +115,19 @@ class AgentSections:
     """What the agent of a robot needs in every section of a specification."""
 
     def __init__(
-        self, robot: Robot, names: SpecNames, known: Mapping[str, Any] | None = None
+        self,
+        robot: Robot,
+        names: SpecNames,
+        known: Mapping[str, Any] | None = None,
+        frames: Mapping[str, Any] | None = None,
     ) -> None:
-        """`names` gives the names of types and constants.
+        """`names` gives the names of types, constants and frames.
 
-        `known` are the constants of a specification that has other agents.
+        `known` and `frames` are the constants and frames of a specification that has other agents.
         """
+        self._known_frames = {str(title): name for name, title in (frames or {}).items()}
+        self._frames: dict[str, str] = {}
+        """By their titles."""
         self._robot, self._names = robot, names
         self._before = "" if known is None else f"{robot.name}_"
         self._known = {
@@ -147,9 +155,24 @@ class AgentSections:
         """The elements that a receptor reports, under an interface if they are several."""
         names, name = SpecNames(), self._parts.new(receptor.wish)
         elements = {names.new(each.wish): each for each in receptor.elements}
-        reports: dict[str, Data] = {key: each.type for key, each in elements.items()}
+        reports: dict[str, Data] = {key: self._type(each) for key, each in elements.items()}
         interface = self._names.new(camel(self._before + name)) if len(reports) > 1 else ""
         return _Sensed(name, receptor, elements, reports, interface)
+
+    def _type(self, element: ReceptorElement) -> str:
+        if element.frames is None:
+            return element.type
+        parent, child = (self._frame(each) for each in element.frames)
+        return f"pose[{parent}, {child}]"
+
+    def _frame(self, of: ModelObject | None) -> str:
+        """The name of the frame that a part of the model has; of None, the world."""
+        title = _clean(f"{of[0]} {of[1]}") if of else "world"
+        if title in self._known_frames:
+            return self._known_frames[title]
+        if title not in self._frames:
+            self._frames[title] = self._names.new(of[1] if of else "world")
+        return self._frames[title]
 
     def definitions(self) -> dict[str, Data]:
         """The sections of definitions."""
@@ -157,6 +180,7 @@ class AgentSections:
         interfaces = {each.interface: each.reports for each in self._receptors if each.interface}
         constants = {k: v for draft in drafts for k, v in draft.constants.items()}
         return {
+            "frames": {name: title for title, name in self._frames.items()},
             "types": {k: v for draft in drafts for k, v in draft.types.items()},
             "interfaces": interfaces,
             "constants": self._tolerances() | constants,
@@ -258,7 +282,7 @@ class AgentSections:
 
     def _bound(self, element: ReceptorElement, receptor: Receptor) -> Data:
         rates: dict[str, Data] = {"rate": self._rate(_SEEN_S)} if receptor.camera else {}
-        return {**element.bind, **rates}
+        return noted({**element.bind, **rates}, _wrapped(element.remarks, 4))
 
     def _rate(self, every_s: float) -> str:
         """About as often, in whole periods of each other."""

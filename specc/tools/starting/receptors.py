@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 
-from specc.analysis.plant import units_of_sensor
+from specc.analysis.plant import FRAME_ORIENTATION, FRAME_POSITION, units_of_sensor
 from specc.frozen import frozen
 from specc.mjcf import Model
+from specc.mjcf.model import ModelObject
 from specc.model.units import Unit
 from specc.reachable import grouped
 from specc.tools.starting.facts import BRACED, ModelFacts, Sensor
@@ -17,11 +18,17 @@ DEFAULT_CAMERA = (640, 480)
 
 @frozen
 class ReceptorElement:
-    """What a receptor reports: its type, what it is bound to, and its wish for a name."""
+    """What a receptor reports: its type, what it is bound to, and its wish for a name.
+
+    A pose has `frames`, parent and child, in the place of a type: parts of the model, the world
+    being None. `remarks` are told beside the binding.
+    """
 
     wish: str
     type: str
     bind: Mapping[str, str | list[str]]
+    frames: tuple[ModelObject | None, ModelObject | None] | None = None
+    remarks: str = ""
 
 
 @frozen
@@ -82,9 +89,14 @@ def _kinds(sensors: Iterable[Sensor], model: Model) -> tuple[str, ...]:
 
 
 def _elements(sensors: list[Sensor], model: Model) -> Iterator[ReceptorElement]:
-    """One for all sensors of a kind and unit."""
+    """Poses, and one for all other sensors of a kind and unit."""
     found: dict[tuple[str, Unit | None], list[Sensor]] = {}
-    for sensor in sensors:
+    poses = dict(_poses(sensors, model))
+    for frames, names in poses.items():
+        wish = f"X_{frames[1][1]}" if frames[1] and len(poses) > 1 else "X"
+        yield ReceptorElement(wish, "", {"sensors": names}, frames)
+    posed = {name for names in poses.values() for name in names}
+    for sensor in (each for each in sensors if each.name not in posed):
         units = units_of_sensor(sensor.name, model)
         unit = units[0] if units and len(set(units)) == 1 else None
         found.setdefault((model.parts["sensor", sensor.name].kind, unit), []).append(sensor)
@@ -94,7 +106,28 @@ def _elements(sensors: list[Sensor], model: Model) -> Iterator[ReceptorElement]:
         inner = f", {text}" if text and text != "1" else ""
         plain = f"[{inner[2:]}]" if inner else ""
         type_ = f"real{plain}" if size == 1 else f"vector[{size}{inner}]"
-        yield ReceptorElement(kind, type_, {"sensors": [sensor.name for sensor in own]})
+        names = [sensor.name for sensor in own]
+        remarks = _QUATERNION if kind in ("framequat", "ballquat") else ""
+        yield ReceptorElement(kind, type_, {"sensors": names}, remarks=remarks)
+
+
+_QUATERNION = (
+    "MuJoCo gives a quaternion as w, x, y, z; `pose` takes x, y, z, w: [q[1], q[2], q[3], q[0]]. "
+    "With a sensor `framepos` of the same thing before it, `framequat` gives a pose."
+)
+_Frames = tuple[ModelObject | None, ModelObject | None]
+
+
+def _poses(sensors: list[Sensor], model: Model) -> Iterator[tuple[_Frames, list[str]]]:
+    """Reference and object of which there is a position and an orientation, with the sensors."""
+    at: dict[_Frames, dict[str, str]] = {}
+    for sensor in sensors:
+        part = model.parts["sensor", sensor.name]
+        if part.kind in (FRAME_POSITION, FRAME_ORIENTATION) and part.object:
+            at.setdefault((part.reference, part.object), {}).setdefault(part.kind, sensor.name)
+    for frames, of_kind in at.items():
+        if len(of_kind) == 2:
+            yield frames, [of_kind[FRAME_POSITION], of_kind[FRAME_ORIENTATION]]
 
 
 def _of_cameras(facts: ModelFacts, model: Model, taken: Collection[str]) -> Iterator[Receptor]:

@@ -18,6 +18,7 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import noise
 from specc_runtime.plants.mujoco.cameras import Cameras
 from specc_runtime.plants.mujoco.model import find, position_indices
+from specc_runtime.plants.mujoco.posing import check_pose, measured_pose
 from specc_runtime.plants.mujoco.ranging import Ranges, reach_m
 from specc_runtime.plants.mujoco.view import Camera
 from specc_runtime.random_streams import stream
@@ -41,6 +42,9 @@ class ModelSensor:
             self._read = _number_reader(model, data, binding)
             self._ranges = Ranges(binding, _reach(model, binding), _names(model, binding))
             self._take = self._take_numbers
+            if binding.is_pose:
+                check_pose(model, binding)
+                self._take = self._take_pose
         self._sigma = _sigma(model, binding)
         self.reset(0)
 
@@ -80,6 +84,10 @@ class ModelSensor:
         if self.distortion is not None:
             noisy = self.distortion.numbers(noisy)
         return self._value_of(self._ranges.read(raw, noisy) if self._ranges else noisy)
+
+    def _take_pose(self) -> Any:
+        noise = np.zeros(6) if self._noise is None else next(self._noise)
+        return self._value_of(measured_pose(self._read(), noise, self.distortion))
 
     def _take_image(self) -> Deferred:
         camera, cameras, shot = self._camera, self._cameras, self._cameras.shot()
@@ -154,7 +162,10 @@ def _sensor_indices(model: Any, names: tuple[str, ...]) -> Any:
 
 
 def _sigma(model: Any, binding: SensorBinding) -> Array | None:
-    """One standard deviation per raw number; only data of sensors is noisy."""
+    """One standard deviation per raw number; only data of sensors is noisy.
+
+    The turns of a pose about three axes are as noisy as its orientation.
+    """
     if not binding.noise:
         return None
     if len(binding.noise) != len(binding.sensors):
@@ -162,6 +173,8 @@ def _sigma(model: Any, binding: SensorBinding) -> Array | None:
             f"sensor '{binding.name}': {len(binding.noise)} noise values for "
             f"{len(binding.sensors)} sensors"
         )
+    if binding.is_pose:
+        return np.repeat(np.asarray(binding.noise, dtype=float), 3)
     return _spread(model, binding, binding.noise)
 
 

@@ -1,0 +1,227 @@
+"""Reaching definitions of single numbers, through lets, constants, memory and buffers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+from specc.analysis.reads import ExpressionText, TextOwner, text_of
+from specc.frozen import frozen
+from specc.model.expr import (
+    Binary,
+    Choice,
+    Component,
+    ConstantRef,
+    Expr,
+    Input,
+    Items,
+    LetRef,
+    MemoryRef,
+    Sure,
+    Unary,
+)
+from specc.model.requirement import Reading
+from specc.model.system import Constant, Subsystem
+from specc.model.types import PartialOf, Type
+from specc.model.wires import Wires
+
+
+@frozen
+class ScalarExpr:
+    """A number, as an expression in a text of `subsystem`; a formula has none, ""."""
+
+    subsystem: str
+    expr: Expr
+    text: ExpressionText
+
+
+@frozen
+class ReportedScalar:
+    """The number at `index` of an element that a device reports, `agent.E.device.element`.
+
+    What is observed of the plant is reported by `plant`.
+    """
+
+    element: str
+    index: int
+
+
+ScalarDefinition = ScalarExpr | ReportedScalar
+
+
+def component(expr: Expr, index: int) -> Expr:
+    """The number at an index of a vector; of arithmetic on vectors, the arithmetic on numbers."""
+    type_ = _type_at(expr.type, index)
+    match expr:
+        case Items(items=items):
+            return items[index]
+        case Sure(value=value):
+            return component(value, index)
+        case Unary(op="-", operand=operand):
+            return Unary("-", component(operand, index), type=type_, span=expr.span)
+        case Binary(op="+" | "-" | "*" | "/" as op, left=left, right=right):
+            sides = (_of_side(left, index), _of_side(right, index))
+            return Binary(op, *sides, type=type_, span=expr.span)
+        case Choice(test=test, then=then, otherwise=otherwise):
+            branches = component(then, index), component(otherwise, index)
+            return Choice(test, *branches, type=type_, span=expr.span)
+    return Component(expr, index, type=type_, span=expr.span)
+
+
+def _of_side(expr: Expr, index: int) -> Expr:
+    return component(expr, index) if _vector(expr.type).components else expr
+
+
+def _type_at(type_: Type, index: int) -> Type:
+    components = _vector(type_).components
+    return components[index] if index < len(components) else type_
+
+
+def _vector(type_: Type) -> Type:
+    return type_.value if isinstance(type_, PartialOf) else type_
+
+
+class ReachingDefinitions:
+    """Finds the definitions whose values reach a number, in the subsystems without errors."""
+
+    def __init__(
+        self,
+        wires: Wires,
+        subsystems: Iterable[Subsystem],
+        constants: Iterable[Constant],
+        readings: Iterable[Reading] = (),
+    ) -> None:
+        """`constants` are those of the system; `readings` are what formulas name."""
+        self._wires = wires
+        self._subsystems = {s.qualified_name: s for s in subsystems}
+        self._constants: Mapping[str, Constant] = {each.name: each for each in constants}
+        self._readings = {reading.name: reading for reading in readings}
+
+    def of(self, scalar: ScalarExpr) -> list[ScalarDefinition] | None:
+        """The definitions that give a number its value, unchanged.
+
+        None where it is computed, or a literal; none where nothing is known.
+        """
+        expr: Expr = scalar.expr
+        if isinstance(expr, Component):
+            expr = component(expr.value, expr.index)
+            if not isinstance(expr, Component):
+                return [replace(scalar, expr=expr)]
+        match expr:
+            case Sure(value=value):
+                return [replace(scalar, expr=value)]
+            case Choice(then=then, otherwise=otherwise):
+                return [replace(scalar, expr=then), replace(scalar, expr=otherwise)]
+            case Component(value=value, index=index):
+                return self._of_whole(scalar, value, index)
+        return self._of_whole(scalar, expr, None)
+
+    def _of_whole(
+        self, scalar: ScalarExpr, expr: Expr, index: int | None
+    ) -> list[ScalarDefinition] | None:
+        subsystem = self._subsystems.get(scalar.subsystem)
+        match expr:
+            case ConstantRef(name=name):
+                own = subsystem.constants if subsystem else ()
+                constant = next((c for c in own if c.name == name), self._constants.get(name))
+                return [*_each([constant] if constant else [], scalar.subsystem, index)]
+            case LetRef(name=name) if subsystem:
+                lets = [let for let in subsystem.lets if let.name == name]
+                return [*_each(lets, scalar.subsystem, index)]
+            case MemoryRef(name=name) if subsystem:
+                return [*self._of_memory(subsystem, name, index)]
+            case MemoryRef(name=name) if name in self._readings:
+                return [*self._of_reading(self._readings[name], index)]
+            case Input(peer=peer, element=element) if subsystem:
+                return [*self._of_input(subsystem, (peer, element), index)]
+        return None
+
+    def _of_memory(
+        self, subsystem: Subsystem, name: str, index: int | None
+    ) -> Iterator[ScalarDefinition]:
+        first = [item for item in subsystem.memory if item.name == name]
+        yield from _each(first, subsystem.qualified_name, index)
+        yield from self.sent(subsystem, ("", name), index)
+
+    def sent(
+        self, subsystem: Subsystem, target: tuple[str, str], index: int | None
+    ) -> Iterator[ScalarDefinition]:
+        """What states assign to an output, by peer and element, or to memory of the peer ""."""
+        behaviours = {s.behaviour.name: s.behaviour for s in subsystem.states}.values()
+        every = (item for behaviour in behaviours for item in behaviour.assignments)
+        writing = {id(item): item for item in every if (item.peer, item.name) == target}
+        yield from _each(writing.values(), subsystem.qualified_name, index)
+
+    def _of_input(
+        self, reader: Subsystem, key: tuple[str, str], index: int | None
+    ) -> Iterator[ScalarDefinition]:
+        peer, name = key
+        if device := self._wires.measured(reader.qualified_name, peer):
+            yield ReportedScalar(f"{device}.{name}", index or 0)
+            return
+        element = reader.inputs.get(key)
+        if element is not None and element.init is not None:
+            yield from _each([element], reader.qualified_name, index)
+        sender, output = self._wires.sender(reader.qualified_name, key) or ("", ("", ""))
+        if sender in self._subsystems:
+            yield from self.sent(self._subsystems[sender], output, index)
+
+    def _of_reading(self, reading: Reading, index: int | None) -> Iterator[ScalarDefinition]:
+        owner = self._subsystems.get(reading.subsystem)
+        if reading.asks_presence or reading.kind == "state":
+            return
+        if reading.kind == "observed":
+            yield ReportedScalar(reading.name, index or 0)
+        elif owner and reading.kind == "memory":
+            yield from self._of_memory(owner, reading.element[0], index)
+        elif owner and reading.kind == "reported":
+            yield from self._of_input(owner, (reading.element[0], reading.element[1]), index)
+        elif owner:
+            yield from self.sent(owner, (reading.element[0], reading.element[1]), index)
+
+
+def _each(
+    owners: Iterable[TextOwner], subsystem: str, index: int | None
+) -> Iterator[ScalarDefinition]:
+    for owner in owners:
+        text = text_of(owner)
+        expr = text.expr if index is None else component(text.expr, index)
+        yield ScalarExpr(subsystem, expr, text)
+
+
+_DEEPEST = 100
+"""Definitions on one way that are followed."""
+
+
+class ReportedScalars:
+    """The numbers of devices that reach a number, at most scaled or added to others.
+
+    One answers one question, since a loop through memory is cut where it comes round.
+    """
+
+    def __init__(self, definitions: ReachingDefinitions) -> None:
+        self._definitions = definitions
+        self._known: dict[ScalarExpr, frozenset[ReportedScalar]] = {}
+
+    def of(self, scalar: ScalarExpr, depth: int = 0) -> frozenset[ReportedScalar]:
+        """See the class."""
+        if scalar not in self._known:
+            self._known[scalar] = frozenset()
+            if depth <= _DEEPEST:
+                self._known[scalar] = self._found(scalar, depth + 1)
+        return self._known[scalar]
+
+    def _found(self, scalar: ScalarExpr, depth: int) -> frozenset[ReportedScalar]:
+        definitions = self._definitions.of(scalar)
+        if definitions is not None:
+            inside = (self.of(d, depth) for d in definitions if isinstance(d, ScalarExpr))
+            ends = (each for each in definitions if isinstance(each, ReportedScalar))
+            return frozenset(ends).union(*inside)
+        match scalar.expr:
+            case Unary(op="-", operand=operand):
+                return self.of(replace(scalar, expr=operand), depth)
+            case Binary(op="+" | "-" | "*" | "/" as op, left=left, right=right):
+                one, other = (self.of(replace(scalar, expr=e), depth) for e in (left, right))
+                # A product of two measured numbers is another quantity.
+                return frozenset() if op in "*/" and one and other else one | other
+        return frozenset()
