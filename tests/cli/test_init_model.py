@@ -176,7 +176,7 @@ def test_a_position_and_an_orientation_are_a_pose(tmp_path: Path) -> None:
     sensors = """
     <framepos name="tip_p" objtype="site" objname="tip"/>
     <framequat name="tip_q" objtype="site" objname="tip"/>
-    <framequat name="tip_on_link" objtype="site" objname="tip" reftype="xbody" refname="elbow_link"/>
+    <framequat name="over" objtype="site" objname="tip" reftype="xbody" refname="elbow_link"/>
     <framequat name="alone" objtype="xbody" objname="shoulder_link"/>
     </sensor>"""
     spec = started(arm(SERVOS).replace("</sensor>", sensors), tmp_path)
@@ -185,8 +185,9 @@ def test_a_position_and_an_orientation_are_a_pose(tmp_path: Path) -> None:
     assert "  world: world\n  tip: site tip\n" in text
     assert "X: pose[world, tip]" in text
     assert ".X: {sensors: [tip_p, tip_q]}" in text
-    lines = text.partition("# MuJoCo gives a quaternion as w, x, y, z")[2].splitlines()
-    assert "sensors: [tip_on_link, alone]" in lines[2]
+    assert "# MuJoCo gives a quaternion as w, x, y, z;" in text
+    assert "tip.framequat: {sensors: [over]}" in text
+    assert "sensors.framequat: {sensors: [alone]}" in text
 
 
 @pytest.mark.usefixtures("wholly")
