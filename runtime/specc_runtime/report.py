@@ -196,9 +196,9 @@ class Report:
     the elements of devices were sent last, `set` which constants had other values than the
     specification says, `scene` the positions of joints that were drawn for the beginning, in m or
     rad, `disturbances` when each began, `requirements` what became of those of the system,
-    `unobserved` why something could not be observed, `stop_when` when the formula that ends the
-    run held first, and `real_time` how a run followed the clock; these seven are left out where
-    there are none.
+    `unobserved` why something could not be observed, `clipped` which elements were commanded what
+    their actuators cannot do, `stop_when` when the formula that ends the run held first, and
+    `real_time` how a run followed the clock; these eight are left out where there are none.
     """
 
     spec: str
@@ -221,6 +221,7 @@ class Report:
     requirements: list[dict[str, Any]] = field(default_factory=list)
     disturbances: list[dict[str, Any]] = field(default_factory=list)
     unobserved: dict[str, str] = field(default_factory=dict)
+    clipped: dict[str, dict[str, Any]] = field(default_factory=dict)
     stop_when: dict[str, Any] = field(default_factory=dict)
     real_time: dict[str, Any] = field(default_factory=dict)
 
@@ -229,7 +230,7 @@ class Report:
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
         seldom = (
             *("set", "scene", "requirements", "disturbances", "unobserved"),
-            *("stop_when", "real_time"),
+            *("clipped", "stop_when", "real_time"),
         )
         return {n: value for n, value in named.items() if value or n not in seldom}
 

@@ -8,6 +8,7 @@ from contextlib import suppress
 from typing import Any
 
 from specc_runtime.account import Account
+from specc_runtime.clipping import clipped_data
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, Recording, View
 from specc_runtime.cycle import Executor
@@ -244,6 +245,7 @@ class Session:
             requirements=account.requirements.as_data() if account.requirements else [],
             disturbances=self._disturbances.as_data(),
             unobserved=account.unobserved,
+            clipped=clipped_data(self._plant, self._system.tick_s),
             stop_when=self._stop_data(),
             real_time=self._followed(),
         )

@@ -243,3 +243,21 @@ def _of_actuator(tag: str, name: str, model: Model) -> Unit | None:
 
 def _at_joint(tag: str, joint: str, model: Model) -> Unit | None:
     return _OF_JOINT.get(model.joint_kind(joint), {}).get(_OF_TAG.get(tag, ""))
+
+
+Limit = tuple[str, tuple[float, float]]
+"""What limits the control of an actuator, in words, and from where to where."""
+
+
+def limits_of_control(name: str, model: Model) -> Iterator[Limit]:
+    """Beyond which numbers a control is cut, or its servo gets nowhere."""
+    part = model.parts.get(("actuator", name))
+    if part is None:
+        return
+    if part.control_range:
+        yield "`ctrlrange`", part.control_range
+    if part.kind == "motor" and part.force_range:
+        yield "`forcerange`", part.force_range
+    joint = model.driven(name, direct=True)
+    if part.kind == "position" and (reach := model.joint_range(joint)):
+        yield f"range of joint `{joint}`", reach

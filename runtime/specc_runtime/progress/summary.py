@@ -56,6 +56,8 @@ def _show(report: Report, console: Console) -> None:
     console.print(f"records {report.records_sha256}", highlight=False, style="dim")
     for line in _followed_the_clock(report.real_time):
         console.print(line, highlight=False, soft_wrap=True)
+    for name, clipped in report.clipped.items():
+        console.print(_clipped(name, clipped), highlight=False, soft_wrap=True)
     for disturbance in sorted(report.disturbances, key=_beginning_s):
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
@@ -96,6 +98,19 @@ _LATE = {"p50": "(half of them)", "p99": "(99 of 100)", "max": "at most"}
 
 def _beginning_s(disturbance: dict[str, Any]) -> float:
     return inf if disturbance["began_s"] is None else float(disturbance["began_s"])
+
+
+def _clipped(name: str, clipped: dict[str, Any]) -> str:
+    """How long an element was commanded what its actuators cannot do, and what was first."""
+    least, greatest = clipped["range"]
+    first = (
+        f"{clipped['value']:.4g} at {clipped['first_s']:.3f} s for {clipped['actuator']}, whose "
+        f"{clipped['of']} is {least:.4g} to {greatest:.4g}"
+    )
+    return (
+        f"[yellow]clipped[/] {_safe(name)} for {clipped['time_s']:.3f} s "
+        f"({clipped['ticks']} ticks): first {_safe(first)}"
+    )
 
 
 def _happened(disturbance: dict[str, Any]) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 
 from specc_runtime.operators.arrays import Array
 from specc_runtime.plants.mujoco.library import mujoco
+from specc_runtime.plants.mujoco.limits import limits
 
 Kind = Literal["position", "servo", "velocity", "speed", "force"]
 """Of a control: the position of a joint; the position of something else, in a scale of the model's
@@ -124,7 +125,8 @@ def _driven(model: Any, index: int, joints: dict[int, float]) -> Driven:
     is_tendon = int(model.actuator_trntype[index]) == _TRN.mjTRN_TENDON.value
     direct = not is_tendon and next(iter(joints.values())) == 1.0
     kind = _kind(gain, offset, -back, -brake, direct=direct)
-    least, greatest = _limits(model, index, kind, gain, joints)
+    first = next(limits(model, index), None)
+    least, greatest = (first.least, first.greatest) if first else (None, None)
     linear = not is_tendon or _is_fixed(model, int(model.actuator_trnid[index, 0]))
     name = model.actuator(index).name
     return Driven(index, name, kind, joints, linear, gain, offset, -back, -brake, least, greatest)
@@ -136,22 +138,6 @@ def _kind(gain: float, offset: float, k: float, d: float, *, direct: bool) -> Ki
     if d > 0:
         return "velocity" if direct and offset == 0 and abs(gain - d) <= 1e-6 * d else "speed"
     return "force"
-
-
-def _limits(
-    model: Any, index: int, kind: Kind, gain: float, joints: dict[int, float]
-) -> tuple[float | None, float | None]:
-    if model.actuator_ctrllimited[index]:
-        least, greatest = (float(v) for v in model.actuator_ctrlrange[index])
-        return least, greatest
-    if kind == "force" and model.actuator_forcelimited[index]:
-        ends = sorted(float(v) / gain for v in model.actuator_forcerange[index])
-        return ends[0], ends[1]
-    joint = next(iter(joints))
-    if kind == "position" and model.jnt_limited[joint]:
-        least, greatest = (float(v) for v in model.jnt_range[joint])
-        return least, greatest
-    return None, None
 
 
 def _is_fixed(model: Any, tendon: int) -> bool:

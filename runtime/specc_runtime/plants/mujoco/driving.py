@@ -8,6 +8,7 @@ import numpy as np
 from specc_runtime.faults import DeviceFailed, text_of
 from specc_runtime.plants.binding import ActuatorBinding
 from specc_runtime.plants.errors import PlantError
+from specc_runtime.plants.mujoco.limits import ClipCount
 from specc_runtime.plants.mujoco.model import find, position_indices, velocity_indices
 
 
@@ -18,15 +19,18 @@ class Actuator:
         if not binding.actuators:
             raise PlantError(f"actuator '{binding.name}' drives nothing")
         self._binding = binding
+        self._data = data
         self._ctrl, self._qpos, self._qvel = data.ctrl, data.qpos, data.qvel
         self._controls = np.array([find(model, "actuator", a) for a in binding.actuators])
         self._positions = position_indices(model, binding.joints)
         self._velocities = velocity_indices(model, binding.joints)
+        self.clips = ClipCount(model, self._controls.tolist())
         self.reset()
 
     def reset(self) -> None:
-        """Forget the command."""
+        """Forget the command, and how often controls were cut."""
         self.command: Any = None
+        self.clips.found = None
 
     def drive(self) -> None:
         """Set the controls from the held command and the present joint state.
@@ -60,12 +64,14 @@ class Actuator:
             fits = values.shape == self._controls.shape and values.dtype.kind in "fiu"
         except (TypeError, ValueError):
             fits = False
-        if not fits or not all(map(isfinite, values.tolist())):
+        controls = values.tolist() if fits else []
+        if not fits or not all(map(isfinite, controls)):
             raise PlantError(
                 f"actuator '{self._binding.name}' needs {self._controls.size} finite numbers, "
                 f"got {text_of(numbers)}",
                 device=self._binding.name,
             )
+        self.clips.watch(controls, self._data.time)
         return values
 
     def _raw(self) -> Any:

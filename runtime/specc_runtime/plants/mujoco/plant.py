@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from specc_runtime.plants.mujoco.divergence import Divergence
 from specc_runtime.plants.mujoco.driving import Actuator
 from specc_runtime.plants.mujoco.holding import Brakes, HeldJoints
 from specc_runtime.plants.mujoco.library import mujoco
+from specc_runtime.plants.mujoco.limits import Clipped
 from specc_runtime.plants.mujoco.model import (
     find,
     load_model,
@@ -148,6 +150,11 @@ class MujocoPlant:
             device=next(driven, ""),
         )
 
+    def clipped(self) -> dict[str, Any]:
+        """See `specc_runtime.clipping.Clipping`."""
+        found = {name: actuator.clips.found for name, actuator in self._actuators.items()}
+        return {name: asdict(clipped) for name, clipped in found.items() if clipped}
+
     def settle(self, duration_s: float) -> None:
         """Let free bodies come to rest while all joints stay where they are, then be at time 0.
 
@@ -191,7 +198,7 @@ class MujocoPlant:
         mujoco.mj_getState(self._model, self._data, state, _STATE)
         derived = {name: np.array(getattr(self._data, name)).ravel() for name in _DERIVED}
         samples = {name: sensor.samples for name, sensor in self._sensors.items()}
-        return {"state": state, **derived, "samples": samples}
+        return {"state": state, **derived, "samples": samples, "clipped": self.clipped()}
 
     def restore(self, saved: Any) -> None:
         """See `specc_runtime.savable.Savable`. Raises PlantError for the state of another model."""
@@ -208,6 +215,10 @@ class MujocoPlant:
         for name, count in saved["samples"].items():
             if name in self._sensors:
                 self._sensors[name].skip(min(int(count), _MOST_SAMPLES))
+        for name, clipped in saved.get("clipped", {}).items():  # older recordings have none
+            if name in self._actuators:
+                ends = tuple(map(float, clipped["range"]))
+                self._actuators[name].clips.found = Clipped(**{**clipped, "range": ends})
         self._cameras.forget()
 
     def picture(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
