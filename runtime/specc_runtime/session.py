@@ -352,9 +352,7 @@ class Session:
         return True
 
     def _over(self) -> bool:
-        if self.interruption.requested:
-            return True
-        if self._complete() or self._stopped:
+        if self.interruption.requested or self._complete() or self._stopped:
             return True
         if self.duration_s is not None:
             last = math.ceil(self.duration_s / self._system.tick_s - _ROUNDING)

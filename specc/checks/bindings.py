@@ -176,14 +176,14 @@ def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object
     return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)
 
 
-# A binding names what measures or takes the element's quantity, each once and in one order.
+# A binding names what measures or takes the element's quantity, each once.
 
 
 _LISTS = ("joints", "sensors", "actuators")
 
 
 def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
-    """E0511, E0512, W0513; a binding of the wrong kind is `bindings_fit`'s matter."""
+    """E0511, E0512; a binding of the wrong kind is `bindings_fit`'s matter."""
     model = facts.model
     for bound in facts.bindings:
         if _wrong_kind(bound):
@@ -191,7 +191,6 @@ def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
         yield from _named_twice(bound)
         if isinstance(model, Model):
             yield from _units_differ(bound, model)
-            yield from _disordered(bound, model)
 
 
 def _named_twice(bound: BoundElement) -> Iterator[Diagnostic]:
@@ -235,30 +234,6 @@ def _another_unit(bound: BoundElement, raw: Raw, unit: Unit, other: Unit) -> Dia
         related=(Related(bound.element.place, f"`{bound.element.type}`"),),
         help="name another one, or a function under `through:` that converts",
     )
-
-
-def _disordered(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
-    """W0513, of the joints that are listed and driven too."""
-    listed = bound.binding.joints
-    driven = [model.driven(name) for name in bound.binding.actuators]
-    both = [name for name in driven if name in listed]
-    wanted, found = iter(both), [name for name in listed if name in driven]
-    if len(set(both)) < len(both) or len(set(found)) < len(found):
-        return
-    for name in found:
-        if name != (other := next(wanted)):
-            place = bound.binding.place
-            actuator = bound.binding.actuators[driven.index(other)]
-            yield Diagnostic(
-                "W0513",
-                f"joint `{name}` is listed where actuator `{actuator}` drives `{other}`",
-                place.below("joints", listed.index(name)),
-                related=(
-                    Related(place.below("actuators", driven.index(other)), f"drives `{other}`"),
-                ),
-                help=f"list both in the same order: `joints: [{', '.join(both)}]`",
-            )
-            return
 
 
 # A distance that is measured is a number also where there is nothing to measure.

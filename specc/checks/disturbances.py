@@ -6,7 +6,7 @@ from collections.abc import Hashable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations, product
-from math import inf
+from math import ceil, inf
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, raw_numbers
@@ -126,6 +126,61 @@ def repetitions_are_apart(facts: Facts) -> Iterator[Diagnostic]:
 
 
 _ROUNDING = 1 - Fraction(1, 10**9)  # values are rounded
+
+
+# A disturbance begins and ends at ticks, and changes a measurement only when it is made.
+
+
+def disturbances_last_ticks(facts: Facts) -> Iterator[Diagnostic]:
+    """W0519, of those that last for less than a tick, or are over before anything is measured."""
+    task, tick_s = facts.system.task, facts.rates.tick_s
+    timed = facts.rates.timed and task is not None and facts.system.plant is not None
+    for each in task.disturbances if timed and task else ():
+        if each.lasts is None or _is(each.lasts, 0):
+            continue
+        place = replace(each.lasts.place, part="value")
+        lasts_s = max(_exact(value) for value, _ in each.lasts.values)
+        is_short, help = lasts_s < tick_s * _ROUNDING, f"make `lasts` {ms(tick_s)} or longer"
+        missed = [
+            deed for _, deed in each.of("samples", "measurement") if _misses(deed, each, facts)
+        ]
+        for deed in missed:
+            message = f"this is over after {ms(lasts_s)}, before `{deed.name}` is measured"
+            related = (Related(deed.place, "nothing is done to it"),)
+            period_s = max(_periods_s(deed.name, facts))
+            longer = f"it is measured every {ms(period_s)}: make `lasts` as long, or longer"
+            yield Diagnostic(_CODE, message, place, "it does nothing", related, longer)
+            break
+        if is_short and not missed:
+            message = f"this lasts {ms(lasts_s)}, and acts for a whole tick of {ms(tick_s)}"
+            yield Diagnostic(_CODE, message, place, "disturbances end at ticks", help=help)
+
+
+def _misses(deed: Deed, each: Disturbance, facts: Facts) -> bool:
+    """Whether an element is surely not measured from where a disturbance begins to its end."""
+    fixed = each.when is None and each.every is None and each.at and len(each.at.values) == 1
+    periods_s = _periods_s(deed.name, facts)
+    if not (fixed and each.at and each.lasts and periods_s):
+        return False
+    tick_s = facts.rates.tick_s
+    begins = ceil(_exact(each.at.values[0][0]) / tick_s)
+    ends = begins + ceil(max(_exact(value) for value, _ in each.lasts.values) / tick_s)
+    return all(ceil(begins * tick_s / p) * p >= ends * tick_s for p in periods_s)
+
+
+def _periods_s(element: str, facts: Facts) -> list[Fraction]:
+    """Of the samples of an element of a device: its own, or those of its readers."""
+    bound = facts.reported.get(element)
+    if bound is None:
+        return []
+    if bound.binding.rate_hz:
+        return [1 / bound.binding.rate_hz]
+    wires = facts.wires.users(bound.binding.device, "x", bound.element.name)
+    return [1 / wire.subsystem.rate_hz for wire in wires]
+
+
+def _exact(value: float) -> Fraction:
+    return Fraction(value).limit_denominator(10**9)
 
 
 # Two disturbances do not do the same at the same time.
@@ -276,4 +331,11 @@ def _fitting(verb: Verb, of: str, deed: Deed, units: Units) -> Iterator[Diagnost
             return
 
 
-CHECKS = (draws_vary, disturbances_do, repetitions_are_apart, disturbances_differ, errors_fit)
+CHECKS = (
+    draws_vary,
+    disturbances_do,
+    repetitions_are_apart,
+    disturbances_last_ticks,
+    disturbances_differ,
+    errors_fit,
+)

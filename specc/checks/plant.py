@@ -267,6 +267,33 @@ def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
+# Two elements do not have the same numbers.
+
+
+def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
+    """W0526; of one agent, of effectors, or of what is observed. Agents may see one thing."""
+    effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
+    first: dict[tuple[str, str, str], tuple[str, Place]] = {}
+    for bound in facts.bindings:
+        binding = bound.binding
+        owner = binding.device.partition(".")[0]  # of what is observed, the plant
+        owners = [owner, "effectors"] if binding.device in effectors else [owner]
+        for index, name in enumerate(() if bound.commanded else binding.sensors):
+            place = binding.place.below("sensors", index)
+            element = f"{binding.device}.{binding.element}"
+            known = [first.setdefault((o, name, binding.through), (element, place)) for o in owners]
+            twin = next(((e, p) for e, p in known if e != element), None)
+            if twin is None or twin[1] == place:  # copies of effectors are told of above
+                continue
+            yield Diagnostic(
+                "W0526",
+                f"sensor `{name}` stands behind `{twin[0]}` and `{element}`",
+                place,
+                related=(Related(twin[1], "the other one"),),
+                help="name the sensor of this one, or let both readers read one element",
+            )
+
+
 CHECKS = (
     model_readable,
     bindings_known,
@@ -276,4 +303,5 @@ CHECKS = (
     sizes_match,
     actuators_driven_once,
     effectors_measured_apart,
+    sensors_read_once,
 )
