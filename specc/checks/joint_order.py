@@ -92,10 +92,10 @@ def _two_orders(
     if len(kinds) == 1:
         wanted = ", ".join(names[second.index(joint)] for joint in first)
         help += f": `{kinds[0]}: [{wanted}]`"
-    names_of = f"`{one.element.name}`", f"`{other.element.name}`"
+    both = f"`{one.element.name}`", f"`{other.element.name}`"
     return Diagnostic(
         "W0513",
-        f"{names_of[0]} has the joints in the order `{', '.join(first)}`, and {names_of[1]} has "
+        f"{both[0]} has the joints in the order `{', '.join(first)}`, and {both[1]} has "
         f"them as `{', '.join(second)}`",
         binding.place.below(kinds[0]),
         related=(Related(one.binding.place, f"in the order `{', '.join(first)}`"),),

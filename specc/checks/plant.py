@@ -273,15 +273,15 @@ def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
 def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
     """W0526; of one agent, of effectors, or of what is observed. Agents may see one thing."""
     effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
-    first: dict[tuple[str, str, str], tuple[str, Place]] = {}
+    first: dict[tuple[str, str, str, bool], tuple[str, Place]] = {}
     for bound in facts.bindings:
-        binding = bound.binding
+        binding, made = bound.binding, (bound.binding.through, bound.is_pose)
         owner = binding.device.partition(".")[0]  # of what is observed, the plant
         owners = [owner, "effectors"] if binding.device in effectors else [owner]
         for index, name in enumerate(() if bound.commanded else binding.sensors):
             place = binding.place.below("sensors", index)
             element = f"{binding.device}.{binding.element}"
-            known = [first.setdefault((o, name, binding.through), (element, place)) for o in owners]
+            known = [first.setdefault((o, name, *made), (element, place)) for o in owners]
             twin = next(((e, p) for e, p in known if e != element), None)
             if twin is None or twin[1] == place:  # copies of effectors are told of above
                 continue

@@ -10,6 +10,7 @@ from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import MujocoPlant
 
+from tests.commands import specc
 from tests.plants.worlds import model_file
 
 WORLD = """
@@ -112,3 +113,56 @@ def test_every_turn_comes_back_from_its_angle(tmp_path):
         exact = np.array(plant._sensors["box"]._take())
         plant.distort("box", Distortion())
         assert plant._sensors["box"]._take() == pytest.approx(exact, abs=1e-9)
+
+
+TURNTABLE = """
+<mujoco>
+  <worldbody><body name="plate" pos="0 0 0.2">
+    <joint name="turn" axis="0 0 1" damping="1"/>
+    <geom type="cylinder" size="0.2 0.02" mass="1"/><site name="mark" pos="0.1 0 0"/>
+  </body></worldbody>
+  <actuator><position name="drive" joint="turn" kp="20"/></actuator>
+  <sensor><framepos name="p" objtype="site" objname="mark"/>
+    <framequat name="q" objtype="site" objname="mark"/></sensor>
+  <keyframe><key name="home" qpos="1.5707963267948966" ctrl="1.5707963267948966"/></keyframe>
+</mujoco>
+"""
+TURNED = """
+specc: 1.2
+system: table
+frames: {W: world, M: mark}
+agents:
+  table:
+    real_receptors: {eye: {y: {X: "pose[W, M]", p: "vector[3, m]", q: "vector[4]"}}}
+    virtual_receptors:
+      eye:
+        rate: 50 Hz
+        x: {R: {X: "pose[W, M]", p: "vector[3, m]", q: "vector[4]"}}
+        y: {c: {X: "pose[W, M]", Y: "pose[W, M]"}}
+        through:
+          y.c.X: x.R.X
+          y.c.Y: "pose(x.R.p, [x.R.q[1], x.R.q[2], x.R.q[3], x.R.q[0]])"
+    control:
+      rate: 10 Hz
+      x: {eye: {X: {type: "pose[W, M]", init: identity()}, Y: {type: "pose[W, M]", init: identity()}}}
+      memory: {one: {type: "point[W]", init: "[0, 0, 0]"}, other: {type: "point[W]", init: "[0, 0, 0]"}}
+      through: {one: x.eye.X @ tip, other: x.eye.Y @ tip}
+constants: {tip: {type: "point[M]", is: "[1[m], 0, 0]"}}
+plant:
+  model: model.xml
+  bind:
+    table.R.eye.X: {sensors: [p, q]}
+    table.R.eye.p: {sensors: [p]}
+    table.R.eye.q: {sensors: [q]}
+require:
+  - {that: "within(1[s], near(table.c.one, [0, 1.1[m], 0.2[m]], 1[mm]))", because: it has turned by a quarter}
+  - {that: "within(1[s], near(table.c.other, [0, 1.1[m], 0.2[m]], 1[mm]))", because: it is the same pose}
+"""
+
+
+def test_a_pose_that_is_bound_is_the_one_of_the_reordered_quaternion(tmp_path):
+    model_file(tmp_path, TURNTABLE)
+    (tmp_path / "table.yaml").write_text(TURNED)
+    done = specc("run", "table.yaml", "--duration", "2", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("met within") == 2
