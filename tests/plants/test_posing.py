@@ -144,8 +144,11 @@ agents:
           y.c.Y: "pose(x.R.p, [x.R.q[1], x.R.q[2], x.R.q[3], x.R.q[0]])"
     control:
       rate: 10 Hz
-      x: {eye: {X: {type: "pose[W, M]", init: identity()}, Y: {type: "pose[W, M]", init: identity()}}}
-      memory: {one: {type: "point[W]", init: "[0, 0, 0]"}, other: {type: "point[W]", init: "[0, 0, 0]"}}
+      x:
+        eye: {X: {type: "pose[W, M]", init: identity()}, Y: {type: "pose[W, M]", init: identity()}}
+      memory:
+        one: {type: "point[W]", init: "[0, 0, 0]"}
+        other: {type: "point[W]", init: "[0, 0, 0]"}
       through: {one: x.eye.X @ tip, other: x.eye.Y @ tip}
 constants: {tip: {type: "point[M]", is: "[1[m], 0, 0]"}}
 plant:
@@ -155,8 +158,8 @@ plant:
     table.R.eye.p: {sensors: [p]}
     table.R.eye.q: {sensors: [q]}
 require:
-  - {that: "within(1[s], near(table.c.one, [0, 1.1[m], 0.2[m]], 1[mm]))", because: it has turned by a quarter}
-  - {that: "within(1[s], near(table.c.other, [0, 1.1[m], 0.2[m]], 1[mm]))", because: it is the same pose}
+  - {that: "within(1[s], near(table.c.one, [0, 1.1[m], 0.2[m]], 1[mm]))", because: a quarter}
+  - {that: "within(1[s], near(table.c.other, [0, 1.1[m], 0.2[m]], 1[mm]))", because: as well}
 """
 
 
