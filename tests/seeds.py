@@ -2,11 +2,16 @@
 
 Seeds are fixed, or fresh: those follow from SPECC_SEED, which is any text. .ci/run takes the digest
 of the tree that is tested. A seed that has failed joins the fixed ones of its test.
+
+Each random test says how many fresh seeds .ci/run tries: so few that all tests together take less
+than 120 CPU seconds on them, which `bench.suite_cost` prints. `make soak` runs nothing but fresh
+seeds: SPECC_SEEDS says how many of each test, SPECC_LIMIT_S after how long a test begins no more.
 """
 
 from __future__ import annotations
 
 import os
+from collections import defaultdict
 from collections.abc import Callable, Generator, Iterable, Sequence
 from hashlib import sha256
 from typing import Any
@@ -21,15 +26,24 @@ TEXT = os.environ.get(VARIABLE, "")
 SEED = int(sha256(TEXT.encode()).hexdigest()[:7], 16) if TEXT else None
 """What random numbers of this run begin with; none where they are the same in every run."""
 FIRST = 1000 if SEED is None else SEED
+COUNT = int(os.environ.get("SPECC_SEEDS") or 0)
+"""Fresh seeds of each random test; as many as the test says where it is 0."""
+LIMIT_S = float(os.environ.get("SPECC_LIMIT_S") or 0)
+"""Of all workers together, after which a random test begins no more seeds; no end where it is 0."""
+FRESH = (pytest.mark.long, pytest.mark.fresh)
 
 
 class Seeds(Sequence[int]):
     """The seeds that one test tries; it knows which one was looked at last."""
 
     now: int | None = None
+    tried = 0
+    """How many were looked at."""
 
-    def __init__(self, seeds: Iterable[int]) -> None:
+    def __init__(self, seeds: Iterable[int], *, are_fresh: bool = False) -> None:
         self._seeds = tuple(seeds)
+        self.are_fresh = are_fresh
+        """A few fresh seeds need not reach all that the fixed ones are chosen for."""
 
     def __len__(self) -> int:
         return len(self._seeds)
@@ -37,23 +51,35 @@ class Seeds(Sequence[int]):
     def __getitem__(self, index: Any) -> Any:
         settle()
         self.now = self._seeds[index]
+        self.tried = max(self.tried, index + 1)
         return self.now
 
 
-def blocks(fixed: Iterable[int], *, long: int, each: int, also: Iterable[int] = ()) -> list[Any]:
-    """Parameters of a random test: the fixed seeds, and `long` others, `each` of a test.
+def how_many(in_ci: int) -> int:
+    """Fresh seeds, or examples of Hypothesis: those of .ci/run, or of a longer campaign."""
+    return COUNT or in_ci
 
-    Long are those that are `also` fixed, too.
+
+def blocks(fixed: Iterable[int], *, long: int, each: int, also: Iterable[int] = ()) -> list[Any]:
+    """Parameters of a random test: the fixed seeds, and `long` fresh ones, `each` of a test.
+
+    Long are those that are `also` fixed, too. Where `long` is 0 there are no fresh ones.
     """
-    more = Seeds(also)
-    others = [
-        range(FIRST + begin, FIRST + min(begin + each, long)) for begin in range(0, long, each)
-    ]
+    more, most = Seeds(also), how_many(long) if long else 0
+    fresh = [range(FIRST + n, FIRST + min(n + each, most)) for n in range(0, most, each)]
     return [
         pytest.param(Seeds(fixed), id="fixed"),
         *([pytest.param(more, id="also fixed", marks=pytest.mark.long)] if len(more) else ()),
-        *(pytest.param(Seeds(s), id=f"{s.start}-{s[-1]}", marks=pytest.mark.long) for s in others),
+        *(
+            pytest.param(Seeds(s, are_fresh=True), id=f"{s.start}-{s[-1]}", marks=FRESH)
+            for s in fresh
+        ),
     ]
+
+
+def examples(few: int, many: int) -> list[Any]:
+    """Parameters of a test whose `examples` Hypothesis draws: a few, or `many` in .ci/run."""
+    return [few, pytest.param(how_many(many), marks=FRESH)]
 
 
 def short(values: Iterable[Any], *places: int) -> list[Any]:
@@ -71,7 +97,7 @@ def drawn(*strategies: Any, few: int, many: int) -> Callable[[Callable[..., None
     """A random test whose arguments Hypothesis draws: a `few` examples, or `many` if it is long."""
 
     def of(test: Callable[..., None]) -> Any:
-        @pytest.mark.parametrize("examples", [few, pytest.param(many, marks=pytest.mark.long)])
+        @pytest.mark.parametrize("examples", examples(few, many))
         def tried(examples: int) -> None:
             settings(max_examples=examples, deadline=None)(given(*strategies)(test))()
 
@@ -82,15 +108,36 @@ def drawn(*strategies: Any, few: int, many: int) -> Callable[[Callable[..., None
     return of
 
 
+spent_s: dict[str, float] = defaultdict(float)
+"""What this worker has spent on each random test."""
+OF_A_WORKER_S = LIMIT_S / int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Begin no more seeds of a test that has taken its time."""
+    if LIMIT_S and spent_s[without_parameters(item.nodeid)] > OF_A_WORKER_S:
+        pytest.skip(f"the {LIMIT_S:g} s of this test are over")
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(
-    item: pytest.Item,
+    item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Name the seed at which a test has failed."""
+    """Name the seed at which a test has failed, and count those that were tried."""
     report = yield
-    for value in getattr(item, "funcargs", {}).values() if report.failed else ():
-        if isinstance(value, Seeds):
-            report.sections.append(("seed", f"it failed at seed {value.now}"))
+    if call.when != "call":
+        return report
+    spent_s[without_parameters(item.nodeid)] += call.duration
+    given = list(getattr(item, "funcargs", {}).values())
+    seeds = next((value for value in given if isinstance(value, Seeds)), None)
+    if seeds is not None and report.failed:
+        report.sections.append(("seed", f"it failed at seed {seeds.now}"))
+    if item.get_closest_marker("fresh") or item.get_closest_marker("hypothesis"):
+        drawn = item.callspec.params.get("examples") if hasattr(item, "callspec") else None
+        tried = seeds.tried if seeds is not None else drawn or settings.default.max_examples
+        failed = ("an example" if seeds is None else str(seeds.now)) if report.failed else ""
+        report.user_properties.append(("fresh", (tried, failed)))
     return report
 
 
@@ -102,9 +149,36 @@ def pytest_report_header() -> str:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """How what failed is repeated."""
-    failed = terminalreporter.stats.get("failed", []) if TEXT else []
+    """What was tried in a campaign, and how what failed is repeated."""
+    stats = terminalreporter.stats
+    if COUNT:
+        terminalreporter.section(f"fresh seeds, {COUNT} of each random test")
+        reports = [*stats.get("passed", ()), *stats.get("failed", ())]
+        terminalreporter.write_line(campaign(reports))
+    failed = stats.get("failed", []) if TEXT else []
     if failed:
         terminalreporter.section("to repeat what failed")
+    count = f"SPECC_SEEDS={COUNT} " if COUNT else ""
     for report in failed:
-        terminalreporter.write_line(f"{VARIABLE}={TEXT} .venv/bin/pytest '{report.nodeid}'")
+        terminalreporter.write_line(f"{VARIABLE}={TEXT} {count}.venv/bin/pytest '{report.nodeid}'")
+
+
+def campaign(reports: Iterable[pytest.TestReport]) -> str:
+    """A line for each random test: how many seeds or examples were tried, and which failed."""
+    tried, failed = defaultdict[str, int](int), defaultdict[str, list[str]](list)
+    for report in reports:
+        count, seed = dict(report.user_properties).get("fresh", (0, ""))
+        name = without_parameters(report.nodeid)
+        tried[name] += count
+        failed[name] += [seed] if seed else []
+    lines = [
+        f"{tried[name]:7} tried, {', '.join(failed[name]) or 'none'} failed  {name}"
+        for name in sorted(tried)
+        if tried[name]
+    ]
+    return "\n".join([*lines, f"{sum(tried.values()):7} tried in all"])
+
+
+def without_parameters(nodeid: str) -> str:
+    """The name of a test function."""
+    return nodeid.partition("[")[0]

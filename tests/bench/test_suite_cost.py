@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -52,3 +53,8 @@ def test_cpu_time_of_children_and_memory_of_a_worker_are_told(tmp_path: Path) ->
     rows = {line.split()[0]: line.split() for line in done.stdout.splitlines() if line.split()}
     rest_s, all_s = float(rows["rest"][1]), float(rows["all"][2])
     assert child_s < all_s < spent_s() - before_s + 0.2 and rest_s < all_s - child_s + 0.1
+    line = re.search(
+        r"tests took (\d+) s \(wall\), (\d+) CPU s; reference loop (\S+) CPU s", done.stdout
+    )
+    assert line and abs(int(line[2]) - all_s) <= 1 and 0.1 < float(line[3]) < 20
+    assert "on fresh seeds" not in done.stdout or os.environ.get("SPECC_SEED")

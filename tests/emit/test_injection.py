@@ -21,6 +21,7 @@ from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, ListOf, Real, Record, Text
 from specc.model.units import METRE
 from tests.lower.models import HERE, NO_TRACE, Known, condition, subsystem_of, system_of
+from tests.seeds import examples
 
 REAL = Real(METRE)
 NASTY = [
@@ -160,9 +161,9 @@ def unlike(values: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-@pytest.mark.parametrize("count", [30, pytest.param(300, marks=pytest.mark.long)])
-def test_no_text_changes_the_structure(count: int) -> None:
-    @settings(max_examples=count, deadline=None)
+@pytest.mark.parametrize("examples", examples(30, 300))
+def test_no_text_changes_the_structure(examples: int) -> None:
+    @settings(max_examples=examples, deadline=None)
     @given(st.tuples(*[texts] * TEXTS), st.booleans())
     @example(('"""\nimport os\n',) * TEXTS, True)
     @example(("\\",) * TEXTS, False)

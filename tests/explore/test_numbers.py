@@ -19,7 +19,7 @@ from specc.lang import bounds
 from specc.model.system import System
 from specc.model.types import Bool, Int
 from specc.tools.explore.explorer import explore
-from tests.seeds import blocks
+from tests.seeds import Seeds, blocks
 from tests.soundness.interpreter import Run
 from tests.soundness.law import marks_of
 from tests.soundness.running import Script, ScriptedPlant, built, compiled, executed
@@ -175,10 +175,10 @@ def denied(seeds: Sequence[int], folder: Path) -> tuple[list[str], Counter[str]]
 
 
 @pytest.mark.parametrize("seeds", blocks((16,), also=(53,), long=240, each=60))
-def test_what_runs_have_is_not_excluded(seeds: Sequence[int], tmp_path: Path) -> None:
+def test_what_runs_have_is_not_excluded(seeds: Seeds, tmp_path: Path) -> None:
     wrong, said = denied(seeds, tmp_path)
     assert wrong == []
-    assert said["violated"] > said["not explored"]
+    assert said["violated"] > said["not explored"] or seeds.are_fresh
 
 
 @pytest.mark.long

@@ -29,7 +29,7 @@ from specc.tools.explore.monitor import Monitor, NotFollowedError, TruthValue
 from specc.tools.explore.required import groups
 from tests.explore.verdicts import misjudged, monitored
 from tests.scenarios.runs import SPECS
-from tests.seeds import blocks
+from tests.seeds import Seeds, blocks
 from tests.soundness.running import compiled
 from tests.soundness.specifications import specification
 
@@ -251,15 +251,15 @@ def said_of(seeds: Sequence[int], folder: Path, *, of_numbers: bool = False) -> 
 
 
 @pytest.mark.parametrize("seeds", blocks(FAILING[:2], also=FAILING[2:], long=120, each=30))
-def test_what_is_said_of_random_requirements_holds(seeds: Sequence[int], tmp_path: Path) -> None:
+def test_what_is_said_of_random_requirements_holds(seeds: Seeds, tmp_path: Path) -> None:
     said = said_of(seeds, tmp_path)
-    assert said["proved"]
-    assert said["violated"] + said["may be violated"]
+    assert said["proved"] or seeds.are_fresh
+    assert said["violated"] + said["may be violated"] or seeds.are_fresh
 
 
 @pytest.mark.parametrize("seeds", blocks(range(2), long=120, each=30))
-def test_what_is_said_of_random_numbers_holds(seeds: Sequence[int], tmp_path: Path) -> None:
-    assert said_of(seeds, tmp_path, of_numbers=True)["proved"]
+def test_what_is_said_of_random_numbers_holds(seeds: Seeds, tmp_path: Path) -> None:
+    assert said_of(seeds, tmp_path, of_numbers=True)["proved"] or seeds.are_fresh
 
 
 @pytest.mark.long

@@ -14,7 +14,7 @@ from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
 from tests.explore.verdicts import belied, interpreted
-from tests.seeds import blocks
+from tests.seeds import Seeds, blocks
 from tests.soundness.interpreter import Run
 from tests.soundness.running import compiled
 from tests.soundness.specifications import specification
@@ -68,7 +68,7 @@ def missed(result: Result, seeds: range) -> tuple[list[str], int]:
 
 
 @pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 7), long=90, each=30))
-def test_random_systems(seeds: Sequence[int], tmp_path: Path) -> None:
+def test_random_systems(seeds: Seeds, tmp_path: Path) -> None:
     total = 0
     for seed in seeds:
         result = compiled(specification(Random(seed)), tmp_path)
@@ -76,7 +76,7 @@ def test_random_systems(seeds: Sequence[int], tmp_path: Path) -> None:
             found, compared = missed(result, range(3))
             assert not found, seed
             total += compared
-    assert total
+    assert total or seeds.are_fresh
 
 
 def test_an_explorer_that_delivers_nothing_is_noticed(

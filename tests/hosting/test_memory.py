@@ -16,6 +16,8 @@ from specc_runtime.hosting import memory as module
 from specc_runtime.hosting.devices import DeviceError
 from specc_runtime.hosting.memory import KEPT, Memory, Raw
 
+from tests.seeds import how_many
+
 COUNT = 3
 
 
@@ -47,7 +49,7 @@ WRITTEN = st.lists(
 
 
 @given(WRITTEN)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=how_many(40), deadline=None)
 def test_the_newest_is_read_and_what_is_kept_stays(written: list[tuple[int, bytes, int]]) -> None:
     """However many are kept for however long, up to the bound."""
     newest: dict[int, bytes] = {}

@@ -15,6 +15,8 @@ from specc_runtime.hosting.client import plain_of
 from specc_runtime.hosting.devices import Array, DeviceError
 from specc_runtime.hosting.wire import HostChannel, NotPlain, array_of, packed, parts_of, plain
 
+from tests.seeds import how_many
+
 PLAIN = st.recursive(
     st.none()
     | st.booleans()
@@ -28,7 +30,7 @@ PLAIN = st.recursive(
 
 
 @given(st.lists(st.tuples(st.text(max_size=4), PLAIN), max_size=6))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=how_many(40), deadline=None)
 def test_messages_arrive_whole_and_in_order(messages: list[tuple[str, Any]]) -> None:
     here, there = map(HostChannel, socket.socketpair())
     found: list[tuple[Any, ...]] = []

@@ -47,6 +47,7 @@ from tests.lower.models import (
     system_of,
 )
 from tests.lower.reference import Key, Reference, Undecided
+from tests.seeds import examples
 from tests.strategies import (
     CONSTANTS,
     INPUTS,
@@ -347,10 +348,10 @@ SETTINGS = settings(
 )
 
 
-@pytest.mark.parametrize("count", [5, pytest.param(150, marks=pytest.mark.long)])
+@pytest.mark.parametrize("examples", examples(5, 150))
 @pytest.mark.parametrize("proved", [True, False])
-def test_proved_tables_and_those_that_are_checked_at_run_time(proved: bool, count: int) -> None:
-    @settings(SETTINGS, max_examples=count)
+def test_proved_tables_and_those_that_are_checked_at_run_time(proved: bool, examples: int) -> None:
+    @settings(SETTINGS, max_examples=examples)
     @given(systems(decided=proved), st.data())
     def holds(system: System, data: st.DataObject) -> None:
         check(system, data, proved=proved)

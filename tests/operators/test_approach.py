@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from specc_runtime.operators.approach import Motion, approach, at_rest
 
+from tests.seeds import how_many
+
 T = 0.01
 V = np.array([1.0, 0.3, 2.0])
 A = np.array([2.0, 5.0, 0.7])
@@ -32,7 +34,7 @@ def check_bounds(motions: list[Motion]) -> None:
     assert np.diff(q, axis=0) / T == pytest.approx(v[1:], abs=1e-6)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=how_many(8), deadline=None)
 @given(start=positions, goals=st.lists(positions, min_size=1, max_size=4), after=st.data())
 def test_bounds_hold_whatever_the_goals_are_and_whenever_they_change(
     start: np.ndarray, goals: list[np.ndarray], after: st.DataObject
@@ -46,7 +48,7 @@ def test_bounds_hold_whatever_the_goals_are_and_whenever_they_change(
     assert not motions[-1].v.any()
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=how_many(8), deadline=None)
 @given(start=positions, goal=positions)
 def test_from_rest_no_joint_passes_its_goal_or_takes_two_periods_too_long(
     start: np.ndarray, goal: np.ndarray

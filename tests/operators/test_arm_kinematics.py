@@ -23,6 +23,7 @@ from specc_runtime.operators.arms.kinematics import (
 from specc_runtime.operators.arms.model import Arm, load_arm
 
 from tests.operators import seven_joints as panda
+from tests.seeds import how_many
 
 N = 7
 ENDLESS = """\
@@ -80,7 +81,7 @@ def test_inverse_kinematics_finds_random_poses_within_reach(arm: Arm) -> None:
         check(arm, X, q)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=how_many(30), deadline=None)
 @given(share=shares, seed=shares)
 def test_what_inverse_kinematics_finds_is_there_and_always_the_same(
     arm: Arm, share: np.ndarray, seed: np.ndarray
@@ -94,7 +95,7 @@ def test_what_inverse_kinematics_finds_is_there_and_always_the_same(
     assert q is None or not np.shares_memory(q, again)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=how_many(30), deadline=None)
 @given(share=shares, way=st.lists(st.floats(-0.02, 0.02), min_size=N, max_size=N).map(np.array))
 def test_a_pose_nearby_is_reached_without_a_jump(
     arm: Arm, share: np.ndarray, way: np.ndarray

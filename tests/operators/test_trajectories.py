@@ -23,6 +23,8 @@ from specc_runtime.operators.trajectories import (
     stopping,
 )
 
+from tests.seeds import how_many
+
 V, A, J = np.array([1.0, 0.3, 2.0]), np.array([2.0, 5.0, 0.7]), np.array([10.0, 50.0, 7.0])
 T = 0.005
 
@@ -43,7 +45,7 @@ def check_bounds(states: list[State]) -> None:
     assert np.all(np.abs(np.diff(q, axis=0)) <= V * T * (1 + 1e-6))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=how_many(20), deadline=None)
 @given(start=positions, goals=st.lists(st.tuples(positions, shares), min_size=1, max_size=4))
 def test_bounds_hold_whatever_the_goals_are_and_whenever_they_change(
     start: np.ndarray, goals: list[tuple[np.ndarray, float]]
@@ -60,7 +62,7 @@ def test_bounds_hold_whatever_the_goals_are_and_whenever_they_change(
     assert not end.v.any() and not end.a.any()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=how_many(20), deadline=None)
 @given(start=positions, goal=positions, share=shares)
 def test_stopping_ends_at_rest_as_soon_as_its_slowest_axis_can(
     start: np.ndarray, goal: np.ndarray, share: float

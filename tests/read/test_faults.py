@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from specc.diagnostics.code import all_codes
 from specc.limits import MAX_BYTES
 from specc.read import Document, read_file, read_text
-from tests.seeds import drawn
+from tests.seeds import drawn, how_many
 
 
 def located(document: Document) -> list[tuple[str, int, int]]:
@@ -160,7 +160,7 @@ def test_any_text_is_read_or_refused_with_known_codes_and_places_in_it(text: str
         assert document.source.spans is not None
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=how_many(300), deadline=None)
 @given(st.binary(max_size=80))
 @example(b"?")
 def test_any_file_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, raw: bytes) -> None:

@@ -21,13 +21,13 @@ from specc_runtime.sampling import compute_deferred
 from specc_runtime.system import PlantInput, PlantOutput, PlantSpec, Task
 
 from tests.runtime.tiny import TICK_S, Node, Run, buffer, system
-from tests.seeds import short
+from tests.seeds import how_many, short
 
 RATES = st.integers(1, 12)
 
 
 @given(writer=RATES, reader=RATES)
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=how_many(60))
 def test_value_of_stamp_i_is_visible_from_stamp_i_plus_1(writer: int, reader: int) -> None:
     """A reader at tick t sees the last write whose next stamp, (i + 1) periods, is not after t."""
     w, r = Node("w", writer), Node("r", reader, ("w",))
@@ -41,7 +41,7 @@ def test_value_of_stamp_i_is_visible_from_stamp_i_plus_1(writer: int, reader: in
 
 
 @given(rates=st.lists(RATES, min_size=2, max_size=4))
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=how_many(40))
 def test_each_value_is_fresh_at_most_once_for_each_reader(rates: list[int]) -> None:
     names = [f"n{i}" for i in range(len(rates))]
     nodes = [Node(n, k, [m for m in names if m != n]) for n, k in zip(names, rates, strict=True)]
@@ -55,7 +55,7 @@ def test_each_value_is_fresh_at_most_once_for_each_reader(rates: list[int]) -> N
 
 
 @given(rates=st.lists(RATES, min_size=1, max_size=5), ticks=st.integers(0, 150))
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=how_many(60))
 def test_step_counts_follow_the_rates(rates: list[int], ticks: int) -> None:
     nodes = [Node(f"n{i}", k) for i, k in enumerate(rates)]
     run = Run(system(*nodes), ticks)
@@ -81,7 +81,7 @@ def _mixing(rates: list[int], seed: int, *, sleepy: bool = False) -> list[Node]:
 
 
 @given(rates=st.lists(RATES, min_size=2, max_size=5), data=st.data())
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=how_many(30))
 def test_order_of_subsystems_cannot_be_seen(rates: list[int], data: st.DataObject) -> None:
     nodes = data.draw(st.permutations(_mixing(rates, 0)))
     plain, permuted = Run(system(*_mixing(rates, 0)), 40), Run(system(*nodes), 40)

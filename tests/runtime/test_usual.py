@@ -14,6 +14,8 @@ from specc_runtime import contracts as c
 from specc_runtime.contracts import Unfit, WrongValue, operator
 from specc_runtime.usual import usual_of
 
+from tests.seeds import how_many
+
 FLOATS = st.floats(width=64) | st.floats(-1.0, 1.0) | st.sampled_from((-0.0, 1e-9, 1e-3, 1.7e308))
 SCALARS = FLOATS | st.integers() | st.booleans() | st.text() | st.none() | st.just("u")
 VECTORS = st.lists(FLOATS, min_size=2, max_size=4).map(np.array)
@@ -50,7 +52,7 @@ def _plain(value: Any) -> Any:
     return type(value), repr(value)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=how_many(60), deadline=None)
 @given(SCALARS | VECTORS | MATRICES | RECORDS)
 def test_a_contract_is_what_it_is_without_its_lines(value: Any) -> None:
     for contract in CONTRACTS:
@@ -69,7 +71,7 @@ def rotation(angles: Any) -> np.ndarray[Any, Any]:
     return pose
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=how_many(200), deadline=None)
 @given(
     st.lists(st.floats(-4.0, 4.0), min_size=3, max_size=3),
     st.lists(st.floats(-1.0, 1.0), min_size=9, max_size=9),

@@ -15,6 +15,7 @@ from specc.schema.shape import shape
 from specc.schema.unfold import unfolded
 from tests.corpus import CASES, SPECS
 from tests.schema.test_shape import File
+from tests.seeds import how_many
 
 SCALARS = st.sampled_from((None, True, 1, 2, 0.5, "", "a", "two words", "circle", "p.q:r", "1"))
 NAMES = st.sampled_from(("specc", "a", "type", "init", "eq", "*", "is", "class", "two words"))
@@ -26,7 +27,7 @@ VALUES = st.recursive(
 FILES = st.fixed_dictionaries({}, optional=dict.fromkeys(File.keys, VALUES))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=how_many(150), deadline=None)
 @given(FILES)
 def test_a_part_is_made_or_it_is_told_why_not(data: Any) -> None:
     found, faults = shape(File, data, "a.yaml")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from random import Random
 
 import pytest
 
 from specc.pipeline import compile_spec
-from tests.seeds import blocks
+from tests.seeds import Seeds, blocks
 from tests.soundness.open_inputs import Findings, tried
 from tests.soundness.running import compiled
 from tests.soundness.specifications import Tree, specification
@@ -58,15 +57,14 @@ def test_the_flagship_goes_through_most_of_its_states(steps: int, share: float) 
 
 
 @pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 4), long=60, each=20))
-def test_random_specifications(seeds: Sequence[int], tmp_path: Path) -> None:
+def test_random_specifications(seeds: Seeds, tmp_path: Path) -> None:
     findings = Findings()
     for seed in seeds:
         result = compiled(specification(Random(seed)), tmp_path)
         if result.ok and result.system is not None:
             tried(result, str(seed), 150, findings, odd=EXTREMES)
     assert findings.faults == []
-    assert findings.systems
-    assert findings.rows_taken
+    assert (findings.systems and findings.rows_taken) or seeds.are_fresh
 
 
 def small(rows: dict[str, str]) -> Tree:

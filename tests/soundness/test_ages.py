@@ -43,8 +43,7 @@ def test_ages_are_those_of_the_interpreter_and_as_listed_at_most(
         tree = specification(Random(f"ages {seed}"), careless=0, trusting=0, ages=True)
         ages_are_as_listed_at_most(tree, f"ages {seed}", tmp_path, tally)
         ages_are_as_listed_at_most(net(Random(seed)), f"net {seed}", tmp_path, tally)
-    assert tally["compared"]
-    assert tally["limited"]
+    assert (tally["compared"] and tally["limited"]) or seeds.are_fresh
 
 
 def ages_are_as_listed_at_most(tree: Tree, seed: str, folder: Path, tally: Counter[str]) -> None:
@@ -307,7 +306,7 @@ def test_ages_in_real_time_follow_from_when_steps_began_and_were_seen(
     tally: Counter[str] = Counter()
     for seed in seeds:
         ages_in_real_time(seed, tmp_path, tally)
-    assert tally["late"]
+    assert tally["late"] or seeds.are_fresh
 
 
 def ages_in_real_time(seed: int, folder: Path, tally: Counter[str]) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import copy
 from collections import Counter, defaultdict
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from random import Random
@@ -24,7 +23,7 @@ from specc_runtime.timing import RealTime
 
 from specc.model.system import System
 from tests.runtime.driven import DrivenClock, Elsewhere
-from tests.seeds import blocks
+from tests.seeds import Seeds, blocks
 from tests.soundness.law import marks_of
 from tests.soundness.running import (
     Recorder,
@@ -158,8 +157,9 @@ def _stalled(system: System, plant: Any, seed: int, counts: Counter[str]) -> Non
 
 
 @pytest.mark.parametrize("seeds", blocks(range(2), long=50, each=25))
-def test_random_systems(seeds: Sequence[int], tmp_path: Path) -> None:
+def test_random_systems(seeds: Seeds, tmp_path: Path) -> None:
     counts: Counter[str] = Counter()
     for seed in seeds:
         _tried(seed, tmp_path, counts)
-    assert counts["as simulated"] and counts["steps"] and counts["skipped"]
+    reached = counts["as simulated"] and counts["steps"] and counts["skipped"]
+    assert reached or seeds.are_fresh

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -17,7 +16,7 @@ from specc.analysis import Facts
 from specc.model.expr import Expr
 from specc.model.system import Subsystem, System
 from specc.proof import RowVerdict, Witness
-from tests.seeds import blocks
+from tests.seeds import Seeds, blocks
 from tests.soundness.evaluator import Absent, Situation, value
 from tests.soundness.running import built, compiled
 from tests.soundness.specifications import text_of
@@ -126,9 +125,8 @@ def for_machine(given: Any, element: str) -> Any:
 
 
 @pytest.mark.parametrize("seeds", blocks([*range(4), 99000040], also=range(4, 8), long=60, each=20))
-def test_random_tables(seeds: Sequence[int], folder: Path) -> None:
+def test_random_tables(seeds: Seeds, folder: Path) -> None:
     counts: Counter[str] = Counter()
     for seed in seeds:
         check(seed, folder, counts)
-    assert counts["proved"]
-    assert counts["refuted"]
+    assert (counts["proved"] and counts["refuted"]) or seeds.are_fresh

@@ -26,6 +26,7 @@ from specc.proof.search.search import Ways
 from specc.proof.search.situation import Freedom
 from specc.proof.search.thresholds import Thresholds
 from tests.lower.test_law import systems
+from tests.seeds import examples
 from tests.witness.runs import CASES as SMALL
 from tests.witness.runs import ROOT
 from tests.witness.shown import refuted_of, shown, shows
@@ -150,7 +151,7 @@ def has_examples(system: System) -> None:
             assert again == found
 
 
-@pytest.mark.parametrize("examples", [6, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize("examples", examples(6, 60))
 def test_examples_of_random_machines(examples: int) -> None:
     settings(
         max_examples=examples,

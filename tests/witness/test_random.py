@@ -22,6 +22,7 @@ from specc.tools.witness.plan import planned
 from specc.tools.witness.subject import Refutation, refutations
 from specc.tools.witness.text import scenario
 from tests.lower.test_law import systems
+from tests.seeds import examples
 
 outcomes: Counter[str] = Counter()
 
@@ -68,7 +69,7 @@ def check(system: System) -> None:
         assert error.rows == script.rows
 
 
-@pytest.mark.parametrize("examples", [8, pytest.param(20, marks=pytest.mark.long)])
+@pytest.mark.parametrize("examples", examples(8, 20))
 def test_scenarios_of_random_machines(examples: int) -> None:
     settings(
         max_examples=examples,

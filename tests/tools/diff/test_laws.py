@@ -19,7 +19,7 @@ from specc.model.system import System
 from specc.pipeline import read_spec
 from specc.read import read_text
 from specc.tools.diff import Difference, compare
-from tests.seeds import short
+from tests.seeds import examples, short
 from tests.tools.diff.conftest import BASE, Differ, Reader, edited
 from tests.tools.diff.test_changes import DIFFERENCES, REMARKS
 
@@ -171,7 +171,7 @@ def condition_of(system: System) -> Expr:
     return next(c.when for c in subsystem.conditions if c.name == "asked")
 
 
-@pytest.mark.parametrize("examples", [15, pytest.param(50, marks=pytest.mark.long)])
+@pytest.mark.parametrize("examples", examples(15, 50))
 def test_verdicts_agree_with_all_worlds(examples: int, read: Reader) -> None:
     @settings(max_examples=examples, deadline=None)
     @given(conditions(), conditions())

@@ -15,6 +15,7 @@ from specc.model.expr import Expr
 from specc.model.system import Subsystem
 from specc.pipeline import Result, build
 from specc.tools.importers import Notes, import_scxml
+from tests.seeds import examples
 from tests.tools.importers.conftest import FILES, Workshop
 
 DOOR = str(FILES / "door.scxml")
@@ -220,7 +221,7 @@ def test_an_initial_state_inside_another_is_said_to_be_so(workshop: Workshop) ->
     ]
 
 
-@pytest.mark.parametrize("examples", [20, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize("examples", examples(20, 60))
 def test_rows_do_what_an_interpreter_of_charts_does(examples: int, workshop: Workshop) -> None:
     @settings(max_examples=examples, deadline=None)
     @given(charts())

@@ -11,7 +11,7 @@ import pytest
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from tests.house.tree import ROOT
-from tests.seeds import FIRST
+from tests.seeds import FIRST, Seeds, blocks
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, write
 
 FLAGSHIP = ROOT / "specs/irp_picking.yaml"
@@ -84,22 +84,21 @@ def test_a_few_small_edits_of_the_flagship() -> None:
     check(FLAGSHIP.parent, FLAGSHIP, FLAGSHIP, FLAGSHIP.read_text(), seed=0, steps=2)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(FIRST, FIRST + 4))
-def test_small_edits_of_the_flagship(seed: int) -> None:
-    check(FLAGSHIP.parent, FLAGSHIP, FLAGSHIP, FLAGSHIP.read_text(), seed, 12)
+@pytest.mark.parametrize("seeds", blocks((), long=4, each=1)[1:])
+def test_small_edits_of_the_flagship(seeds: Seeds) -> None:
+    for seed in seeds:
+        check(FLAGSHIP.parent, FLAGSHIP, FLAGSHIP, FLAGSHIP.read_text(), seed, 12)
 
 
-@pytest.mark.parametrize(
-    ("seed", "steps"),
-    [(0, 1), *(pytest.param(n, 12, marks=pytest.mark.long) for n in range(FIRST, FIRST + 4))],
-)
+@pytest.mark.parametrize("seeds", blocks([0], long=4, each=2))
 def test_small_edits_of_a_system_and_of_a_description_that_it_uses(
-    seed: int, steps: int, tmp_path: Path
+    seeds: Seeds, tmp_path: Path
 ) -> None:
     system, library = map(Path, write(tmp_path))
-    check(tmp_path, system, system, SYSTEM, seed, steps)
-    check(tmp_path, system, library, LIBRARY, seed, steps)
+    for seed in seeds:
+        steps = 12 if seeds.are_fresh else 1
+        check(tmp_path, system, system, SYSTEM, seed, steps)
+        check(tmp_path, system, library, LIBRARY, seed, steps)
 
 
 VALUED = """\
