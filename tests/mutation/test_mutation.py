@@ -13,9 +13,11 @@ from bench.seeding.fault import Fault, Seed
 from bench.seeding.pairs import judge_pair, pairs
 from bench.seeding.score import Bed, judge, spread
 from bench.seeding.sheet import Edit, Sheet, misspelt
+from tests.seeds import SOAK
 
 SOIL = every_bed()
-SAMPLE = 2
+SAMPLES = pytest.param(1, marks=pytest.mark.long), pytest.param(2, marks=SOAK)
+"""Places of each class of faults in each system."""
 ROW = re.compile(r"^\| ([^|]+) " + r"\| (\d+) " * 7 + r"\|$", re.MULTILINE)
 DOCUMENTED = {
     name: tuple(map(int, counts))
@@ -55,11 +57,11 @@ def test_a_fault_of_many_classes_is_found(fault: Fault) -> None:
     is_found_and_nothing_else(fault, next(iter(fault.seeds(bed.sheet))), bed)
 
 
-@pytest.mark.long
+@pytest.mark.parametrize("sample", SAMPLES)
 @pytest.mark.parametrize("fault", PERFECT, ids=lambda fault: fault.name)
-def test_faults_are_found_at_their_line_and_nothing_else_is(fault: Fault) -> None:
+def test_faults_are_found_at_their_line_and_nothing_else_is(fault: Fault, sample: int) -> None:
     for bed in CLEAN:
-        for seed in spread(list(fault.seeds(bed.sheet)), SAMPLE):
+        for seed in spread(list(fault.seeds(bed.sheet)), sample):
             is_found_and_nothing_else(fault, seed, bed)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.policy.slips import Slip, mended, read, slips, specifications
+from tests.seeds import SOAK
 
 SMALL = ("conveyor_gate.yaml", "follow.yaml", "told.yaml", "services.yaml")
 
@@ -70,9 +71,10 @@ def test_repairs_change_nothing_else(count: int, tmp_path: Path) -> None:
     assert done > count / 3
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", [2])
-def test_repairs_of_many_slips_change_nothing_else(seed: int, tmp_path: Path) -> None:
-    done, faults = wrong_repairs(specifications(tmp_path), seed, 300)
+@pytest.mark.parametrize(
+    "count", [pytest.param(100, marks=pytest.mark.long), pytest.param(300, marks=SOAK)]
+)
+def test_repairs_of_many_slips_change_nothing_else(count: int, tmp_path: Path) -> None:
+    done, faults = wrong_repairs(specifications(tmp_path), seed=2, count=count)
     assert not faults
-    assert done > 150
+    assert done > count / 2

@@ -13,10 +13,10 @@ from specc_runtime.recording.replay import replay
 from specc import output, pipeline
 from specc.cli.recorded_spec import placed
 from tests.commands import ROOT, modules_of
-from tests.seeds import SEED
+from tests.seeds import COUNT
 
-UNTIL_S = 2.0 if SEED is None else 5.0
-"""Of simulated time; longer runs are compared as far as that, farther where seeds are fresh."""
+UNTIL_S = 5.0 if COUNT else 2.0
+"""Of simulated time; longer runs are compared as far as that, farther in a campaign."""
 _SCRATCH = TemporaryDirectory(prefix="specc-replayed-")
 LEFT_OUT = "an image, without --record-exact", "a value of "
 """What a recording need not have that is not exact."""

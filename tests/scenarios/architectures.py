@@ -56,8 +56,9 @@ class Architecture:
     """Steps of exploring."""
     is_short: bool = False
     """Exploring ends at this bound."""
-    runs: int = 5
-    """How many runs of the ten that the page tells of the long tests repeat."""
+    runs: int = 3
+    """How many runs of the ten that the page tells of the long tests repeat; bench/architectures.py
+    makes all."""
     figures: tuple[Figure, ...] = ()
     """What the page says of its runs."""
 

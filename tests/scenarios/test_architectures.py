@@ -24,6 +24,8 @@ ONE_FIRST = pytest.mark.parametrize(
     ids=lambda each: each.name,
 )
 """A cheap one in `make test`, all others in the long tests."""
+FAULT_BUDGET = 150_000
+"""Steps of exploring in which each seeded fault is found."""
 
 
 def explored(
@@ -178,7 +180,7 @@ def test_a_seeded_fault_is_found_with_a_run_that_replays(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     spec = changed(each, each.fault_in, *each.fault)
-    findings = explored(spec, each.budget, capsys, "--traces", "traces")["findings"]
+    findings = explored(spec, FAULT_BUDGET, capsys, "--traces", "traces")["findings"]
     found = [finding for finding in findings if finding["code"] == each.finds]
     assert found
     for finding in found:

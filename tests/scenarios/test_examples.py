@@ -9,10 +9,10 @@ import pytest
 
 from specc.cli.main import main
 from tests.scenarios.runs import INSTALLED, SPECS
+from tests.seeds import SOAK
 from tests.sweep.runs import swept, table
 
 EXAMPLES = sorted((SPECS / "examples").glob("*.yaml"))
-SEEDS = 10
 LIMIT_S = 60
 EACH = pytest.mark.parametrize("spec", EXAMPLES, ids=lambda spec: spec.stem)
 
@@ -49,11 +49,13 @@ def test_nothing_is_found_in_all_that_it_can_do(
 
 @INSTALLED
 @EACH
-@pytest.mark.long
-def test_every_seed_succeeds(spec: Path, tmp_path: Path) -> None:
-    options = ("--seeds", f"0:{SEEDS}", "--cycles", "1", "--cycle-limit", str(LIMIT_S))
+@pytest.mark.parametrize(
+    "count", [pytest.param(4, marks=pytest.mark.long), pytest.param(10, marks=SOAK)]
+)
+def test_every_seed_succeeds(spec: Path, count: int, tmp_path: Path) -> None:
+    options = ("--seeds", f"0:{count}", "--cycles", "1", "--cycle-limit", str(LIMIT_S))
     done = swept(tmp_path, spec, "--workers", "2", *options)
     assert done.returncode == 0, done.stderr
     rows = table(tmp_path)
-    assert len(rows) == SEEDS
+    assert len(rows) == count
     assert [(row["seed"], row["reason"]) for row in rows if row["success"] != "true"] == []
