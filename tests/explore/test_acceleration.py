@@ -62,7 +62,7 @@ def judged(seeds: Sequence[int], folder: Path) -> dict[str, int]:
     return total
 
 
-@pytest.mark.parametrize("seeds", blocks((0, 4), long=120, each=30))
+@pytest.mark.parametrize("seeds", blocks((0, 4), long=2, each=30))
 def test_repeated_steps_are_what_runs_do(seeds: Seeds, tmp_path: Path) -> None:
     total = judged(seeds, tmp_path)
     assert all(total[name] for name in ("graphs", "said", "repeated")) or seeds.are_fresh, total

@@ -174,7 +174,7 @@ def denied(seeds: Sequence[int], folder: Path) -> tuple[list[str], Counter[str]]
     return wrong, said
 
 
-@pytest.mark.parametrize("seeds", blocks((16,), also=(53,), long=240, each=60))
+@pytest.mark.parametrize("seeds", blocks((16,), also=(53,), long=8, each=60))
 def test_what_runs_have_is_not_excluded(seeds: Seeds, tmp_path: Path) -> None:
     wrong, said = denied(seeds, tmp_path)
     assert wrong == []

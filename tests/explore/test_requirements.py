@@ -250,14 +250,14 @@ def said_of(seeds: Sequence[int], folder: Path, *, of_numbers: bool = False) -> 
     return said
 
 
-@pytest.mark.parametrize("seeds", blocks(FAILING[:2], also=FAILING[2:], long=120, each=30))
+@pytest.mark.parametrize("seeds", blocks(FAILING[:2], also=FAILING[2:], long=5, each=30))
 def test_what_is_said_of_random_requirements_holds(seeds: Seeds, tmp_path: Path) -> None:
     said = said_of(seeds, tmp_path)
     assert said["proved"] or seeds.are_fresh
     assert said["violated"] + said["may be violated"] or seeds.are_fresh
 
 
-@pytest.mark.parametrize("seeds", blocks(range(2), long=120, each=30))
+@pytest.mark.parametrize("seeds", blocks(range(2), long=5, each=30))
 def test_what_is_said_of_random_numbers_holds(seeds: Seeds, tmp_path: Path) -> None:
     assert said_of(seeds, tmp_path, of_numbers=True)["proved"] or seeds.are_fresh
 

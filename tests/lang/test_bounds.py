@@ -16,7 +16,7 @@ from specc.model.units import METRE
 from tests.seeds import drawn
 from tests.strategies import SCOPE, conditions, environments, expressions
 
-FEW, MANY = 10, 60
+FEW, MANY = 10, 40
 BIG, HUGE = 2**53, f"({10**300} * {10**300})"
 """Beyond these floats are no whole numbers, or none."""
 UNKNOWN = (m.Input, m.MemoryRef, m.ConstantRef, m.LetRef, m.Call, m.Quantifier)

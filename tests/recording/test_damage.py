@@ -14,7 +14,7 @@ from specc_runtime.recording.spans import FRAME, MAGIC, Spans
 
 from specc.cli.main import main
 from tests.recording.runs import CONVEYOR, ROOT, messages, specc
-from tests.seeds import short
+from tests.seeds import SOAK, short
 
 KEPT = Path(__file__).with_name("conveyor_gate.mcap")
 FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
@@ -81,12 +81,15 @@ def test_one_flipped_byte(many: int, heads: int, tmp_path: Path) -> None:
     _one_flipped(KEPT, [*anywhere, *ends, *structural], tmp_path)
 
 
-@pytest.mark.long
-def test_one_flipped_byte_of_the_flagship(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("duration_s", "count"),
+    [pytest.param(2, 60, marks=pytest.mark.long), pytest.param(8, 200, marks=SOAK)],
+)
+def test_one_flipped_byte_of_the_flagship(duration_s: int, count: int, tmp_path: Path) -> None:
     file, chance = tmp_path / "run.mcap", random.Random(1)
-    assert specc("run", FLAGSHIP, "--duration", 8, "--record", file).returncode == 0
+    assert specc("run", FLAGSHIP, "--duration", duration_s, "--record", file).returncode == 0
     data = file.read_bytes()
-    anywhere = [chance.randrange(len(data)) for _ in range(200)]
+    anywhere = [chance.randrange(len(data)) for _ in range(count)]
     heads = [begin + chance.randrange(50) for begin in _records(data)]
     places = [*anywhere, *(p for p in heads if p < len(data)), *range(len(data) - 40, len(data))]
     _one_flipped(file, places, tmp_path)

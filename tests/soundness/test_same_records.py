@@ -172,7 +172,7 @@ def judged(tree: Tree, folder: Path, seed: str, tolerance: float = 0.0) -> Verdi
     return verdict
 
 
-@pytest.mark.parametrize("seeds", blocks(range(16, 18), also=range(18, 22), long=60, each=15))
+@pytest.mark.parametrize("seeds", blocks(range(16, 18), also=range(18, 22), long=8, each=15))
 def test_random_specifications(seeds: Sequence[int], folder: Path) -> None:
     # Products of poses may be added up in any order, and a machine may multiply them again.
     for seed in seeds:
@@ -180,7 +180,7 @@ def test_random_specifications(seeds: Sequence[int], folder: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seeds", blocks(range(60, 75), long=45, each=15))
+@pytest.mark.parametrize("seeds", blocks(range(60, 75), long=6, each=15))
 def test_operators_that_raise(seeds: Seeds, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in operators.RAISING:
         raises = operators.rarely_raising(name)

@@ -151,7 +151,7 @@ def has_examples(system: System) -> None:
             assert again == found
 
 
-@pytest.mark.parametrize("examples", examples(6, 60))
+@pytest.mark.parametrize("examples", examples(6, 20))
 def test_examples_of_random_machines(examples: int) -> None:
     settings(
         max_examples=examples,

@@ -69,7 +69,7 @@ def check(system: System) -> None:
         assert error.rows == script.rows
 
 
-@pytest.mark.parametrize("examples", examples(8, 20))
+@pytest.mark.parametrize("examples", examples(8, 12))
 def test_scenarios_of_random_machines(examples: int) -> None:
     settings(
         max_examples=examples,

@@ -171,7 +171,7 @@ def condition_of(system: System) -> Expr:
     return next(c.when for c in subsystem.conditions if c.name == "asked")
 
 
-@pytest.mark.parametrize("examples", examples(15, 50))
+@pytest.mark.parametrize("examples", examples(15, 30))
 def test_verdicts_agree_with_all_worlds(examples: int, read: Reader) -> None:
     @settings(max_examples=examples, deadline=None)
     @given(conditions(), conditions())

@@ -69,7 +69,7 @@ def test_committed_files(path: Path, tmp_path: Path) -> None:
     assert "\nspecc: 1.2\n" in f"\n{upgraded(path, new)}"
 
 
-@pytest.mark.parametrize("seeds", blocks([1006], also=[*range(4), 5985770], long=24, each=8))
+@pytest.mark.parametrize("seeds", blocks([1006], also=[*range(4), 5985770], long=6, each=8))
 def test_random_files(seeds: Seeds, tmp_path: Path) -> None:
     for seed in seeds:
         tree = specification(Random(seed))
