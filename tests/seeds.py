@@ -84,15 +84,24 @@ def examples(few: int, many: int) -> list[Any]:
     return [few, pytest.param(how_many(many), marks=FRESH)]
 
 
-def short(values: Iterable[Any], *places: int) -> list[Any]:
-    """Parameters of which `make test` has those at the places, and the long tests all others."""
-    return [
-        pytest.param(
-            *(value if isinstance(value, tuple) else (value,)),
-            marks=() if place in places else pytest.mark.long,
-        )
-        for place, value in enumerate(values)
-    ]
+def short(values: Iterable[Any], *places: int, in_ci: int = 1) -> list[Any]:
+    """Parameters of which `make test` has those at the places, and the long tests all others.
+
+    If `in_ci` is 3, the long tests have every third of the others, and `make soak` the rest.
+    """
+    found, others = [], 0
+    for place, value in enumerate(values):
+        marks: Any = ()
+        if place not in places:
+            marks = pytest.mark.long if others % in_ci == 0 else SOAK
+            others += 1
+        found.append(pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=marks))
+    return found
+
+
+def every(count: int, values: Sequence[Any]) -> list[Any]:
+    """Parameters of which `make test` has every so many, and the long tests all others."""
+    return short(values, *range(0, len(values), count))
 
 
 def drawn(*strategies: Any, few: int, many: int) -> Callable[[Callable[..., None]], Any]:

@@ -49,6 +49,7 @@ def test_random_inputs_reach_every_state_of_the_flagship(flagship: Path) -> None
     assert states == {"irp.c": 9, "irp.g": 2, "irp.k": 2, "irp.m": 3}
 
 
+@pytest.mark.long
 def test_tables_of_small_machines(tmp_path: Path) -> None:
     package = building.generate(step_cost.TWO_MACHINES, tmp_path)
     text = step_cost.small_machines(package, steps=400, budget_s=0.0)

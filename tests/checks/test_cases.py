@@ -80,12 +80,12 @@ def update(case: Path) -> None:
 
 
 FILES = [*CASES, *SPECS]
-TURNS = 6
+TURNS = 8
 
 
 @pytest.mark.parametrize("number", range(len(FILES)), ids=lambda number: name_of(FILES[number]))
 def test_a_file_keeps_the_laws(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The short form of the test below: of the laws each file keeps a sixth, by turns."""
+    """The short form of the test below: of the laws each file keeps an eighth, by turns."""
     keeps(FILES[number], LAWS[number % TURNS :: TURNS], monkeypatch)
 
 

@@ -21,7 +21,7 @@ from specc.limits import ALLOWED, one_run
 from specc.model.expr import MemoryRef
 from specc.model.types import Bool
 from specc.proof import decide, ticks
-from tests.seeds import short
+from tests.seeds import SOAK, short
 
 SIZES = (20, 40, 80)
 FEW = 2500
@@ -69,7 +69,7 @@ def calls(folder: Path, name: str, size: int) -> int:
 LINES = [name for name in GROWING if name not in SQUARES]
 
 
-@pytest.mark.parametrize("name", short(LINES, *range(3, len(LINES), 16)))
+@pytest.mark.parametrize("name", short(LINES, *range(3, len(LINES), 16), in_ci=2))
 def test_calls_grow_with_the_list(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -93,7 +93,8 @@ def doubled() -> Iterator[object]:
         kind, _, use = name.partition(", ")
         number = kinds.index(kind)
         is_chosen = number % 3 == 1 and uses[(number + 1) % len(uses)] == use
-        yield pytest.param(name, marks=() if is_chosen else pytest.mark.long)
+        is_soak = (number + uses.index(use)) % 2
+        yield pytest.param(name, marks=() if is_chosen else SOAK if is_soak else pytest.mark.long)
 
 
 @pytest.mark.parametrize("name", list(doubled()))

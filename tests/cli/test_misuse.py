@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests import commands
+from tests.seeds import every
 
 ROOT = Path(__file__).parents[2]
 SPEC = (ROOT / "specs/conveyor_gate.yaml").read_text(encoding="utf-8")
@@ -177,7 +178,7 @@ TEXTS = {
 }
 
 
-@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize("name", every(2, [*TEXTS]))
 def test_text_that_is_no_specification(name: str, folder: Path) -> None:
     case = TEXTS[name]
     text = case.text if isinstance(case.text, bytes) else case.text.encode()

@@ -8,6 +8,7 @@ import pytest
 
 from specc.cli import main
 from tests.scenarios.runs import SPECS
+from tests.seeds import every
 
 GATE = Path(__file__).resolve().parents[2] / "specs" / "conveyor_gate.yaml"
 LIBRARY = """specc: 1
@@ -78,18 +79,21 @@ def ran(spec: Path, *settings: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("settings", "old", "new"),
-    [
-        ({"low": "1.25[m]"}, 'low: "1[m]"', 'low: "1.25[m]"'),
-        ({"low": "50[mm]", "on": "not True"}, 'low: "1[m]"', 'low: "50[mm]"'),
-        ({"middle": "high - low / 4"}, "(low + high) / 2", "high - low / 4"),
-        ({"q": "[1[rad], 2[deg]]"}, "[0, 90[deg]]", "[1[rad], 2[deg]]"),
-        ({"q": "[0, 0]"}, "[0, 90[deg]]", "[0, 0[deg]]"),
-        ({"high": "300[cm]"}, "'2[m]'", "'300[cm]'"),
-        ({"step": "0"}, "'1[mm]'", "'0[mm]'"),
-        ({"low": "1.25"}, 'low: "1[m]"', 'low: "1.25[m]"'),  # a number alone has the unit there
-        ({"step": "-.5e-1 "}, "'1[mm]'", "'-0.05[mm]'"),
-        ({"floor": "2"}, "is: 0}", 'is: "2[m]"}'),  # or else that of the declared type
-    ],
+    every(
+        2,
+        [
+            ({"low": "1.25[m]"}, 'low: "1[m]"', 'low: "1.25[m]"'),
+            ({"low": "50[mm]", "on": "not True"}, 'low: "1[m]"', 'low: "50[mm]"'),
+            ({"middle": "high - low / 4"}, "(low + high) / 2", "high - low / 4"),
+            ({"q": "[1[rad], 2[deg]]"}, "[0, 90[deg]]", "[1[rad], 2[deg]]"),
+            ({"q": "[0, 0]"}, "[0, 90[deg]]", "[0, 0[deg]]"),
+            ({"high": "300[cm]"}, "'2[m]'", "'300[cm]'"),
+            ({"step": "0"}, "'1[mm]'", "'0[mm]'"),
+            ({"low": "1.25"}, 'low: "1[m]"', 'low: "1.25[m]"'),  # a number alone has the unit there
+            ({"step": "-.5e-1 "}, "'1[mm]'", "'-0.05[mm]'"),
+            ({"floor": "2"}, "is: 0}", 'is: "2[m]"}'),  # or else that of the declared type
+        ],
+    ),
 )
 def test_the_code_is_that_of_a_file_with_the_value(
     spec: Path, tmp_path: Path, settings: dict[str, str], old: str, new: str

@@ -31,7 +31,7 @@ def codes_found(
     return set(FOUND.findall(capsys.readouterr().err))
 
 
-@pytest.mark.parametrize("code", short(CODES, *range(1, len(CODES), 2)), ids=lambda code: code.id)
+@pytest.mark.parametrize("code", short(CODES, *range(1, len(CODES), 4)), ids=lambda code: code.id)
 def test_the_failing_example_has_the_code(
     code: Code, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from specc.pipeline import Result, compile_spec
 from specc.tools.explore.explorer import Exploration, explore
+from tests.seeds import every
 from tests.soundness.agreement import differences
 from tests.soundness.interpreter import Interpreter
 from tests.soundness.operators import PLAIN
@@ -41,7 +42,7 @@ def explored(text: str, folder: Path) -> tuple[Result, Exploration]:
     return result, explore(result.proofs, 20_000)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+@pytest.mark.parametrize("case", every(2, CASES), ids=lambda case: case.stem)
 def test_a_seeded_fault_is_found_and_its_mended_twin_has_none(case: Path, tmp_path: Path) -> None:
     text = case.read_text(encoding="utf-8")
     head = HEAD.match(text)

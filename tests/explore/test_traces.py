@@ -33,7 +33,7 @@ def traced(spec: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> list[di
     return found
 
 
-@pytest.mark.parametrize("case", short(CASES, *range(0, len(CASES), 3)), ids=lambda case: case.stem)
+@pytest.mark.parametrize("case", short(CASES, *range(0, len(CASES), 6)), ids=lambda case: case.stem)
 def test_traces_are_recordings_that_replay(
     case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

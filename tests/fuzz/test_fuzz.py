@@ -17,14 +17,16 @@ from bench.fuzzing.texts import random_bytes, random_tree, random_words
 from bench.fuzzing.trial import Trial, beds, guarded, tried
 from bench.seeding.sheet import Sheet
 from specc import pipeline
+from tests.seeds import SOAK
 
 
 @pytest.mark.parametrize(
     ("seed", "files"),
     [
-        (1, 15),
+        (1, 8),
         pytest.param(1, 100, marks=pytest.mark.long),
-        pytest.param(2, 600, marks=pytest.mark.long),
+        pytest.param(2, 200, marks=pytest.mark.long),
+        pytest.param(2, 600, marks=SOAK),
     ],
 )
 def test_files_are_accepted_or_refused_within_limits(seed: int, files: int, tmp_path: Path) -> None:

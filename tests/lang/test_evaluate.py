@@ -16,7 +16,7 @@ from specc.model.types import Bool, Pose
 from tests.seeds import drawn
 from tests.strategies import NAMES, SCOPE, Reading, conditions, environments, expressions, values
 
-FEW, MANY = 15, 20
+FEW, MANY = 8, 20
 """Examples of a random test, and of a long one."""
 ARITHMETIC_FAULTS = (ZeroDivisionError, OverflowError, ValueError)
 

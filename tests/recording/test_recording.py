@@ -141,6 +141,7 @@ def _await(file: Path, size: int) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seeds", blocks([1], long=1, each=1))
 def test_a_killed_run_leaves_all_but_the_last_second(seeds: Sequence[int], tmp_path: Path) -> None:
     file, out = tmp_path / "run.mcap", tmp_path / "clean.mcap"

@@ -81,7 +81,7 @@ def _mixing(rates: list[int], seed: int, *, sleepy: bool = False) -> list[Node]:
 
 
 @given(rates=st.lists(RATES, min_size=2, max_size=5), data=st.data())
-@settings(deadline=None, max_examples=how_many(30))
+@settings(deadline=None, max_examples=how_many(15))
 def test_order_of_subsystems_cannot_be_seen(rates: list[int], data: st.DataObject) -> None:
     nodes = data.draw(st.permutations(_mixing(rates, 0)))
     plain, permuted = Run(system(*_mixing(rates, 0)), 40), Run(system(*nodes), 40)

@@ -125,9 +125,9 @@ def without(route: Route, folder: Path) -> tuple[Diagnostic, ...]:
 
 
 def some(pairs: Sequence[tuple[Route, str]], every: int) -> list[Any]:
-    """Parameters in blocks: every so many for `make test`, the others for the long tests."""
+    """Parameters in blocks: one for `make test`, half of the others for the long tests."""
     blocks = [[p for i, p in enumerate(pairs) if i % every == k] for k in range(every)]
-    return short(blocks, 0)
+    return short(blocks, 0, in_ci=2)
 
 
 @pytest.mark.parametrize("cases", some(PARTS, 40))

@@ -17,6 +17,7 @@ from specc.checks import presence, rows
 from specc.diagnostics import Diagnostic
 from specc.model import expr as m
 from specc.proof.verdict import Decision
+from tests.seeds import every
 from tests.soundness import interpreter as book
 from tests.soundness.evaluator import Key, Situation, Value, value
 from tests.soundness.law import compare
@@ -92,7 +93,9 @@ class NoAxioms(book.Machine):
 
 
 @pytest.mark.parametrize(
-    "wrong", [TerminalFirst, OneByOne, FirstRow, NeverEntered, NoAxioms], ids=lambda w: w.__name__
+    "wrong",
+    every(2, [TerminalFirst, OneByOne, FirstRow, NeverEntered, NoAxioms]),
+    ids=lambda w: w.__name__,
 )
 def test_a_wrong_work_cycle(
     wrong: type[book.Machine], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -9,7 +9,7 @@ import pytest
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import apply
-from tests.seeds import short
+from tests.seeds import every, short
 from tests.tools.lsp.test_completion import labels
 from tests.tools.lsp.workspace import edited, place
 
@@ -139,23 +139,26 @@ def test_what_is_named_is_explained_and_found(
 
 @pytest.mark.parametrize(
     ("old", "new", "there", "absent"),
-    [
-        (
-            "always(gap(plant.at)",
-            "|",
-            "always within rovers base plant near_by gap state",
-            "telling",
-        ),
-        ("always(gap(plant.at)", "always(gap(plant.|)", "at", "c wheel"),
-        ("base.c.last", "base.|", "c", "last state"),
-        ("base.c.last", "base.c.|", "last x", "state S0"),
-        ("base.c.last", "base.c.x.rovers_1.|", "n", "last"),
-        ("base.c.last", "rovers.|", "c wheel E", "last"),
-        ("state(base.c) == S0", "state(base.|) == S0", "c", "last"),
-        ("state(base.c) == S0", "state(rovers_1.c) == |", "telling resting", "S0"),
-        ("within(9[s],", "within(9[|],", "s m", "base"),
-        ("implies left >= near_by", "implies |", "left hurry within", "telling"),
-    ],
+    every(
+        2,
+        [
+            (
+                "always(gap(plant.at)",
+                "|",
+                "always within rovers base plant near_by gap state",
+                "telling",
+            ),
+            ("always(gap(plant.at)", "always(gap(plant.|)", "at", "c wheel"),
+            ("base.c.last", "base.|", "c", "last state"),
+            ("base.c.last", "base.c.|", "last x", "state S0"),
+            ("base.c.last", "base.c.x.rovers_1.|", "n", "last"),
+            ("base.c.last", "rovers.|", "c wheel E", "last"),
+            ("state(base.c) == S0", "state(base.|) == S0", "c", "last"),
+            ("state(base.c) == S0", "state(rovers_1.c) == |", "telling resting", "S0"),
+            ("within(9[s],", "within(9[|],", "s m", "base"),
+            ("implies left >= near_by", "implies |", "left hurry within", "telling"),
+        ],
+    ),
 )
 def test_what_may_follow_is_proposed(
     project: tuple[Project, str], old: str, new: str, there: str, absent: str

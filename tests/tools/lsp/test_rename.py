@@ -56,7 +56,7 @@ def flagship() -> Project:
     return project
 
 
-@pytest.mark.parametrize("part", short(range(PARTS_OF_ALL), 0))
+@pytest.mark.parametrize("part", short(range(PARTS_OF_ALL), 0, in_ci=3))
 def test_renaming_there_and_back_is_nothing(part: int, flagship: Project) -> None:
     for name, offset in samples(flagship)[part::PARTS_OF_ALL]:
         is_nothing_there_and_back(flagship, name, offset)

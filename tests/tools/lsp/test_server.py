@@ -12,6 +12,7 @@ from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError
 from tests.house.tree import ROOT
+from tests.seeds import SOAK
 from tests.tools.lsp.client import Client, ServerError
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, place
 
@@ -167,7 +168,8 @@ def test_survives_requests_about_broken_and_unknown_files(client: Client, folder
     [
         (7, 4),
         pytest.param(7, 8, marks=pytest.mark.long),
-        *(pytest.param(n, 20, marks=pytest.mark.long) for n in range(8, 14)),
+        *(pytest.param(n, 20, marks=pytest.mark.long) for n in range(8, 11)),
+        *(pytest.param(n, 20, marks=SOAK) for n in range(11, 14)),
     ],
 )
 def test_broken_texts_of_the_flagship_raise_nothing(seed: int, texts: int) -> None:
