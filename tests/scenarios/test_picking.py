@@ -14,9 +14,9 @@ from tests.sweep.runs import swept, table
 
 @pytest.mark.long
 def test_a_beginning_without_faults_is_the_same_with_worker_and_with_operators_examined() -> None:
-    """The short form of the tests below, in which the objects are seen and the arm moves."""
-    code, threaded = run(FLAGSHIP, "--seed", "0", "--duration", "0.45")
-    _, inline = run(FLAGSHIP, "--seed", "0", "--duration", "0.45", "--inline", "--check-operators")
+    """The short form of those of a whole pick, in which the objects are seen and the arm moves."""
+    code, threaded = run(FLAGSHIP, "--seed", "0", "--duration", "1.5")
+    _, inline = run(FLAGSHIP, "--seed", "0", "--duration", "1.5", "--inline", "--check-operators")
     assert (code, threaded["faults"], inline["faults"]) == (0, [], [])
     assert threaded["records_sha256"] == inline["records_sha256"]
     assert {"S1", "S2"} <= set(threaded["subsystems"]["irp.c"]["states_visited"])
@@ -71,6 +71,7 @@ def test_a_dropped_object_is_found_and_picked_again() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.soak
 def test_same_seed_same_records_with_worker_and_with_operators_examined_without() -> None:
     _, threaded = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
     _, inline = run(FLAGSHIP, "--seed", "0", "--cycles", "1", "--inline", "--check-operators")
