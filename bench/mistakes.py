@@ -94,7 +94,8 @@ def judged(mistake: Mistake) -> Judged:
         shutil.copy(ROOT / "pyproject.toml", root)  # the root of the project
         shutil.copytree(ROOT / "models", root / "models")
         before = heard(root / mistake.system)
-        assert not before[0], before  # nothing is wrong with what is shipped
+        unreadable = [code for code, _ in before[0] if code.startswith("E00")]
+        assert not unreadable, before  # the copy has what the system needs
         mistake.make(root)
         after = heard(root / mistake.system)
     return Judged(mistake, *(new - old for new, old in zip(after, before, strict=True)))
