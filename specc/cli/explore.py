@@ -66,10 +66,13 @@ def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
     for name, axiom, verdict in found.assumptions:
         lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
     lines += [f"requirement {_called(r.requirement)}: {r.words()}" for r in found.requirements]
+    but = f"; {found.dead_ends}" if found.dead_ends else ""
     if found.is_short:
-        lines.append(f"not everything was explored in {budget} steps: --budget allows for more")
+        lines.append(
+            f"not everything was explored in {budget} steps: --budget allows for more{but}"
+        )
     elif not found.broken_off:
-        lines.append(f"all in all: {found.status}")
+        lines.append(f"all in all: {found.status}{but}")
     for finding, trace in zip(found.traced, kept, strict=bool(kept)):
         said = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {said}")

@@ -21,12 +21,11 @@ from specc.model.expr import TRUE
 from specc.model.types import Type
 from specc.pipeline import Result, compile_spec
 from specc.source import Place
-from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.monitor import Monitor, NotFollowedError, TruthValue
-from specc.tools.explore.required import groups
+from specc.tools.explore.required import subjects
 from tests.explore.verdicts import misjudged, monitored
 from tests.scenarios.runs import SPECS
 from tests.seeds import Seeds, blocks
@@ -471,10 +470,9 @@ def test_violations_on_the_last_steps_of_the_budget_are_kept(budget: int) -> Non
     """Also if not all ways from where they are were followed."""
     case = Path(__file__).parent / "cases/required-before.yaml"
     facts = compile_spec(str(case)).proofs
-    (group,) = groups(facts)
-    abstraction = Abstraction(facts, group.requirements)
-    watched = group.requirements
-    graph = Graph(Composition(group.names, abstraction, watched=watched), budget)
+    (subject,) = subjects(facts)
+    watched = [subject.requirement]
+    graph = Graph(Composition(subject.names, subject.abstraction, watched=watched), budget)
     assert graph.violated == {0}
     number, (edge,) = graph.violation(0)
     assert number == len(graph.edges) < len(graph.configurations)

@@ -8,7 +8,7 @@ machines that send it an element that is kept.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
@@ -31,7 +31,7 @@ from specc.tools.explore.cone import (
     ConeState,
     named_in,
 )
-from specc.tools.explore.partial import Known, filled, static
+from specc.tools.explore.partial import Known, filled, may_fail, static
 from specc.tools.explore.regions import Within, within
 
 
@@ -84,8 +84,8 @@ class Kept:
         return ends or events or bool(subsystem.axioms)
 
 
-def _state(kept: Kept, state: State) -> ConeState:
-    """What the cone of a machine has of a state."""
+def _state(kept: Kept, state: State, failing: Collection[str]) -> ConeState:
+    """What the cone of a machine has of a state; `failing` are the lets that may fail."""
     endings = (
         ConeEnding(
             end.name,
@@ -97,12 +97,13 @@ def _state(kept: Kept, state: State) -> ConeState:
         )
         for cause, end in state.behaviour.endings
     )
-    assigned = (((item.peer, item.name), item.value) for item in state.behaviour.assignments)
+    assigned = [((item.peer, item.name), item.value) for item in state.behaviour.assignments]
     return ConeState(
         state.name,
         tuple(endings),
         tuple((key, value) for key, value in assigned if kept.has(key)),
-        kept.rests.all(item.value for item in state.behaviour.assignments).inputs,
+        tuple(value for _, value in assigned if may_fail(value, failing)),
+        kept.rests.all(value for _, value in assigned).inputs,
         frozenset(state.ignores),
     )
 
@@ -163,6 +164,38 @@ class Abstraction:
             )
             for expr in sent
         )
+
+    @cached_property
+    def measured(self) -> set[tuple[str, InputName]]:
+        """Inputs, and memory without a peer, whose values are computed from measurements."""
+        found = {
+            (name, key)
+            for name, kept in self.kept.items()
+            for key in kept.subsystem.inputs
+            if self.sender_of(name, key) is None
+        }
+        before = -1
+        while before < len(found):
+            before = len(found)
+            for name, kept in self.kept.items():
+                for item in kept.subsystem.memory:
+                    if self._is_given(name, ("", item.name), item.init, found):
+                        found.add((name, ("", item.name)))
+                for key in kept.subsystem.inputs:
+                    sent = self.sender_of(name, key)
+                    if sent and self._is_given(*sent, None, found):
+                        found.add((name, key))
+        return found
+
+    def _is_given(
+        self, name: str, key: InputName, init: m.Expr | None, measured: set[tuple[str, InputName]]
+    ) -> bool:
+        """Whether some value that memory or an output gets is computed from measurements."""
+        written = self.kept[name].subsystem.written.get(key, {}).values()
+        exprs = [*(e for each in written for e in each), *([] if init is None else [init])]
+        rests = self.kept[name].rests.all(exprs)
+        read = {*rests.inputs, *(("", memory) for memory in rests.memory)}
+        return rests.lags or any((name, key) in measured for key in read)
 
     def noise_within(self, reader: str, key: InputName) -> Within | None:
         """What a value lies within that is computed from measurements in every period."""
@@ -242,7 +275,10 @@ class Abstraction:
 
     def _cone(self, name: str, kept: Kept) -> Cone:
         subsystem, within = kept.subsystem, dict(kept.memory_within())
-        states = tuple(_state(kept, state) for state in subsystem.states)
+        failing = set[str]()
+        for let in subsystem.lets:  # in order of dependence
+            failing |= {let.name} if may_fail(let.value, failing) else set()
+        states = tuple(_state(kept, state, failing) for state in subsystem.states)
         inputs = tuple(
             ConeInput(
                 key,
@@ -277,6 +313,7 @@ class Abstraction:
             constants,
             axioms,
             frozenset(kept.machine.arrivals.declared),
+            frozenset(key for reader, key in self.measured if reader == name),
             kept.machine.prover,
         )
 

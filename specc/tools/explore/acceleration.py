@@ -18,9 +18,10 @@ from specc.model import expr as m
 from specc.proof.clock import LONGEST
 from specc.tools.explore.composition import Composition, Configuration, Edge, MachineState
 from specc.tools.explore.lines import Line, is_minus_zero
+from specc.tools.explore.moves import Local, Move
 from specc.tools.explore.partial import SOME, AbstractValue, Known, filled
 from specc.tools.explore.symmetry import Permutation
-from specc.tools.explore.walker import Local, Move, Walker
+from specc.tools.explore.walker import Walker
 from specc.tools.explore.watch import Watch, Watched
 
 FIRST = 16

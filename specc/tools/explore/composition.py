@@ -18,9 +18,10 @@ from specc.model.requirement import Requirement
 from specc.proof import InputName
 from specc.reachable import reachable
 from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.moves import OVER, Local, Move, SentValues
 from specc.tools.explore.symmetry import Copies, Permutation, Symmetry
 from specc.tools.explore.values import MOST_VALUES, Numbers, ValueNumbers
-from specc.tools.explore.walker import OVER, Local, Move, SentValues, Walker
+from specc.tools.explore.walker import Walker
 from specc.tools.explore.watch import Visible, Watch
 
 

@@ -52,6 +52,8 @@ class ConeState:
     endings: tuple[ConeEnding, ...]
     assignments: tuple[tuple[InputName, m.Expr], ...]
     """Values of memory and outputs that are followed; the peer of memory is ""."""
+    failing: tuple[m.Expr, ...]
+    """Values that its functions compute, followed or not, and that may fail."""
     reads: frozenset[InputName]
     ignores: frozenset[InputName]
 
@@ -62,6 +64,7 @@ class ConeState:
             yield end.when
             yield from (row.when for row in end.rows)
         yield from (value for _, value in self.assignments)
+        yield from self.failing
 
     @property
     def conditions(self) -> Iterator[m.Expr]:
@@ -110,6 +113,8 @@ class Cone:
     constants: tuple[tuple[str, m.Expr], ...]
     axioms: tuple[m.Expr, ...]
     always_present: frozenset[InputName]
+    measured: frozenset[InputName]
+    """Inputs, and memory without a peer, whose values are computed from measurements."""
     prover: Prover = field(compare=False)
     """What it answers follows from the lets, constants, axioms, period and `always_present`."""
 
@@ -122,6 +127,12 @@ class Cone:
     def state(self) -> dict[str, ConeState]:
         """The states by name."""
         return {state.name: state for state in self.states}
+
+    def is_measured(self, expr: m.Expr) -> bool:
+        """Whether an expression is computed from measurements, or from ages."""
+        rests = self.rests.of(expr)
+        memory = {("", name) for name in rests.memory}
+        return rests.lags or not self.measured.isdisjoint(rests.inputs | memory)
 
     @property
     def static(self) -> Known:
@@ -164,6 +175,7 @@ class Cone:
             constants=constants,
             axioms=axioms,
             always_present=frozenset(map(name, self.always_present)),
+            measured=frozenset(map(name, self.measured)),
         )
 
 
@@ -186,6 +198,7 @@ def _renamed(
         state.name,
         tuple(endings),
         tuple((key, assigned[key]) for key in sorted(assigned)),
+        tuple(sorted(map(normal, state.failing), key=show)),
         frozenset(map(name, state.reads)),
         frozenset(map(name, state.ignores)),
     )

@@ -16,11 +16,14 @@ from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import TracedFinding, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
 from specc.tools.explore.refine import best, not_refuted, refined
-from specc.tools.explore.required import Group, RequirementVerdict, groups, judged, undecided
+from specc.tools.explore.required import RequirementVerdict, Subject, judged, subjects, undecided
 from specc.tools.explore.symmetry import likewise
 
-FOR_REQUIREMENTS = 8
-"""One part in so many of the budget is for requirements."""
+FOR_REQUIREMENTS, FOR_EACH = 8, 16
+"""One part in so many of the budget is for requirements, and at most for each pass for one of them.
+
+What is for one does not depend on how many there are, so that its verdict does not.
+"""
 MOST_ALIKE = 4
 """Machines and conditions that are named."""
 BOUND = "ended at the bound"
@@ -108,6 +111,12 @@ class Exploration:
         return f"complete{but if undecided else ''}"
 
     @property
+    def dead_ends(self) -> str:
+        """How many requirements measurements can break, as words; nothing for none."""
+        count = sum(each.is_dead_end for each in self.requirements)
+        return f"{counted(count, 'requirement')} can be broken by what is measured" if count else ""
+
+    @property
     def traced(self) -> list[TracedFinding]:
         """The findings, then the violations that rest on conditions and are none."""
         rest = (each.finding for each in self.requirements if each.verdict == "open")
@@ -135,7 +144,7 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     result = Exploration()
     found: dict[tuple[object, ...], TracedFinding] = {}
     verdicts: dict[tuple[str, int], set[AssumptionVerdict]] = {}
-    slices, required = likewise(abstraction.slices(), abstraction), groups(facts)
+    slices, required = likewise(abstraction.slices(), abstraction), subjects(facts)
     kept = budget // FOR_REQUIREMENTS if required else 0
     for index, (names, others) in enumerate(slices):
         if result.broken_off:
@@ -169,25 +178,21 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     return result
 
 
-def _require(result: Exploration, required: Sequence[Group], facts: Facts, budget: int) -> None:
-    """Explore the requirements with the rest of the budget."""
-    spent = sum(each.steps for each in result.slices)
-    # A formula with a distant deadline has a configuration for each tick.
-    left = min(budget - spent, budget // FOR_REQUIREMENTS)
+def _require(result: Exploration, required: Sequence[Subject], facts: Facts, budget: int) -> None:
+    """Explore the requirements, each alone."""
     told: dict[int, RequirementVerdict] = {}
-    for index, group in enumerate(required):
-        told |= {id(r): RequirementVerdict(r, "not explored") for r in group.requirements}
+    for subject in required:
+        key = id(subject.requirement)
+        told[key] = RequirementVerdict(subject.requirement, "not explored")
         if result.broken_off:
             continue
-        share = max(0, left) // (len(required) - index)
         try:
-            said, there, graphs = judged(group, facts, share)
+            said, there, graphs = judged(subject, budget // FOR_EACH)
         except (KeyboardInterrupt, MemoryError) as error:
             result.broken_off = broken_off(error)
             continue
-        left -= sum(graph.steps for graph in graphs)
         result.broken_off = next((g.broken_off for g in graphs if g.broken_off), "")
-        told |= {id(each.requirement): each for each in said}
+        told[key] = said
         result.findings += there
     result.requirements = [
         told.get(id(requirement)) or undecided(requirement)

@@ -132,7 +132,8 @@ class Graph:
         """The edges from a configuration that no fault ends."""
         return [edge for edge in self.edges[number] if not edge.ends]
 
-    def _passed(self, here: int, edge: Edge) -> int:
+    def passed(self, here: int, edge: Edge) -> int:
+        """The base ticks of the slice that an edge from a configuration takes."""
         return self.composition.passed(self.configurations[here].phase, edge)
 
     def _number(self, there: Configuration, here: int, edge: Edge) -> int:
@@ -140,7 +141,7 @@ class Graph:
         if number is None:
             number = self._known[there] = len(self.configurations)
             self.configurations.append(there)
-            self._ticks.append(self._ticks[here] + self._passed(here, edge))
+            self._ticks.append(self._ticks[here] + self.passed(here, edge))
             self._single.append((0, 0))
         return number
 
@@ -148,7 +149,7 @@ class Graph:
 
     def cost(self, number: int, *last: Edge) -> Cost:
         """The cost of the easiest path to a configuration and over further edges."""
-        return reduce(_after, last, self._ways.costs[number])
+        return reduce(after, last, self._ways.costs[number])
 
     def way(self, number: int) -> list[Passage]:
         """The easiest path to a configuration: edges, each with the configuration it leaves."""
@@ -187,7 +188,7 @@ class Graph:
             if cost > ways.costs[number] or number >= len(self.edges):
                 continue
             for edge in self.edges[number]:
-                there = _after(cost, edge)
+                there = after(cost, edge)
                 if there < ways.costs[edge.target]:
                     ways.costs[edge.target] = there
                     ways.before[edge.target] = number, edge
@@ -204,7 +205,8 @@ class _Ways(NamedTuple):
     frames: list[Permutation]
 
 
-def _after(cost: Cost, edge: Edge) -> Cost:
+def after(cost: Cost, edge: Edge) -> Cost:
+    """The cost of a way with one more edge."""
     turns, steps, late = cost
     more = sum(move.row >= 0 and bool(move.free) for _, move in edge.moves)
     return turns + more, steps + max(1, len(edge.loop)) * edge.times, late + more * steps

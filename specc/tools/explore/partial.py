@@ -6,7 +6,7 @@ computed by `specc.lang.evaluate`. The others stay as they are, with their lets 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import field, replace
 from fractions import Fraction
 from itertools import islice
@@ -30,7 +30,7 @@ from specc.model.types import (
 from specc.proof import InputName
 from specc.proof.clock import Turns
 from specc.tools.explore.lines import EXACT, Line, lined
-from specc.tools.explore.regions import Region, Within, leaves
+from specc.tools.explore.regions import Region, Within, is_number, leaves
 
 SOME: Final = "some"
 """An unknown value that is present (not None)."""
@@ -171,6 +171,41 @@ def _computed(expr: m.Expr) -> m.Expr:
     return expr if made is None else made
 
 
+def may_fail(expr: m.Expr, lets: Collection[str]) -> bool:
+    """Whether an expression divides, takes a root, or names one of these lets."""
+    return any(
+        (isinstance(node, m.Binary) and node.op == "/")
+        or (isinstance(node, m.Builtin) and node.name == "sqrt")
+        or (isinstance(node, m.LetRef) and node.name in lets)
+        for node in m.walk(expr)
+    )
+
+
+def fails(expr: m.Expr) -> bool:
+    """Whether what filling in left surely fails: a division by zero, a root of what is negative.
+
+    Of operands and branches that may be skipped nothing is sure.
+    """
+    match expr:
+        case m.Logic(operands=(first, *_)):
+            return fails(first)
+        case m.Choice(test=test, then=then, otherwise=otherwise):
+            return fails(test) or (fails(then) and fails(otherwise))
+        case m.Quantifier(over=over):
+            return fails(over)
+    parts = m.children(expr)
+    if any(map(fails, parts)):
+        return True
+    if not is_number(expr) or not isinstance(expr, (m.Binary, m.Builtin)):
+        return False
+    try:
+        return bool(all(map(is_literal, parts)) and evaluate(expr, Environment()) is None)
+    except (ZeroDivisionError, ValueError):
+        return True
+    except (ArithmeticError, TypeError, LookupError):
+        return False
+
+
 _COMPUTABLE = (m.Unary, m.Binary, m.Compare, m.Among, m.Builtin)
 
 
@@ -213,11 +248,15 @@ def _clock(expr: m.Clock, known: Known) -> m.Expr:
     return m.Number(0.0, type=expr.type) if known.periods == 0 else expr
 
 
-def _compare(expr: m.Compare, known: Known) -> m.Expr:
+def _ranged(expr: m.Compare | m.Builtin, known: Known) -> m.Expr:
+    """A comparison, or whole number, that is the same wherever in their ranges values lie."""
     made = _computed(m.mapped(expr, lambda part: filled(part, known)))
-    if isinstance(made, m.Compare) and (known.is_ranged(made) or known.runs(made)):
+    if isinstance(made, (m.Compare, m.Builtin)) and (known.is_ranged(made) or known.runs(made)):
         least, greatest = bounded(made, known.range_of)
-        return truth(bool(least)) if least == greatest else made
+        if least == greatest and isinstance(made, m.Compare):
+            return truth(bool(least))
+        if least == greatest and isinstance(made.type, Int) and abs(least) <= EXACT:
+            return m.Number(int(least), type=made.type)
     return made
 
 
@@ -305,7 +344,8 @@ _RULES: dict[type, Callable[[Any, Known], m.Expr]] = {
     m.Present: lambda e, known: _asked(known.present, e),
     m.Lag: lambda e, known: e,
     m.Clock: _clock,
-    m.Compare: _compare,
+    m.Compare: _ranged,
+    m.Builtin: _ranged,
     m.Unary: _unary,
     m.Logic: _logic,
     m.Choice: _choice,

@@ -1,20 +1,19 @@
 """Requirements as goals of exploring: proved, violated on some trace, or not decided.
 
-Requirements about the same machines are explored together, with all machines that influence these.
-Requirements about single ticks add no configurations. They go first, apart from temporal ones.
+Each requirement is explored alone, with all machines that influence it. So no other requirement
+changes its verdict.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from operator import itemgetter
 from typing import Literal
 
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import listed
-from specc.frozen import frozen, mutable
+from specc.frozen import frozen
 from specc.model.requirement import (
     Junction,
     Requirement,
@@ -26,10 +25,11 @@ from specc.model.requirement import (
 )
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
-from specc.tools.explore.findings import Found, TracedFinding
+from specc.tools.explore.findings import TracedFinding
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.monitor import Monitor, NotFollowedError
+from specc.tools.explore.monitor import Monitor, NotFollowedError, TruthValue
 from specc.tools.explore.refine import not_refuted, refined
+from specc.tools.explore.response import Pending, responses
 from specc.tools.explore.trace import ExploredTrace, trace
 
 RequirementStatus = Literal[
@@ -51,6 +51,8 @@ class RequirementVerdict:
     """The reason of `not decided`, if it lies in the formula and not in the values."""
     asked: bool = True
     """Whether some run may ask it; if not, it holds vacuously."""
+    is_dead_end: bool = False
+    """Whether measurements can lead to where what is awaited cannot come any more."""
 
     @property
     def rests_on(self) -> tuple[str, ...]:
@@ -82,24 +84,25 @@ def _unknown(requirement: Requirement) -> str:
     return f"{listed(named, 'and')} {'is' if len(found) == 1 else 'are'} measured"
 
 
-@mutable
-class Group:
-    """Requirements about the same machines, all about single ticks or all temporal."""
+@frozen
+class Subject:
+    """A requirement that monitors can follow, with all machines that influence what it reads."""
 
+    requirement: Requirement
     names: tuple[str, ...]
-    requirements: list[Requirement]
+    abstraction: Abstraction
 
 
-def groups(facts: Facts) -> list[Group]:
-    """The requirements that monitors can follow, in groups."""
-    found: dict[tuple[bool, tuple[str, ...]], Group] = {}
+def subjects(facts: Facts) -> list[Subject]:
+    """The requirements that monitors can follow, those about single ticks first."""
+    found = []
     for requirement in facts.system.requirements:
         asked = {x.subsystem for x in requirement.readings if x.kind != "reported"}
-        names = Abstraction(facts, [requirement]).around(asked)
+        abstraction = Abstraction(facts, [requirement])
+        names = abstraction.around(asked)
         if names and is_followed(requirement):
-            key = not is_timeless(requirement.formula), names
-            found.setdefault(key, Group(names, [])).requirements.append(requirement)
-    return [found[key] for key in sorted(found, key=itemgetter(0))]
+            found.append(Subject(requirement, names, abstraction))
+    return sorted(found, key=lambda each: not is_timeless(each.requirement.formula))
 
 
 def undecided(requirement: Requirement) -> RequirementVerdict:
@@ -118,23 +121,21 @@ def is_followed(requirement: Requirement) -> bool:
 
 
 def judged(
-    group: Group, facts: Facts, budget: int
-) -> tuple[list[RequirementVerdict], list[TracedFinding], list[Graph]]:
-    """The verdicts on the requirements of a group, their findings, and the graphs."""
-    abstraction = Abstraction(facts, group.requirements)
-
-    probes = {i: probe for i, r in enumerate(group.requirements) if (probe := _probe(r))}
+    subject: Subject, budget: int
+) -> tuple[RequirementVerdict, list[TracedFinding], list[Graph]]:
+    """The verdict on a requirement, its findings, and the graphs."""
+    requirement, abstraction = subject.requirement, subject.abstraction
+    probe = _probe(requirement)
+    probes = () if probe is None else (probe,)
 
     def build(precision: Precision, budget: int, *, still: bool = False) -> Graph:
-        watched = group.requirements
-        others = tuple(probes.values())
         made = Composition(
-            group.names, abstraction, precision, watched=watched, probes=others, still=still
+            subject.names, abstraction, precision, watched=[requirement], probes=probes, still=still
         )
         return Graph(made, budget)
 
     def look(graph: Graph) -> dict[int, TracedFinding]:
-        return {index: _way(graph, index, group, abstraction) for index in graph.violated}
+        return {index: _way(graph, requirement, abstraction) for index in graph.violated}
 
     told = refined(build, look, budget)
     graphs = [graph for graph, _ in told]
@@ -143,38 +144,82 @@ def judged(
         # With deadlines too distant for all traces, a single trace may still show the awaited one.
         one = build(Precision(exact=True), budget, still=True)
         told.insert(0, (one, look(one)))
-    left = not_refuted(told)
-    said, findings = [], []
-    for index, requirement in enumerate(group.requirements):
-        way, exactly = left.get(index, (None, False))
-        verdict = _verdict(graphs, index, requirement, way)
-        place = len(group.requirements) + [*probes].index(index) if index in probes else -1
-        is_asked = not (verdict == "proved" and place >= 0 and _is_proved(graphs, place))
-        why = _absent(graphs, index) if verdict == "not decided" else ""
-        said.append(RequirementVerdict(requirement, verdict, way, why, asked=is_asked))
-        if way is not None and verdict != "open":
-            findings.append(replace(way, is_confirmed=exactly or way.way.is_decided))
+    way, exactly = not_refuted(told).get(0, (None, False))
+    verdict = _verdict(graphs, requirement, way)
+    is_asked = not (verdict == "proved" and probes and _is_proved(graphs, 1))
+    why = ""
+    if verdict == "not decided":
+        why, way = _untold(way) if way else _absent(graphs), None
+    dead_end = _dead_end(subject, budget) if verdict == "open" else None
+    if way is not None and dead_end is not None:
+        found, exactly = dead_end
+        # That nothing is asked anew rests on conditions, too.
+        free = found.way.free or way.way.free
+        way, verdict = replace(found, way=replace(found.way, free=free)), "may be violated"
+    findings = []
+    if way is not None and verdict != "open":
+        findings.append(replace(way, is_confirmed=exactly or way.way.is_decided))
+    said = RequirementVerdict(
+        requirement, verdict, way, why, asked=is_asked, is_dead_end=dead_end is not None
+    )
     return said, findings, [graph for graph, _ in told]
 
 
-def _way(graph: Graph, index: int, group: Group, abstraction: Abstraction) -> TracedFinding:
+def _dead_end(subject: Subject, budget: int) -> tuple[TracedFinding, bool] | None:
+    """The finding on an answer that cannot come any more, and whether its graph is exact."""
+    requirement, abstraction = subject.requirement, subject.abstraction
+    every = list(responses(requirement.formula))
+    at_once = [replace(requirement, formula=each.at_once, lasts=True) for each in every]
+    probes = [replace(at_once[0], formula=f) for each in every for f in (each.asked, each.answer)]
+
+    def build(precision: Precision, budget: int) -> Graph:
+        made = Composition(subject.names, abstraction, precision, watched=at_once, probes=probes)
+        return Graph(made, budget)
+
+    def look(graph: Graph) -> dict[int, TracedFinding]:
+        for index, response in enumerate(every):
+            first = len(at_once) + 2 * index
+            asked, answered = (_truths(graph, place) for place in (first, first + 1))
+            begins = range(len(asked)) if requirement.lasts else (0,)
+            starts = [n for n in begins if asked[n] is True and answered[n] is False]
+            if not requirement.lasts:  # nothing is asked after the start
+                asked = [False] * len(asked)
+            end = Pending(graph, asked, answered, response.deadline_s).dead_end(starts)
+            if end is not None:
+                way = trace(graph, end.start, *end.way)
+                return {0: _finding(requirement, way, unless_anew=end.unless_anew)}
+        return {}
+
+    return not_refuted(refined(build, look, budget)).get(0) if every else None
+
+
+def _truths(graph: Graph, index: int) -> list[TruthValue]:
+    """Whether a requirement about single ticks holds in each configuration."""
+    composition = graph.composition
+    assert composition.watch is not None
+    return [
+        composition.watch.truth(index, here.watched, composition.locals_of(here))
+        for here in graph.configurations
+    ]
+
+
+def _way(graph: Graph, requirement: Requirement, abstraction: Abstraction) -> TracedFinding:
     """The finding on a violation, with the easiest trace to it."""
-    number, edges = graph.violation(index)
-    found = Found(graph, abstraction)
-    found.add(_finding(group.requirements[index], trace(graph, number, *edges)))
-    (finding,) = found.findings.values()
-    return finding
+    number, edges = graph.violation(0)
+    return _finding(requirement, trace(graph, number, *edges))
 
 
-def _finding(requirement: Requirement, way: ExploredTrace) -> TracedFinding:
+def _finding(
+    requirement: Requirement, way: ExploredTrace, *, unless_anew: bool = False
+) -> TracedFinding:
     states = {step.walker.name: step.move.target for step in way.steps}
     asked = dict.fromkeys(x.subsystem for x in requirement.readings)
     there = ", ".join(f"`{name}` in `{states[name]}`" for name in asked if name in states)
-    what = (
-        "nothing meets this requirement any more"
-        if reach_s(requirement.formula)
-        else ("this requirement is violated")
-    )
+    what = "this requirement is violated"
+    if reach_s(requirement.formula):
+        what = "nothing meets this requirement any more"
+    if unless_anew:
+        what = "nothing meets this requirement any more before it is asked anew,"
     return TracedFinding(
         ("W1007", requirement.that, requirement.place),
         "W1007",
@@ -187,22 +232,29 @@ def _finding(requirement: Requirement, way: ExploredTrace) -> TracedFinding:
 
 
 def _verdict(
-    graphs: Sequence[Graph], index: int, requirement: Requirement, way: TracedFinding | None
+    graphs: Sequence[Graph], requirement: Requirement, way: TracedFinding | None
 ) -> RequirementStatus:
     if way is not None:
         if way.way.is_decided:
             return "violated"
         # Answers in time rest on plants; the exclusion of a state does not.
-        return "open" if reach_s(requirement.formula) else "may be violated"
-    if _is_proved(graphs, index):
+        if not reach_s(requirement.formula):
+            return "may be violated"
+        return "open" if way.way.rests_on_measurements else "not decided"
+    if _is_proved(graphs, 0):
         return "proved"
     return "not decided" if any(graph.complete for graph in graphs) else "not explored"
 
 
-def _absent(graphs: Sequence[Graph], index: int) -> str:
-    """Which values of a requirement are absent, if it would be decided with them."""
+def _untold(way: TracedFinding) -> str:
+    """Why a violation that rests on conditions is none that rests on measurements."""
+    return f"its violation rests on {listed(way.way.free, 'and')}, which nothing measured decides"
+
+
+def _absent(graphs: Sequence[Graph]) -> str:
+    """Which values of the requirement are absent, if it would be decided with them."""
     watches = [graph.composition.watch for graph in graphs if graph.complete]
-    for names in (watch.lacking[index] for watch in watches if watch is not None):
+    for names in (watch.lacking[0] for watch in watches if watch is not None):
         if names and "" not in names:
             are = "is" if len(names) == 1 else "are"
             named = listed([f"`{name}`" for name in sorted(names)], "and")

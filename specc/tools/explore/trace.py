@@ -17,8 +17,9 @@ from specc.proof import InputName
 from specc.source import Place
 from specc.tools.explore.composition import Edge
 from specc.tools.explore.graph import Graph
+from specc.tools.explore.moves import Move
 from specc.tools.explore.partial import is_known
-from specc.tools.explore.walker import Move, Walker
+from specc.tools.explore.walker import Walker
 
 MOST_SHOWN = 16
 
@@ -72,6 +73,11 @@ class ExploredTrace:
     overtaken: tuple[tuple[int, InputName], ...]
     free: tuple[str, ...]
     time_s: Fraction
+
+    @property
+    def rests_on_measurements(self) -> bool:
+        """Whether some of the conditions are decided by measurements."""
+        return any(name in s.walker.measured for s in self.steps for name in s.move.free)
 
     @property
     def is_decided(self) -> bool:

@@ -10,73 +10,21 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from itertools import product
-from typing import NamedTuple
 
 from specc.analysis.reads import Dependence
-from specc.frozen import frozen
 from specc.model import expr as m
 from specc.model.logic import conjuncts, negation
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.tools.explore.cone import Cone, renamed
-from specc.tools.explore.partial import SOME, AbstractValue, Known, filled
+from specc.tools.explore.moves import OVER, STAYS, Branch, Local, Move, Outcome, SentValues
+from specc.tools.explore.partial import SOME, AbstractValue, Known, fails, filled
 from specc.tools.explore.regions import leaves
 from specc.tools.explore.timing import Clocks
 from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers, combinable
 
-OVER = -1
-"""The clock of a machine that has failed: others go on until its outputs are due."""
-STAYS = -2
-"""In place of the clock of a machine that stays in its state: it is set by what steps it."""
 MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
-SentValues = tuple[tuple[InputName, int], ...]
-"""Outputs with the numbers of their values."""
-
-
-class Local(NamedTuple):
-    """A machine between two periods: memory in numbers, and answers about unknown values."""
-
-    state: str
-    clock: int
-    memory: tuple[int, ...]
-    answers: frozenset[int]
-
-
-class Move(NamedTuple):
-    """The step of a machine at a time stamp.
-
-    `row` is an index, -1 for none. `free` are the conditions that could have turned out otherwise;
-    `lost` are inputs that were fresh and not looked at; `broken` are assumptions that failed.
-    """
-
-    source: str
-    target: str
-    row: int
-    sent: SentValues
-    free: tuple[str, ...] = ()
-    lost: tuple[InputName, ...] = ()
-    broken: tuple[int, ...] = ()
-
-
-class Outcome(NamedTuple):
-    """A possible result of a period: the number of the machine after it, and its move.
-
-    If a fault `ends` the run, the machine has not moved.
-    """
-
-    local: int
-    move: Move
-    ends: bool = False
-
-
-@frozen
-class Branch:
-    """A branch of a period: the row, or -1, and the conditions that hold on it."""
-
-    row: int
-    target: str
-    holds: tuple[m.Expr, ...]
 
 
 class Walker:
@@ -113,6 +61,8 @@ class Walker:
         """The truth values of assumptions, by index; None where unknown."""
         self.open: dict[str, dict[str, None]] = {}
         """By state, the conditions that could turn out either way."""
+        self.measured: set[str] = set()
+        """Those of `Move.free` that rest on measurements."""
         self.kind = self.name
         """The name of the first of the machines that are the same as this one."""
 
@@ -121,7 +71,7 @@ class Walker:
         self.kind = first.name
         self.locals, self._formulas, self.assumed = first.locals, first._formulas, first.assumed
         self._steps, self._possible, self.open = first._steps, first._possible, first.open
-        self._periods = first._periods
+        self._periods, self.measured = first._periods, first.measured
 
     def renamed(self, local: int, names: Mapping[InputName, InputName]) -> int:
         """The number of the machine in which the inputs have other names."""
@@ -191,11 +141,13 @@ class Walker:
         branches = [] if broken else list(self.branches(local.state, known))
         branches = [each for each in branches if self._may(each, local.answers)]
         if not branches:
-            nothing = Move(local.state, local.state, -1, (), (), (), broken)
-            yield local._replace(clock=OVER), nothing
+            yield _failed(local, local.state, broken=broken)
         free = self._free(branches, known, local.state) if len(branches) > 1 else ()
         free += (f"how long `{local.state}` has lasted",) if several else ()
         for branch in branches:
+            if branch.fails:
+                yield _failed(local, local.state, free)
+                continue
             kept = (self._remembered(part) for part in branch.holds)
             now = local._replace(answers=local.answers.union(*kept))
             yield from self._outcomes(branch, known, now, buffers, free)
@@ -207,6 +159,9 @@ class Walker:
             ended = known.asked(end.when)
             if ended == m.FALSE:
                 continue
+            if fails(ended):
+                yield Branch(-1, state, tuple(before), fails=True)
+                return
             self._doubt(ended, known)
             for row in end.rows:
                 enabled = known.asked(row.when)
@@ -239,11 +194,14 @@ class Walker:
         found: dict[str, None] = {}
         taken = {b.row for b in branches}
         for end in self.cone.state[state].endings:
-            asked = [(end.condition, end.when)]
-            asked += [(row.condition, row.when) for row in end.rows if row.index in taken]
-            for name, when in asked:
-                if not isinstance(known.asked(when), m.Truth):
+            conditions = [(end.condition, end.when)]
+            conditions += [(row.condition, row.when) for row in end.rows if row.index in taken]
+            for name, when in conditions:
+                asked = known.asked(when)
+                if not isinstance(asked, m.Truth):
                     found[f"`{name}`"] = None
+                    if self.cone.is_measured(asked):
+                        self.measured.add(f"`{name}`")
         self.open.setdefault(state, {}).update(found)
         return tuple(found)
 
@@ -271,6 +229,9 @@ class Walker:
         """The machine after a branch; its clock is `STAYS` where no state is entered."""
         answers, stays = before.answers, branch.row < 0 and before.state != ""
         known = known if stays else replace(known, periods=0, _lets={})
+        if any(fails(filled(value, known)) for value in self.cone.state[branch.target].failing):
+            yield _failed(before, before.state or branch.target, free)
+            return
         written = dict[InputName, tuple[int, ...]]()
         for key, value in self.written(branch.target, known):
             target = self._target(key)
@@ -278,9 +239,12 @@ class Walker:
             written[key] = self.values.options(target, value, known, sent=output)
             if not key[0]:
                 answers = self._without(answers, key[1])
+            if len(written[key]) > 1:
+                free += (f"what `{key[1]}` is",)
+                if self.cone.is_measured(value):
+                    self.measured.add(free[-1])
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()
-        free += tuple(f"what `{name}` is" for (_, name), n in written.items() if len(n) > 1)
         lost = self._lost(buffers, before.state, branch.target)
         clock = STAYS if stays else self.clocks.begin(branch.target)
         written, memory = combinable(written), self._named(before.memory)
@@ -393,3 +357,10 @@ class Walker:
 
 def _name(leaf: m.Input | m.MemoryRef) -> str:
     return leaf.name if isinstance(leaf, m.MemoryRef) else f"x.{leaf.peer}.{leaf.element}"
+
+
+def _failed(
+    local: Local, state: str, free: tuple[str, ...] = (), broken: tuple[int, ...] = ()
+) -> tuple[Local, Move]:
+    """A machine whose step failed, and that step."""
+    return local._replace(state=state, clock=OVER), Move(state, state, -1, (), free, (), broken)

@@ -12,6 +12,7 @@ from specc.model.requirement import Reading, Requirement
 from specc.model.system import System
 from specc.proof import InputName
 from specc.tools.explore.monitor import Monitor, TruthValue
+from specc.tools.explore.moves import OVER, Local
 from specc.tools.explore.partial import (
     AbstractValue,
     Known,
@@ -20,7 +21,7 @@ from specc.tools.explore.partial import (
 )
 from specc.tools.explore.regions import leaves
 from specc.tools.explore.values import ABSENT, UNKNOWN, Numbers, ValueNumbers
-from specc.tools.explore.walker import OVER, Local, Walker
+from specc.tools.explore.walker import Walker
 
 _Ticks = tuple[int, int, tuple[TruthValue, ...], int]
 """A call of a monitor: its index, the number of its state, truth of conditions, ticks."""
@@ -119,6 +120,13 @@ class Watch:
         seen = self.at(number).seen
         return self._known_of(self._now(seen, locals_))
 
+    def truth(self, index: int, number: int, locals_: Sequence[Local]) -> TruthValue:
+        """Whether a requirement about single ticks holds in a configuration."""
+        atoms = self._truths(self._now(self.at(number).seen, locals_))[index]
+        begin = self._left.of(self.monitors[index].begin)
+        (holds,) = self._monitored(index, begin, atoms, 1)[1]
+        return holds
+
     def asked(self, known: Known) -> list[list[m.Expr]]:
         """The conditions of each monitor, with known values filled in."""
         return [[filled(atom, known) for atom in monitor.atoms] for monitor in self.monitors]
@@ -161,10 +169,8 @@ class Watch:
     ) -> tuple[int, tuple[int, ...]]:
         now = self._now(watched.seen, locals_)
         over = any(local.clock == OVER for local in locals_)
-        if now not in self._answers:
-            self._answers[now] = self._judged(now)
         states, violated = [], []
-        zipped = zip(watched.states, self._answers[now], strict=True)
+        zipped = zip(watched.states, self._truths(now), strict=True)
         for index, (state, atoms) in enumerate(zipped):
             after, said = self._monitored(index, state, atoms, ticks)
             self._said[index] |= said - {None} if over else said
@@ -215,6 +221,12 @@ class Watch:
         if reading.kind == "sent" and index >= 0:
             slot = self._slots[reading.subsystem, reading.element, reading.initial]
         return index, reading.kind, slot
+
+    def _truths(self, now: tuple[object, ...]) -> tuple[tuple[TruthValue, ...], ...]:
+        """The truth of the conditions of each monitor."""
+        if now not in self._answers:
+            self._answers[now] = self._judged(now)
+        return self._answers[now]
 
     def _judged(self, now: tuple[object, ...]) -> tuple[tuple[TruthValue, ...], ...]:
         known, pairs = self._known_of(now), list(zip(self._readings, now, strict=True))

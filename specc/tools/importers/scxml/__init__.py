@@ -54,7 +54,7 @@ class _SystemMaker:
         self._chart, self._own, self._period, self._notes = chart, own, period, notes
         self._events = Events(d for s in chart.states for t in s.transitions for d in t.events)
         self._states = SpecNames()
-        self._inputs_named = SpecNames(("event", *self._events.members))
+        self._inputs_named = SpecNames(("event", "comes", *self._events.members))
         self._guards: dict[str, str] = {}
         self._lets = SpecNames(self._events.members)
         self._let: dict[str, Data] = {}
@@ -87,7 +87,7 @@ class _SystemMaker:
         }
         agents: dict[str, Data] = {self._own: {"control": filled(control)}}
         if inputs:
-            agents["outside"] = {"control": self._outside()}
+            agents["outside"] = self._outside()
         event: Data = f"enum[{', '.join(self._events.members)}]"
         types = {"types": {"Event": event}} if self._events.members else {}
         return {**types, "agents": agents}
@@ -152,20 +152,68 @@ class _SystemMaker:
         return events | guards
 
     def _outside(self) -> dict[str, Data]:
-        y: dict[str, Data] = {"event": "Event"} if self._events.members else {}
-        y |= dict.fromkeys(self._guards.values(), "bool")
-        send: dict[str, Data] = {
-            f"y.{self._own}.{name}": self._events.members[0] if name == "event" else "False"
-            for name in y
+        """An agent that sends any event at any time, as a device says; nothing else is known."""
+        is_sent = bool(self._events.members)
+        types: dict[str, Data] = {"event": "Event", "comes": "bool"} if is_sent else {}
+        types |= dict.fromkeys(self._guards.values(), "bool")
+        passed: dict[str, Data] = {f"y.c.{name}": f"x.R.{name}" for name in types}
+        source: dict[str, Data] = {
+            "rate": rate(self._period),
+            "x": {"R": types},
+            "y": {"c": types},
+            "functions": {"pass_on": passed},
+            "behaviours": {"pass_on": {"functions": ["pass_on"], "terminal": "never"}},
+            "states": {"S0": "pass_on"},
+            "initial_state": "S0",
         }
         return {
-            "title": "stands for what sends the events and answers the guards",
+            "title": "stands for what sends the events and answers the guards, at any time",
+            "real_receptors": {"source": {"y": types}},
+            "virtual_receptors": {"source": source},
+            "control": filled(self._stand_in(types)),
+        }
+
+    def _stand_in(self, types: dict[str, Data]) -> dict[str, Data]:
+        """Its control subsystem: it answers in every period, and sends an event if one comes."""
+        first = {"event": self._events.members[0]} if self._events.members else {}
+        inputs: dict[str, Data] = {
+            name: {"type": type_, "init": first.get(name, "False")} for name, type_ in types.items()
+        }
+        sent = [name for name in types if name != "comes"]
+        passed = {name: f"x.source.{name}" for name in sent}
+        answer: dict[str, Data] = {
+            f"y.{self._own}.{name}": text for name, text in passed.items() if name != "event"
+        }
+        answers: list[Data] = ["answer"] if answer else []
+        control: dict[str, Data] = {
             "rate": rate(self._period),
-            "y": {self._own: y},
-            "functions": {"send": send},
-            "behaviours": {"stand_in": {"functions": ["send"], "terminal": "never"}},
-            "states": {"S0": "stand_in"},
-            "initial_state": "S0",
+            "x": {"source": inputs},
+            "y": {self._own: {name: types[name] for name in sent}},
+            "functions": filled({"answer": answer}),
+            "behaviours": {"wait": {"functions": answers, "terminal": "never"}},
+            "states": {"quiet": "wait"},
+            "initial_state": "quiet",
+        }
+        if not first:
+            return control
+        return control | {
+            "conditions": {
+                "initial": {"more": "x.source.comes", "none": "not x.source.comes"},
+                "terminal": {"comes": "x.source.comes"},
+            },
+            "functions": filled(
+                {"answer": answer, "send": {f"y.{self._own}.event": passed["event"]}}
+            ),
+            "behaviours": {
+                "wait": filled({"functions": answers, "terminal": "comes"}),
+                "send": {"functions": [*answers, "send"], "terminal": "always"},
+            },
+            "states": {"quiet": "wait", "sending": "send"},
+            "transitions": [
+                ["quiet", "terminal", "always", "sending"],
+                ["sending", "terminal", "more", "sending"],
+                ["sending", "terminal", "none", "quiet"],
+            ],
         }
 
     def _report(self) -> None:
