@@ -144,7 +144,6 @@ class Composition:
         system = abstraction.facts.system
         whole_s = base_tick(1 / subsystem.rate_hz for subsystem in system.subsystems)
         self.lasts = [int(ticks * self.tick_s / whole_s) for ticks in self._until]
-        self.followed = len(watched) + len(probes)
         self.watch: Watch | None = None
         if watched:
             self.watch = Watch(watched, probes, self.walkers, self.values, system, whole_s)

@@ -26,8 +26,6 @@ Cost = tuple[int, int, int]
 BrokenOff = Literal["", "interrupted", "out of memory"]
 RESERVE = 1 << 25
 """Bytes that are released when memory runs out, so that findings can be printed."""
-FOLLOWED = 8
-"""Requirements that take as long as a step of a machine."""
 _FAR: Cost = 1 << 62, 0, 0
 
 
@@ -101,7 +99,7 @@ class Graph:
                 # One configuration may have more edges than the budget has steps.
                 if self.steps >= budget:
                     return
-                self.steps += len(edge.moves) + self.composition.followed // FOLLOWED
+                self.steps += len(edge.moves)
                 out.append(Edge(self._number(there, here, edge), *edge[1:]))
                 if edge.ends:
                     self.faults.append((here, out[-1]))

@@ -271,7 +271,7 @@ def _logic(expr: m.Logic, known: Known) -> m.Expr:
         part = filled(operand, known)
         if not isinstance(part, m.Truth):
             parts.append(part)
-        elif part.value == end:
+        elif part.value == end and not (parts and fails(parts[0])):
             return part
     return joined(expr.op, parts)
 
@@ -281,7 +281,8 @@ def _choice(expr: m.Choice, known: Known) -> m.Expr:
     if isinstance(test, m.Truth):
         return filled(expr.then if test.value else expr.otherwise, known)
     then, otherwise = filled(expr.then, known), filled(expr.otherwise, known)
-    return then if then == otherwise else replace(expr, test=test, then=then, otherwise=otherwise)
+    is_same = then == otherwise and not fails(test)
+    return then if is_same else replace(expr, test=test, then=then, otherwise=otherwise)
 
 
 def _is_none(expr: m.IsNone, known: Known) -> m.Expr:

@@ -28,9 +28,10 @@ from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.findings import TracedFinding
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.monitor import Monitor, NotFollowedError, TruthValue
-from specc.tools.explore.refine import not_refuted, refined
+from specc.tools.explore.refine import Told, not_refuted, refined
 from specc.tools.explore.response import Pending, responses
 from specc.tools.explore.trace import ExploredTrace, trace
+from specc.tools.explore.watch import Watch
 
 RequirementStatus = Literal[
     "proved", "violated", "may be violated", "open", "not decided", "not explored"
@@ -51,6 +52,8 @@ class RequirementVerdict:
     """The reason of `not decided`, if it lies in the formula and not in the values."""
     asked: bool = True
     """Whether some run may ask it; if not, it holds vacuously."""
+    fails: bool = False
+    """Whether a step that fails leaves it open on some trace."""
     is_dead_end: bool = False
     """Whether measurements can lead to where what is awaited cannot come any more."""
 
@@ -67,6 +70,8 @@ class RequirementVerdict:
             return f"not decided, since {self.why or _unknown(self.requirement)}"
         if not self.asked:
             return "proved, but never asked"
+        if self.fails and self.verdict == "proved":
+            return "proved until a step fails"
         if self.verdict == "violated":
             return "violated in every run, unless a step fails by then"
         return self.verdict
@@ -135,7 +140,7 @@ def judged(
         return Graph(made, budget)
 
     def look(graph: Graph) -> dict[int, TracedFinding]:
-        return {index: _way(graph, requirement, abstraction) for index in graph.violated}
+        return {index: _way(graph, requirement) for index in graph.violated}
 
     told = refined(build, look, budget)
     graphs = [graph for graph, _ in told]
@@ -150,9 +155,10 @@ def judged(
     why = ""
     if verdict == "not decided":
         why, way = _untold(way) if way else _absent(graphs), None
-    dead_end = _dead_end(subject, budget) if verdict == "open" else None
-    if way is not None and dead_end is not None:
-        found, exactly = dead_end
+    ends = _dead_ends(subject, budget) if verdict == "open" else []
+    is_dead_end = bool(left := not_refuted(ends))
+    if way is not None and is_dead_end:
+        found, exactly = left[0]
         # That nothing is asked anew rests on conditions, too.
         free = found.way.free or way.way.free
         way, verdict = replace(found, way=replace(found.way, free=free)), "may be violated"
@@ -160,13 +166,19 @@ def judged(
     if way is not None and verdict != "open":
         findings.append(replace(way, is_confirmed=exactly or way.way.is_decided))
     said = RequirementVerdict(
-        requirement, verdict, way, why, asked=is_asked, is_dead_end=dead_end is not None
+        requirement,
+        verdict,
+        way,
+        why,
+        asked=is_asked,
+        fails=any(_watch(graph).ends_early(0) for graph in graphs),
+        is_dead_end=is_dead_end,
     )
-    return said, findings, [graph for graph, _ in told]
+    return said, findings, [graph for graph, _ in (*told, *ends)]
 
 
-def _dead_end(subject: Subject, budget: int) -> tuple[TracedFinding, bool] | None:
-    """The finding on an answer that cannot come any more, and whether its graph is exact."""
+def _dead_ends(subject: Subject, budget: int) -> Told[int, TracedFinding]:
+    """Graphs with the finding, as 0, on an answer that cannot come any more, if there is one."""
     requirement, abstraction = subject.requirement, subject.abstraction
     every = list(responses(requirement.formula))
     at_once = [replace(requirement, formula=each.at_once, lasts=True) for each in every]
@@ -190,20 +202,21 @@ def _dead_end(subject: Subject, budget: int) -> tuple[TracedFinding, bool] | Non
                 return {0: _finding(requirement, way, unless_anew=end.unless_anew)}
         return {}
 
-    return not_refuted(refined(build, look, budget)).get(0) if every else None
+    return refined(build, look, budget) if every else []
 
 
 def _truths(graph: Graph, index: int) -> list[TruthValue]:
     """Whether a requirement about single ticks holds in each configuration."""
-    composition = graph.composition
-    assert composition.watch is not None
-    return [
-        composition.watch.truth(index, here.watched, composition.locals_of(here))
-        for here in graph.configurations
-    ]
+    watch, locals_of = _watch(graph), graph.composition.locals_of
+    return [watch.truth(index, c.watched, locals_of(c)) for c in graph.configurations]
 
 
-def _way(graph: Graph, requirement: Requirement, abstraction: Abstraction) -> TracedFinding:
+def _watch(graph: Graph) -> Watch:
+    assert graph.composition.watch is not None  # requirements are followed
+    return graph.composition.watch
+
+
+def _way(graph: Graph, requirement: Requirement) -> TracedFinding:
     """The finding on a violation, with the easiest trace to it."""
     number, edges = graph.violation(0)
     return _finding(requirement, trace(graph, number, *edges))
@@ -253,8 +266,7 @@ def _untold(way: TracedFinding) -> str:
 
 def _absent(graphs: Sequence[Graph]) -> str:
     """Which values of the requirement are absent, if it would be decided with them."""
-    watches = [graph.composition.watch for graph in graphs if graph.complete]
-    for names in (watch.lacking[0] for watch in watches if watch is not None):
+    for names in (_watch(graph).lacking[0] for graph in graphs if graph.complete):
         if names and "" not in names:
             are = "is" if len(names) == 1 else "are"
             named = listed([f"`{name}`" for name in sorted(names)], "and")
@@ -293,9 +305,4 @@ def _now(formula: TemporalFormula) -> TemporalFormula | None:
 
 
 def _is_proved(graphs: Sequence[Graph], index: int) -> bool:
-    return any(graph.complete and _always_holds(graph, index) for graph in graphs)
-
-
-def _always_holds(graph: Graph, index: int) -> bool:
-    watch = graph.composition.watch
-    return watch is not None and watch.proves(index)
+    return any(graph.complete and _watch(graph).proves(index) for graph in graphs)

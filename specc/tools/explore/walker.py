@@ -165,6 +165,10 @@ class Walker:
             self._doubt(ended, known)
             for row in end.rows:
                 enabled = known.asked(row.when)
+                # The first of several is evaluated in any case.
+                if fails(enabled) and row == end.rows[0] and len(end.rows) > 1:
+                    yield Branch(-1, state, (*before, ended), fails=True)
+                    break
                 if enabled != m.FALSE:
                     self._doubt(enabled, known)
                     yield Branch(row.index, row.target, (*before, ended, enabled))

@@ -270,6 +270,10 @@ class Watch:
             asked = _named(left)
             self._values.widened |= {_target(x) for x in self._readings if x.name in asked}
 
+    def ends_early(self, index: int) -> bool:
+        """Whether a failure left a requirement open on some trace."""
+        return index in self._left_open
+
     def proves(self, index: int) -> bool:
         """Whether a requirement was met on all traces, as far as they were followed.
 
