@@ -125,7 +125,7 @@ class Exploration:
     @property
     def is_short(self) -> bool:
         """Whether more steps would explore more."""
-        asked = any(judged.verdict == "not explored" for judged in self.requirements)
+        asked = any(r.is_short or r.verdict == "not explored" for r in self.requirements)
         complete = all(each.complete for each in self.slices)
         return not self.broken_off and (asked or not complete)
 

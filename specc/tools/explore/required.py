@@ -54,6 +54,8 @@ class RequirementVerdict:
     """Whether some run may ask it; if not, it holds vacuously."""
     fails: bool = False
     """Whether a step that fails leaves it open on some trace."""
+    is_short: bool = False
+    """Whether it is not explored completely whether what is awaited can come."""
     is_dead_end: bool = False
     """Whether measurements can lead to where what is awaited cannot come any more."""
 
@@ -155,7 +157,7 @@ def judged(
     why = ""
     if verdict == "not decided":
         why, way = _untold(way) if way else _absent(graphs), None
-    ends = _dead_ends(subject, budget) if verdict == "open" else []
+    ends = _dead_ends(subject, budget // 2) if verdict == "open" else []
     is_dead_end = bool(left := not_refuted(ends))
     if way is not None and is_dead_end:
         found, exactly = left[0]
@@ -172,6 +174,7 @@ def judged(
         why,
         asked=is_asked,
         fails=any(_watch(graph).ends_early(0) for graph in graphs),
+        is_short=bool(ends) and not is_dead_end and not any(graph.complete for graph, _ in ends),
         is_dead_end=is_dead_end,
     )
     return said, findings, [graph for graph, _ in (*told, *ends)]

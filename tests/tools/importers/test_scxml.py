@@ -14,6 +14,10 @@ from specc.lang.evaluate import Environment, evaluate
 from specc.model.expr import Expr
 from specc.model.system import Subsystem
 from specc.pipeline import Result, build
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.composition import Composition
+from specc.tools.explore.explorer import explore
+from specc.tools.explore.graph import Graph
 from specc.tools.importers import Notes, import_scxml
 from tests.seeds import examples
 from tests.tools.importers.conftest import FILES, Workshop
@@ -46,6 +50,35 @@ def test_a_chart_validates_and_builds(workshop: Workshop) -> None:
         ("refused", "closed"),
     ]
     assert build(str(workshop.folder / "made.yaml")).files
+
+
+CHARTS = {
+    "sequence": """<state id="rest"><transition event="open" target="check"/></state>
+      <state id="check"><transition target="opening"/></state>
+      <state id="opening"><transition event="opened" target="rest"/></state>""",
+    "guards": """<state id="rest"><transition cond="ready" target="work"/></state>
+      <state id="work"><transition cond="!ready" target="rest"/></state>""",
+    "both": """<state id="rest"><transition event="go" cond="comes" target="work"/></state>
+      <state id="work"><transition event="stop" target="rest"/></state>""",
+}
+
+
+@pytest.mark.parametrize("body", CHARTS.values(), ids=CHARTS)
+def test_any_event_may_come_at_any_time(body: str, workshop: Workshop) -> None:
+    """A chart that waits for an event waits for the outside, which may send it."""
+    head = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="rest">'
+    found = workshop.compile(workshop.scxml(f"{head}{body}</scxml>"))
+    assert found.diagnostics == ()
+    told = explore(found.proofs, 10_000)
+    assert told.findings == [] and told.status == "complete"
+    abstraction = Abstraction(found.proofs)
+    (names,) = abstraction.slices()
+    composition = Composition(names, abstraction)
+    place = names.index(chart(found).qualified_name)
+    every = Graph(composition, 10_000).configurations
+    assert {composition.states(each)[place] for each in every} == {
+        state.name for state in chart(found).states
+    }
 
 
 def test_events_are_one_queue_and_guards_are_inputs(workshop: Workshop) -> None:
