@@ -55,11 +55,11 @@ def is_asked(whole: Expr, part: Expr, answer: Callable[[Expr], Answer]) -> bool:
     """Whether no constant leaves a part of an expression out, and nothing goes over no item."""
     if whole is part:
         return True
-    return any(is_asked(each, part, answer) for each in _asked(whole, answer))
+    return any(is_asked(each, part, answer) for each in asked_parts(whole, answer))
 
 
-def _asked(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[Expr]:
-    """The parts that some step computes."""
+def asked_parts(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[Expr]:
+    """The parts of an expression that some step computes; of "settled" answers nothing is sure."""
     match whole:
         case Choice(test=test, then=then, otherwise=otherwise):
             yield test

@@ -16,7 +16,13 @@ from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import TracedFinding, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
 from specc.tools.explore.refine import best, not_refuted, refined
-from specc.tools.explore.required import RequirementVerdict, Subject, judged, subjects, undecided
+from specc.tools.explore.required import (
+    RequirementSlice,
+    RequirementVerdict,
+    judged,
+    subjects,
+    undecided,
+)
 from specc.tools.explore.symmetry import likewise
 
 FOR_REQUIREMENTS, FOR_EACH = 8, 16
@@ -178,7 +184,9 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     return result
 
 
-def _require(result: Exploration, required: Sequence[Subject], facts: Facts, budget: int) -> None:
+def _require(
+    result: Exploration, required: Sequence[RequirementSlice], facts: Facts, budget: int
+) -> None:
     """Explore the requirements, each alone."""
     told: dict[int, RequirementVerdict] = {}
     for subject in required:

@@ -12,11 +12,14 @@ from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeGuard
 
+from specc.analysis.failures import asked_parts, failure
 from specc.frozen import mutable
 from specc.lang.bounds import bounded, operation_of
+from specc.lang.builtins import FUNCTIONS
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.kinds import kind
 from specc.lang.ranges import Range
+from specc.lang.signs import SIGNS
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model import expr as m
 from specc.model.logic import joined, negation, truth
@@ -172,38 +175,24 @@ def _computed(expr: m.Expr) -> m.Expr:
 
 
 def may_fail(expr: m.Expr, lets: Collection[str]) -> bool:
-    """Whether an expression divides, takes a root, or names one of these lets."""
+    """Whether a part of an expression has no result for some numbers, or is one of these lets."""
     return any(
-        (isinstance(node, m.Binary) and node.op == "/")
-        or (isinstance(node, m.Builtin) and node.name == "sqrt")
+        (isinstance(node, m.Binary) and SIGNS[node.op].may_fail)
+        or (isinstance(node, m.Builtin) and FUNCTIONS[node.name].may_fail)
         or (isinstance(node, m.LetRef) and node.name in lets)
         for node in m.walk(expr)
     )
 
 
 def fails(expr: m.Expr) -> bool:
-    """Whether what filling in left surely fails: a division by zero, a root of what is negative.
+    """Whether what filling in left surely has no result, as a division by zero has none."""
+    if is_number(expr) and failure(expr, _number):
+        return True
+    return any(map(fails, asked_parts(expr, lambda condition: "settled")))
 
-    Of operands and branches that may be skipped nothing is sure.
-    """
-    match expr:
-        case m.Logic(operands=(first, *_)):
-            return fails(first)
-        case m.Choice(test=test, then=then, otherwise=otherwise):
-            return fails(test) or (fails(then) and fails(otherwise))
-        case m.Quantifier(over=over):
-            return fails(over)
-    parts = m.children(expr)
-    if any(map(fails, parts)):
-        return True
-    if not is_number(expr) or not isinstance(expr, (m.Binary, m.Builtin)):
-        return False
-    try:
-        return bool(all(map(is_literal, parts)) and evaluate(expr, Environment()) is None)
-    except (ZeroDivisionError, ValueError):
-        return True
-    except (ArithmeticError, TypeError, LookupError):
-        return False
+
+def _number(expr: m.Expr) -> float | None:
+    return expr.value if isinstance(expr, m.Number) and is_literal(expr) else None
 
 
 _COMPUTABLE = (m.Unary, m.Binary, m.Compare, m.Among, m.Builtin)

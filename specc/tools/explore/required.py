@@ -92,7 +92,7 @@ def _unknown(requirement: Requirement) -> str:
 
 
 @frozen
-class Subject:
+class RequirementSlice:
     """A requirement that monitors can follow, with all machines that influence what it reads."""
 
     requirement: Requirement
@@ -100,7 +100,7 @@ class Subject:
     abstraction: Abstraction
 
 
-def subjects(facts: Facts) -> list[Subject]:
+def subjects(facts: Facts) -> list[RequirementSlice]:
     """The requirements that monitors can follow, those about single ticks first."""
     found = []
     for requirement in facts.system.requirements:
@@ -108,7 +108,7 @@ def subjects(facts: Facts) -> list[Subject]:
         abstraction = Abstraction(facts, [requirement])
         names = abstraction.around(asked)
         if names and is_followed(requirement):
-            found.append(Subject(requirement, names, abstraction))
+            found.append(RequirementSlice(requirement, names, abstraction))
     return sorted(found, key=lambda each: not is_timeless(each.requirement.formula))
 
 
@@ -128,7 +128,7 @@ def is_followed(requirement: Requirement) -> bool:
 
 
 def judged(
-    subject: Subject, budget: int
+    subject: RequirementSlice, budget: int
 ) -> tuple[RequirementVerdict, list[TracedFinding], list[Graph]]:
     """The verdict on a requirement, its findings, and the graphs."""
     requirement, abstraction = subject.requirement, subject.abstraction
@@ -180,7 +180,7 @@ def judged(
     return said, findings, [graph for graph, _ in (*told, *ends)]
 
 
-def _dead_ends(subject: Subject, budget: int) -> Told[int, TracedFinding]:
+def _dead_ends(subject: RequirementSlice, budget: int) -> Told[int, TracedFinding]:
     """Graphs with the finding, as 0, on an answer that cannot come any more, if there is one."""
     requirement, abstraction = subject.requirement, subject.abstraction
     every = list(responses(requirement.formula))

@@ -66,7 +66,7 @@ def _not(formula: r.TemporalFormula) -> r.TemporalFormula:
 
 Phase = Literal["asked", "over", "ever"]
 """What is left of a request: it holds, it is over, or it may be made anew at any time."""
-Place = tuple[int, Phase]
+PendingPlace = tuple[int, Phase]
 """A configuration with a pending answer."""
 
 
@@ -99,12 +99,12 @@ class Pending:
 
     def dead_end(self, starts: Iterable[int]) -> DeadEnd | None:
         """The dead end with the easiest way, for requests in some configurations."""
-        begins: list[Place] = [(n, self._phase(n)) for n in starts]
+        begins: list[PendingPlace] = [(n, self._phase(n)) for n in starts]
         places = reachable(begins, lambda place: [there for there, _ in self._pending(place)])
         until_anew = self._dead(places)
         for_ever = self._dead((number, "ever") for number, _ in places)
         costs = {place: self._graph.cost(place[0]) for place in begins}
-        before = dict[Place, tuple[Place, Edge]]()
+        before = dict[PendingPlace, tuple[PendingPlace, Edge]]()
         waiting = [(cost, place) for place, cost in costs.items()]
         heapify(waiting)
         while waiting:
@@ -125,7 +125,7 @@ class Pending:
     def _phase(self, number: int) -> Phase:
         return "over" if self._asked[number] is False else "asked"
 
-    def _pending(self, place: Place) -> Iterator[tuple[Place, Edge]]:
+    def _pending(self, place: PendingPlace) -> Iterator[tuple[PendingPlace, Edge]]:
         """Where the answer is still pending after a step; the request may be made anew."""
         for edge in self._edges(place[0]):
             if self._answered[edge.target] is False:
@@ -134,7 +134,7 @@ class Pending:
     def _edges(self, number: int) -> list[Edge]:
         return self._graph.going_on(number) if number < len(self._graph.edges) else []
 
-    def _following(self, place: Place) -> Iterator[Place | None]:
+    def _following(self, place: PendingPlace) -> Iterator[PendingPlace | None]:
         """The places after a step on which no request is made anew; None for an answer."""
         number, phase = place
         if number >= len(self._graph.edges):  # nothing is known of what follows
@@ -142,7 +142,7 @@ class Pending:
         for edge in self._edges(number):
             yield from self._after(phase, edge)
 
-    def _after(self, phase: Phase, edge: Edge) -> Iterator[Place | None]:
+    def _after(self, phase: Phase, edge: Edge) -> Iterator[PendingPlace | None]:
         there = edge.target
         asked = self._asked[there]
         if self._answered[there] is not False or len(edge.loop) > 1:
@@ -155,7 +155,7 @@ class Pending:
             if asked is not True:
                 yield there, "over"
 
-    def _dead(self, places: Iterable[Place]) -> set[Place]:
+    def _dead(self, places: Iterable[PendingPlace]) -> set[PendingPlace]:
         """The places from which no answer comes, although a run may last beyond the deadline."""
         known = reachable(places, lambda place: filter(None, self._following(place)))
         pairs = [(there, here) for here in known for there in self._following(here)]
@@ -166,11 +166,14 @@ class Pending:
         return {place for place in shut if longest.get(place, inf) > self._deadline}
 
     def _longest(
-        self, shut: set[Place], before: Mapping[Place | None, Sequence[Place]]
-    ) -> dict[Place, int]:
+        self, shut: set[PendingPlace], before: Mapping[PendingPlace | None, Sequence[PendingPlace]]
+    ) -> dict[PendingPlace, int]:
         """For how many ticks runs stay in these places; without those where they may for ever."""
         left = {place: sum(1 for _ in self._following(place)) for place in shut}
-        found, waiting = dict[Place, int](), [place for place, count in left.items() if not count]
+        found, waiting = (
+            dict[PendingPlace, int](),
+            [place for place, count in left.items() if not count],
+        )
         while waiting:
             place = waiting.pop()
             number, phase = place
