@@ -128,7 +128,7 @@ class Pending:
     def _pending(self, place: PendingPlace) -> Iterator[tuple[PendingPlace, Edge]]:
         """Where the answer is still pending after a step; the request may be made anew."""
         for edge in self._edges(place[0]):
-            if self._answered[edge.target] is False:
+            if self._answered[edge.target] is False and len(edge.loop) < 2:
                 yield (edge.target, self._phase(edge.target)), edge
 
     def _edges(self, number: int) -> list[Edge]:
@@ -146,7 +146,7 @@ class Pending:
         there = edge.target
         asked = self._asked[there]
         if self._answered[there] is not False or len(edge.loop) > 1:
-            yield None
+            yield None  # within several repeated steps there may be one
         elif phase == "ever":
             yield there, "ever"
         else:
