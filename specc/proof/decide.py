@@ -164,10 +164,11 @@ class Question:
 
     def _unknown(self, reason: str, way_out: str = "") -> Decision:
         return Decision(
-            unknown=reason,
-            way_out=way_out,
+            possible=True,
             satisfiable=(True,) * len(self._conditions),
             ensures=(frozenset(),) * len(self._conditions),
+            unknown=reason,
+            way_out=way_out,
         )
 
 
@@ -214,19 +215,18 @@ def _decision(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Deci
         enabled |= row
     without = table.full & ~enabled
     none, several = cases.some(without), cases.some(both)
-    decision = Decision()
-    if not none and not several and (wrong := cases.some_rounded(both | without)):
-        # It is proved of exact numbers alone.
-        asked = frozenset(atoms_of(conditions))
-        facts, *_ = describe(table, wrong, cases.allowed | wrong, asked)
-        decision = rounding(facts)
+    # Combinations of rounded numbers alone are left in `wrong` only where exact ones prove it.
+    wrong = 0 if none or several else cases.some_rounded(both | without)
+    asked = frozenset(atoms_of(conditions))
+    facts = describe(table, wrong, cases.allowed | wrong, asked)[0] if wrong else ()
     holding = [cases.some(row) | cases.some_rounded(row) for row in rows]
-    decision = replace(
-        decision,
+    decision = Decision(
         possible=bool(cases.some(cases.allowed) or cases.some_rounded(table.full)),
         satisfiable=tuple(map(bool, holding)),
         ensures=_ensured(table, holding),
     )
+    if wrong:
+        decision = rounding(decision, facts)
     # What is told comes last: it may spend what questions to the decision procedure are left.
     gap = no_row(table, cases, none, conditions) if none else None
     overlap = two_rows(table, cases, several, conditions) if several else None

@@ -84,8 +84,12 @@ class Decision:
     Where the question is too large, `unknown` says why, and everything is taken to be possible.
     """
 
-    possible: bool = True
+    possible: bool
     """Whether the context can arise at all; if not, the rest holds of nothing."""
+    satisfiable: tuple[bool, ...]
+    """For each condition, whether it can hold in the context."""
+    ensures: tuple[frozenset[InputName], ...]
+    """For each condition, inputs that have a value whenever it holds in the context."""
     gap: Witness | None = None
     """Where no condition holds."""
     overlap: Witness | None = None
@@ -93,10 +97,6 @@ class Decision:
     unknown: str = ""
     way_out: str = ""
     """How to have it proved, where that depends on what is unknown."""
-    satisfiable: tuple[bool, ...] = ()
-    """For each condition, whether it can hold in the context."""
-    ensures: tuple[frozenset[InputName], ...] = ()
-    """For each condition, inputs that have a value whenever it holds in the context."""
 
     @property
     def proved(self) -> bool:
@@ -156,10 +156,13 @@ TIMED = (
 )
 
 
-def rounding(facts: FactTexts) -> Decision:
+def rounding(rounded: Decision, facts: FactTexts) -> Decision:
     """The verdict where only rounded sums can go wrong, with the answers of such a case."""
     case = " and ".join(f"`{question}` {answer}" for question, answer in facts)
-    return Decision(
+    return replace(
+        rounded,
+        gap=None,
+        overlap=None,
         unknown=f"it is true of exact numbers, but floats are rounded, which may make {case}",
         way_out=WAY_OUT,
     )

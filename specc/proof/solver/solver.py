@@ -217,18 +217,19 @@ def solve(
     """Whether exactly one of the conditions holds where everything assumed does.
 
     The theory of `exact` numbers is asked where that of floats, which all runs satisfy, refutes.
+    What exact numbers refute is a fault; which rows may apply is always a question about floats.
 
     Raises:
         UnsureError: the question is too hard.
     """
     decision = _Question(rounded, conditions, assumed).decision()
-    if decision.proved or not rounded.rounds:
+    witness = decision.gap or decision.overlap
+    if witness is None or not rounded.rounds:
         return decision
     without_rounding = _Question(exact(), conditions, assumed).decision()
-    witness = decision.gap or decision.overlap
-    if witness is None or not without_rounding.proved:
-        return without_rounding
-    return rounding(witness.facts)
+    if without_rounding.proved:
+        return rounding(decision, witness.facts)
+    return replace(decision, gap=without_rounding.gap, overlap=without_rounding.overlap)
 
 
 class _Question:
