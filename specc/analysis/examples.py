@@ -72,13 +72,15 @@ class Examples:
         if name not in self._meanings:
             self._meanings[name] = Semantics(self._facts.system, subsystem)
         meaning = self._meanings[name]
-        seen = subsystem
+        machine = self._facts.of(subsystem)
+        seen, given = subsystem, [(fact, True) for fact in machine.invariants]
         if is_vague(subsystem, state, cause):  # what is unknown is taken as the witness takes it
-            seen = (sure if witness.holding else unmet)(cause).of(subsystem)
+            seen, given = (sure if witness.holding else unmet)(cause).of(subsystem), []
         about = tuple(expr for expr, _ in witness.answers)
-        every = tuple(showing(seen, state.name, cause, witness.holding, witness.answers))
+        answers = *witness.answers, *given
+        every = tuple(showing(seen, state.name, cause, witness.holding, answers))
         always = always_present(subsystem, self._facts.wires)
-        there = self._facts.of(subsystem).presence.in_conditions(state.name) | always
+        there = machine.presence.in_conditions(state.name) | always
         key = name, every, about, there
         if key not in self._known:
             freedom = Freedom(meaning.changing, there)

@@ -16,7 +16,7 @@ from specc.analysis.presence import Presence, PresentValues
 from specc.analysis.reads import Dependences
 from specc.analysis.unknown_parts import Views, is_vague
 from specc.frozen import frozen
-from specc.model.expr import Truth, has_unknown
+from specc.model.expr import Expr, Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
 from specc.proof import Prover, RowVerdict, Witness
@@ -111,6 +111,13 @@ class Machine:
         """What is known of memory, whatever the parameters of the subsystem are."""
         return MemoryFacts(self.subsystem, self.any_prover.numbering)
 
+    @cached_property
+    def invariants(self) -> tuple[Expr, ...]:
+        """What always holds of memory, with the parameters that the subsystem is given."""
+        if not self.subsystem.constants:
+            return self.memory_facts.invariants
+        return MemoryFacts(self.subsystem, self.prover.numbering).invariants
+
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         given = {constant.name for constant in self.subsystem.constants}
         known = {name: c for name, c in self._constants.items() if name not in given}
@@ -202,15 +209,21 @@ class Machine:
     def verdict(self, state: str, cause: Cause) -> RowVerdict:
         """The verdict about the rows of a state and cause, with what is known of presence.
 
-        What peers always send makes rows complete, but none superfluous.
+        What peers always send, and what always holds of memory, makes rows complete, but none
+        superfluous.
         """
-        verdict = self._alone[state, cause]
+        verdict, fresh = self._alone[state, cause], self.arrivals.fresh
+        prove = partial(self.prover.prove_rows, state, cause)
         if verdict.arrivals:
-            present = self.presence.in_conditions(state)
-            prove = partial(self.prover.prove_rows, state, cause, present=present)
-            verdict, fresh = prove(), self.arrivals.fresh
+            prove = partial(prove, present=self.presence.in_conditions(state))
+            verdict = prove()
             if fresh and not verdict.proved:
                 verdict = verdict.where_fresh(prove(fresh=fresh).decision, fresh)
+        if not verdict.proved:
+            invariants = self.prover.related(state, cause, self.invariants)
+            if invariants:
+                known = prove(fresh=fresh, invariants=invariants)
+                verdict = verdict.refuted_by(known.decision)
         return verdict
 
     @cached_property

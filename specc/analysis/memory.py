@@ -6,7 +6,7 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
-from typing import Any
+from typing import Any, Literal
 
 from specc.lang import ranges
 from specc.lang.bounds import bounds
@@ -16,6 +16,7 @@ from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
     MIRRORED,
     Among,
+    Binary,
     Builtin,
     Choice,
     Compare,
@@ -38,17 +39,22 @@ from specc.reachable import reachable
 # What numbers in memory lie between.
 #
 # Intervals as an abstract domain: those of initial values grow by what may be written, until
-# nothing new comes; what goes on growing is widened to the next number that the subsystem names,
-# and at last to infinity. Inside a choice the test narrows what it compares.
+# nothing new comes; what goes on growing is widened to the next number that the subsystem names, or
+# one step from it, and at last to infinity. Inside a choice the test narrows what it compares.
 
 
 _GROWS = 3
 """Rounds in which bounds may grow by as much as is written."""
 _WIDENED = 40
 """Rounds in which they are widened to the next number that is named; then to infinity."""
+_MOST_ENDS = 100
+"""Numbers, times what is added, beyond which bounds are widened to numbers that are named alone."""
 _MOST_STEPS = 100_000
 """Parts of expressions, and bounds that are carried into choices, that are looked at in a search;
 of memory that takes more nothing is known."""
+
+_ALL_FLOATS = 2**53
+"""All whole numbers below it are floats."""
 
 _Now = dict[Expr, Range]
 """What memory and lets lie between."""
@@ -80,7 +86,13 @@ class MemoryBounds:
         )
         self._lets = [(let, value) for let, value in lets.items() if let in read]
         every = [*chain(*self._written.values()), *(value for _, value in self._lets)]
-        self._named = sorted({n for n in map(numbering.known, _parts(every)) if n is not None})
+        named, steps = (
+            {ranges.of_value(n)[0] for n in map(numbering.known, parts) if n is not None}
+            for parts in (_parts(every), _summands(every))
+        )
+        if len(named) * len(steps) <= _MOST_ENDS:
+            named |= {end for n in named for s in steps for end in (n + s, n - s)}
+        self._named = sorted(named)
         found = self._fixpoint() if self._written else {}
         self._left = _MOST_STEPS
         self._lets = [*lets.items()]
@@ -154,6 +166,10 @@ class MemoryBounds:
             return
         (low, high), (least, greatest) = found[left], self._of(said.right, found)
         whole = isinstance(left.type, Int) and isinstance(said.right.type, Int)
+        if isinstance(left.type, Int) != isinstance(said.right.type, Int):
+            # A whole number may be rounded beside a float, which keeps those within unchanged.
+            least = least if abs(least) < _ALL_FLOATS else -math.inf
+            greatest = greatest if abs(greatest) < _ALL_FLOATS else math.inf
         if said.op in ("<", "<=", "=="):
             high = min(high, greatest - 1 if whole and said.op == "<" else greatest)
         if said.op in (">", ">=", "=="):
@@ -187,6 +203,12 @@ def _parts(every: Iterable[Expr]) -> Iterable[Expr]:
     return (part for value in every for part in walk(value) if isinstance(part.type, (Int, Real)))
 
 
+def _summands(every: Iterable[Expr]) -> Iterable[Expr]:
+    """What is added or subtracted."""
+    sums = (part for part in _parts(every) if isinstance(part, Binary) and part.op in ("+", "-"))
+    return chain.from_iterable(map(children, sums))
+
+
 # What always holds of memory.
 
 
@@ -206,20 +228,30 @@ class MemoryFacts:
         self.bounds = MemoryBounds(subsystem, given, numbering)
         leaves = {name: [*chain(*map(_leaves, values))] for name, values in given.items()}
         self.conditions: dict[str, Expr] = {}
-        """By the name of the element."""
+        """Of memory that is written, by the name of the element."""
+        self.invariants: tuple[Expr, ...] = ()
+        """All that is known, whether or not memory is meant to keep within it."""
         for item in subsystem.memory:
-            if len(given[item.name]) > 1 and kind(item.type).sort != "other":
+            if kind(item.type).sort != "other":
                 memory = MemoryRef(item.name, type=item.type)
-                known = _one_of(memory, leaves) or _counted(memory, self.bounds.of(memory))
-                self.conditions |= {item.name: known} if known else {}
+                values, within = _one_of(memory, leaves), self.bounds.of(memory)
+                self.invariants += (values,) if values else tuple(_ends(memory, within))
+                known = values or _counted(memory, within)
+                self.conditions |= {item.name: known} if known and len(given[item.name]) > 1 else {}
+
+
+def _ends(memory: MemoryRef, range_: Range) -> Iterator[Expr]:
+    """That memory keeps within the finite ends of a range."""
+    ends: tuple[tuple[Literal[">=", "<="], float], ...] = (">=", range_[0]), ("<=", range_[1])
+    for op, end in ends:
+        if math.isfinite(end):
+            yield Compare(op, memory, Number(end, type=memory.type), type=Bool())
 
 
 def _counted(memory: MemoryRef, range_: Range) -> Expr | None:
     """From where memory goes on for ever; None if it ends, as it may be meant to."""
-    for op, end, other in ((">=", *range_), ("<=", *range_[::-1])):
-        if math.isfinite(end) and math.isinf(other):
-            return Compare(op, memory, Number(end, type=memory.type), type=Bool())  # type: ignore[arg-type]  # one of two
-    return None
+    ends = [*_ends(memory, range_)]
+    return ends[0] if len(ends) == 1 else None
 
 
 def _leaves(expr: Expr) -> Iterator[Expr]:

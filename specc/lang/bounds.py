@@ -24,10 +24,12 @@ def operation_of(expr: m.Expr) -> Operation | None:
     Whole numbers beside reals become floats, as in generated code.
     """
     operation = _operation(expr)
-    if operation is None or _takes_whole(expr):
-        return operation
     is_whole = [isinstance(part.type, Int) for part in m.children(expr)]
-    return partial(_of_floats, operation, is_whole) if any(is_whole) else operation
+    if operation is None or not any(is_whole):
+        return operation
+    if isinstance(expr, m.Compare) and not all(is_whole):
+        return partial(_either_way, operation, is_whole)
+    return operation if _takes_whole(expr) else partial(_of_floats, operation, is_whole)
 
 
 def _operation(expr: m.Expr) -> Operation | None:
@@ -55,6 +57,11 @@ def _takes_whole(expr: m.Expr) -> bool:
 def _of_floats(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
     pairs = zip(parts, is_whole, strict=True)
     return operation(*[ranges.of_float(part) if whole else part for part, whole in pairs])
+
+
+def _either_way(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
+    """Of a comparison: numpy rounds a whole number beside a float, and Python does not."""
+    return ranges.union(operation(*parts), _of_floats(operation, is_whole, *parts))
 
 
 def bounds(expr: m.Expr, parts: Sequence[Range]) -> Range:

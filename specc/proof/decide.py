@@ -94,6 +94,12 @@ class Question:
         )
         """Inputs about whose arrival something is asked."""
 
+    def concerns(self, formula: Formula) -> bool:
+        """Whether a formula has to do with what is asked, directly or through axioms."""
+        return bool(
+            related([formula], [*self.about, *self._assumed], self._solver.relations.things)
+        )
+
     def decide(self, facts: Sequence[Formula]) -> Decision:
         """The answer where the facts hold as well; what is unsure refutes nothing."""
         assumed = [*self._assumed, *facts]

@@ -74,20 +74,21 @@ class Prover:
         *,
         present: Collection[InputName] = (),
         fresh: Collection[InputName] = (),
+        invariants: Collection[Expr] = (),
         without: int | None = None,
     ) -> RowVerdict:
         """Whether exactly one row of a state and cause applies whenever the cause occurs.
 
         `present` and `fresh` name inputs that are known to have a value in the conditions of the
-        state, or a new one; `without` leaves an axiom out, by its index.
+        state, or a new one; `invariants` always hold. `without` leaves an axiom out, by its index.
         """
         question, rows = self._question(state, cause, without)
         known = question.arrivals.intersection(present) - self._always_present
         new = question.arrivals.intersection(fresh)
-        key = (question, known, new)
+        key = (question, known, new, *invariants)
         decision = self._decisions.get(key)
         if decision is None:
-            facts: list[Expr] = [*map(presence, sorted(known))]
+            facts: list[Expr] = [*map(presence, sorted(known)), *invariants]
             came = tuple(map(freshness, sorted(new)))
             decided = question.decide([*map(self._formula, (*facts, *came))])
             decision = self._decisions[key] = _where_fresh(decided, came)
@@ -119,6 +120,11 @@ class Prover:
         question, _ = self._question(state, cause, None)
         near = related(conjuncts(self._axioms), question.about, self._solver.relations.things)
         return any(part in near for part in conjuncts((self._axioms[axiom],)))
+
+    def related(self, state: str, cause: Cause, facts: Iterable[Expr]) -> tuple[Expr, ...]:
+        """The facts that have to do with the rows of a state and cause."""
+        question, _ = self._question(state, cause, None)
+        return tuple(fact for fact in facts if question.concerns(self._formula(fact)))
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
         """Whether all conditions can hold together; None if the question is too large."""

@@ -123,15 +123,18 @@ class RowVerdict:
             None if now is None or was is None or was.needs_old(fresh) else was
             for was, now in ((mine.gap, by.gap), (mine.overlap, by.overlap))
         )
-        decision = replace(
-            mine,
-            gap=gap or by.gap,
-            overlap=overlap or by.overlap,
-            unknown=by.unknown,
-            way_out=by.way_out,
-            possible=mine.possible if self.rows else by.possible,
+        return self.refuted_by(replace(by, gap=gap or by.gap, overlap=overlap or by.overlap))
+
+    def refuted_by(self, decision: Decision) -> RowVerdict:
+        """This verdict with other refutations; which rows may apply and what they ensure stays."""
+        mine = self.decision
+        found = replace(
+            decision,
+            possible=mine.possible if self.rows else decision.possible,
+            satisfiable=mine.satisfiable,
+            ensures=mine.ensures,
         )
-        return RowVerdict(self.rows, decision, self.arrivals)
+        return RowVerdict(self.rows, found, self.arrivals)
 
     @property
     def proved(self) -> bool:

@@ -57,6 +57,8 @@ def found(*texts: str, init: str = "0", name: str = "n") -> Range:
         (["min(n + 1, 3)"], (0, 3)),
         (["clamp(n - x.s.i, -7, 3)"], (-7, 3)),
         (["n + 1 if n < 1000 else n"], (0, 1000)),
+        (["n + 1 if n <= 1000 else n"], (0, 1001)),
+        (["n - 3 if n >= -7 else n"], (-10, 0)),
         (["0 if n >= 3 else n + 1"], (0, 3)),
         (["n + 1 if not n == 3 else 0"], (0, math.inf)),  # only whole numbers stop there
         (["n + 1 if n < 3 and x.s.i > 0 else n"], (0, 3)),
@@ -71,6 +73,13 @@ def found(*texts: str, init: str = "0", name: str = "n") -> Range:
 )
 def test_bounds_of_counters(texts: list[str], expected: Range) -> None:
     assert found(*texts) == expected
+
+
+def test_a_whole_number_beside_a_real_one_may_be_rounded() -> None:
+    """numpy has 2**53 + 1 <= 2.0**53, so that a counter goes on there."""
+    assert found("n + 1 if n <= 3.5 else n") == (0, 4.5)
+    low, high = found(f"n + 1 if n <= {2**53}.0 else n", init=str(2**53 - 1))
+    assert low == 2**53 - 1 and high >= 2**53 + 2
 
 
 def test_whole_numbers_become_real_in_real_memory() -> None:

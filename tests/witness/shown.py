@@ -9,6 +9,7 @@ import pytest
 
 from specc.analysis import Decided, Facts
 from specc.analysis.examples import Examples
+from specc.analysis.unknown_parts import is_vague
 from specc.model.expr import Expr
 from specc.proof import Witness
 from specc.proof.search import Semantics, runnable
@@ -46,6 +47,8 @@ def shows(found: Example, facts: Facts, decided: Decided, witness: Witness) -> N
     assert true(behaviour.error.when) is (decided.cause == "error")
     assert decided.cause == "error" or true(behaviour.terminal.when)
     assert all(true(axiom.that) for axiom in decided.subsystem.axioms)
+    invariants = facts.of(decided.subsystem).invariants
+    assert is_vague(decided.subsystem, decided.state, decided.cause) or all(map(true, invariants))
     assert [true(asked) for asked, _ in witness.answers] == [yes for _, yes in witness.answers]
     held = tuple(i for i, r in enumerate(decided.verdict.rows) if true(r.condition.when))
     assert held == witness.holding or (len(witness.holding) > 1 and {*witness.holding} < {*held})
