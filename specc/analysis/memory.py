@@ -48,7 +48,7 @@ _GROWS = 3
 _WIDENED = 40
 """Rounds in which they are widened to the next number that is named; then to infinity."""
 _MOST_ENDS = 100
-"""Numbers, times what is added, beyond which bounds are widened to numbers that are named alone."""
+"""Numbers, times what may be added, beyond which bounds are widened to numbers that are named alone."""
 _MOST_STEPS = 100_000
 """Parts of expressions, and bounds that are carried into choices, that are looked at in a search;
 of memory that takes more nothing is known."""
@@ -88,7 +88,7 @@ class MemoryBounds:
         every = [*chain(*self._written.values()), *(value for _, value in self._lets)]
         named, steps = (
             {ranges.of_value(n)[0] for n in map(numbering.known, parts) if n is not None}
-            for parts in (_parts(every), _summands(every))
+            for parts in (_parts(every), _operands(every))
         )
         if len(named) * len(steps) <= _MOST_ENDS:
             named |= {end for n in named for s in steps for end in (n + s, n - s)}
@@ -203,10 +203,10 @@ def _parts(every: Iterable[Expr]) -> Iterable[Expr]:
     return (part for value in every for part in walk(value) if isinstance(part.type, (Int, Real)))
 
 
-def _summands(every: Iterable[Expr]) -> Iterable[Expr]:
-    """What is added or subtracted."""
-    sums = (part for part in _parts(every) if isinstance(part, Binary) and part.op in ("+", "-"))
-    return chain.from_iterable(map(children, sums))
+def _operands(every: Iterable[Expr]) -> Iterable[Expr]:
+    """What may be added or subtracted."""
+    computed = (part for part in _parts(every) if isinstance(part, Binary))
+    return chain.from_iterable(map(children, computed))
 
 
 # What always holds of memory.
