@@ -18,6 +18,7 @@ from specc.model.expr import (
     Quantifier,
     children,
     has_free_variable,
+    has_unknown,
     walk,
 )
 from specc.model.fsm import Condition
@@ -26,9 +27,10 @@ from specc.model.types import Bool, Real
 from specc.proof import EvaluationPoint
 
 # Conditions, the lets that they name and time count, and so does memory that is only ever assigned
-# literals, or that keeps within bounds. Literal `True` and `False`, constants, and what is given to
-# parameters are taken as intended; what peers happen to send may change, which is the matter of
-# assumptions.
+# literals, or that keeps within bounds. In conditions memory that nothing writes counts if it
+# begins with a literal, and not with what is measured or computed. Literal `True` and `False`,
+# constants, and what is given to parameters are taken as intended; what peers happen to send may
+# change, which is the matter of assumptions.
 
 
 MOST_PARTS = 64
@@ -45,6 +47,8 @@ class ConstantPart:
     holds: bool
     around: tuple[Expr, ...] = ()
     """The tests of choices and the quantifiers in which the part stands, from outside."""
+    unwritten: tuple[str, ...] = ()
+    """The memory that nothing writes, if the part depends on nothing else."""
 
     @property
     def claim(self) -> Expr:
@@ -103,7 +107,7 @@ class Constancy:
         self._found = []
         self._in(text, text.expr, condition)
         for found in self._found:
-            yield ConstantPart(condition, *found)
+            yield ConstantPart(condition, *found, self._unwritten(found[1]))
 
     def _in(
         self,
@@ -141,12 +145,12 @@ class Constancy:
         on = self._dependences.of(part)
         if on.literal:
             return None
-        if not self._misfits.varies(part) or self._misfits.within(part):
+        if self._misfits.within(part) or not (self._misfits.varies(part) or self._unwritten(part)):
             return None
         least, greatest = self._memory.bounds.of(part, tests) if on.memory else ANY
         if least == greatest:
             return bool(least)
-        said = self._memory.conditions
+        said = self._memory.conditions | self._memory.unwritten
         # Bounds of real numbers take solvers, and have been looked at.
         known = [said[name] for name in sorted(on.memory - self._reals) if name in said]
         known += tests
@@ -163,6 +167,13 @@ class Constancy:
             if shown:
                 return holds
         return None
+
+    def _unwritten(self, part: Expr) -> tuple[str, ...]:
+        """The memory that nothing writes, if what decides a condition is nothing else."""
+        on = self._dependences.of(part)
+        if not self._in_conditions or not on.lasts or has_unknown(part):
+            return ()
+        return tuple(sorted(on.memory)) if on.memory <= self._memory.unwritten.keys() else ()
 
 
 def _inside(expr: Expr) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:

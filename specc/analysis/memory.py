@@ -48,7 +48,7 @@ _GROWS = 3
 _WIDENED = 40
 """Rounds in which they are widened to the next number that is named; then to infinity."""
 _MOST_ENDS = 100
-"""Numbers, times what may be added, beyond which bounds are widened to numbers that are named alone."""
+"""Numbers times operands; with more of them bounds are widened to the numbers alone."""
 _MOST_STEPS = 100_000
 """Parts of expressions, and bounds that are carried into choices, that are looked at in a search;
 of memory that takes more nothing is known."""
@@ -217,7 +217,7 @@ _KnownLeaf = Truth | Member | Number
 
 
 class MemoryFacts:
-    """What always holds of the memory that functions of one subsystem write."""
+    """What always holds of the memory of one subsystem."""
 
     def __init__(self, subsystem: Subsystem, numbering: Numbering) -> None:
         """`numbering` knows lets and constants."""
@@ -226,9 +226,14 @@ class MemoryFacts:
             if not peer and name in given:
                 given[name] += chain(*by_behaviour.values())
         self.bounds = MemoryBounds(subsystem, given, numbering)
-        leaves = {name: [*chain(*map(_leaves, values))] for name, values in given.items()}
+        leaves = {
+            name: [numbering.looked_through(leaf) for value in values for leaf in _leaves(value)]
+            for name, values in given.items()
+        }
         self.conditions: dict[str, Expr] = {}
         """Of memory that is written, by the name of the element."""
+        self.unwritten: dict[str, Expr] = {}
+        """The value of memory that nothing writes and that begins with a literal, by name."""
         self.invariants: tuple[Expr, ...] = ()
         """All that is known, whether or not memory is meant to keep within it."""
         for item in subsystem.memory:
@@ -236,8 +241,10 @@ class MemoryFacts:
                 memory = MemoryRef(item.name, type=item.type)
                 values, within = _one_of(memory, leaves), self.bounds.of(memory)
                 self.invariants += (values,) if values else tuple(_ends(memory, within))
-                known = values or _counted(memory, within)
-                self.conditions |= {item.name: known} if known and len(given[item.name]) > 1 else {}
+                if len(given[item.name]) == 1:
+                    self.unwritten |= {item.name: values} if values else {}
+                elif known := values or _counted(memory, within):
+                    self.conditions[item.name] = known
 
 
 def _ends(memory: MemoryRef, range_: Range) -> Iterator[Expr]:

@@ -33,7 +33,7 @@ def _findings(machine: Machine) -> Iterator[Diagnostic]:
     for condition in machine.subsystem.conditions:
         settled = machine.settled(condition)
         if settled is None:
-            yield from map(_part, constancy.parts(condition))
+            yield from (_part(machine, part) for part in constancy.parts(condition))
         elif not machine.misfits.within(condition.when):
             word = "always" if settled else "never"
             yield Diagnostic(
@@ -43,7 +43,7 @@ def _findings(machine: Machine) -> Iterator[Diagnostic]:
                 _time(machine, condition, settled),
                 help=f"write `{word}` where it is used, or correct the condition",
             )
-    yield from map(_part, constancy.parts_elsewhere())
+    yield from (_part(machine, part) for part in constancy.parts_elsewhere())
 
 
 def _time(machine: Machine, condition: Condition, settled: bool) -> str:
@@ -56,13 +56,20 @@ def _time(machine: Machine, condition: Condition, settled: bool) -> str:
     return f"its times decide it; conditions are first evaluated after {first}"
 
 
-def _part(part: ConstantPart) -> Diagnostic:
+def _part(machine: Machine, part: ConstantPart) -> Diagnostic:
     word = "always" if part.holds else "never"
     condition = part.condition
     place = part.text.place(part.expr)
     help_text = (
         "correct it, or leave it out" if part.holds else "correct it, or leave out what it decides"
     )
+    memory = {item.name: item for item in machine.subsystem.memory}
+    unwritten = tuple(
+        Related(memory[name].place, f"nothing writes memory element `{name}`")
+        for name in part.unwritten
+    )
+    if unwritten:
+        help_text = "let a function write the memory, or name a constant instead"
     if condition is None:
         return Diagnostic("W0617", f"`{show(part.expr)}` {word} holds", place, help=help_text)
     elsewhere = place.route[: len(condition.place.route)] != condition.place.route
@@ -72,7 +79,7 @@ def _part(part: ConstantPart) -> Diagnostic:
         f"`{show(part.expr)}` {word} holds",
         place,
         "" if elsewhere else f"a part of {named}",
-        (Related(condition.place, f"{named} uses it"),) if elsewhere else (),
+        (*([Related(condition.place, f"{named} uses it")] if elsewhere else ()), *unwritten),
         help_text,
     )
 
