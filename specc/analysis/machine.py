@@ -13,6 +13,7 @@ from specc.analysis.graph import CAUSES, RowEdge, find_steps, reached_from
 from specc.analysis.memory import MemoryFacts
 from specc.analysis.pointless import PointlessParts
 from specc.analysis.presence import Presence, PresentValues
+from specc.analysis.reactions import Reactions
 from specc.analysis.reads import Dependences
 from specc.analysis.unknown_parts import Views, is_vague
 from specc.frozen import frozen
@@ -150,6 +151,11 @@ class Machine:
     def dependences(self) -> Dependences:
         """What expressions depend on."""
         return Dependences({let.name: let.value for let in self.subsystem.lets})
+
+    @cached_property
+    def reactions(self) -> Reactions:
+        """To which members of the enums of inputs it reacts."""
+        return Reactions(self.subsystem, self.prover, self.dependences)
 
     @cached_property
     def lasting(self) -> Durations:

@@ -20,6 +20,7 @@ from specc.model.expr import (
     Builtin,
     Choice,
     Compare,
+    ConstantRef,
     Expr,
     LetRef,
     Member,
@@ -221,15 +222,12 @@ class MemoryFacts:
 
     def __init__(self, subsystem: Subsystem, numbering: Numbering) -> None:
         """`numbering` knows lets and constants."""
-        given = {item.name: [item.init] for item in subsystem.memory}
+        given: dict[str, list[Expr]] = {item.name: [item.init] for item in subsystem.memory}
         for (peer, name), by_behaviour in subsystem.written.items():
             if not peer and name in given:
                 given[name] += chain(*by_behaviour.values())
         self.bounds = MemoryBounds(subsystem, given, numbering)
-        leaves = {
-            name: [numbering.looked_through(leaf) for value in values for leaf in _leaves(value)]
-            for name, values in given.items()
-        }
+        self._numbering, self._given = numbering, given
         self.conditions: dict[str, Expr] = {}
         """Of memory that is written, by the name of the element."""
         self.unwritten: dict[str, Expr] = {}
@@ -239,12 +237,34 @@ class MemoryFacts:
         for item in subsystem.memory:
             if kind(item.type).sort != "other":
                 memory = MemoryRef(item.name, type=item.type)
-                values, within = _one_of(memory, leaves), self.bounds.of(memory)
+                values, within = _one_of(memory, self._behind(memory)), self.bounds.of(memory)
                 self.invariants += (values,) if values else tuple(_ends(memory, within))
                 if len(given[item.name]) == 1:
                     self.unwritten |= {item.name: values} if values else {}
                 elif known := values or _counted(memory, within):
                     self.conditions[item.name] = known
+
+    def members(self, expr: Expr) -> frozenset[str]:
+        """The members of an enum that an expression may be, as far as they are known by name."""
+        return frozenset(leaf.name for leaf in self._behind(expr) if isinstance(leaf, Member))
+
+    def _behind(self, expr: Expr) -> list[Expr]:
+        """What an expression may be: any value of a choice, or what memory is given."""
+        return [part for part in reachable([expr], self._values) if not self._values(part)]
+
+    def _values(self, expr: Expr) -> Sequence[Expr]:
+        """The expressions of which one gives the value of another; none for one with its own."""
+        match expr:
+            case MemoryRef(name=name):
+                return self._given.get(name, ())
+            case LetRef() | ConstantRef():
+                named = self._numbering.looked_through(expr)
+                return () if named is expr else (named,)
+            case Choice(then=then, otherwise=otherwise):
+                return then, otherwise
+            case Builtin(name=name, args=args) if FUNCTIONS[name].chooses:
+                return args
+        return ()
 
 
 def _ends(memory: MemoryRef, range_: Range) -> Iterator[Expr]:
@@ -261,28 +281,10 @@ def _counted(memory: MemoryRef, range_: Range) -> Expr | None:
     return ends[0] if len(ends) == 1 else None
 
 
-def _leaves(expr: Expr) -> Iterator[Expr]:
-    """The values that an expression may have: one of several, or its own."""
-    match expr:
-        case Choice(then=then, otherwise=otherwise):
-            yield from (*_leaves(then), *_leaves(otherwise))
-        case Builtin(name=name, args=args) if FUNCTIONS[name].chooses:
-            yield from (leaf for arg in args for leaf in _leaves(arg))
-        case _:
-            yield expr
-
-
-def _one_of(memory: MemoryRef, leaves: dict[str, list[Expr]]) -> Expr | None:
+def _one_of(memory: MemoryRef, behind: Sequence[Expr]) -> Expr | None:
     """That memory has one of the literals that it, or memory whose value it gets, is given."""
-
-    def others(name: str) -> Iterator[str]:
-        return (leaf.name for leaf in leaves.get(name, ()) if isinstance(leaf, MemoryRef))
-
-    found = reachable([memory.name], others)
-    behind = [leaf for name in found for leaf in leaves.get(name, [None])]
     values = sorted({leaf for leaf in behind if isinstance(leaf, _KnownLeaf)}, key=repr)
-    known = all(isinstance(leaf, _KnownLeaf | MemoryRef) for leaf in behind)
-    if not known or len(values) > _MOST_VALUES:
+    if not all(isinstance(leaf, _KnownLeaf) for leaf in behind) or len(values) > _MOST_VALUES:
         return None
     if isinstance(memory.type, Enum):
         members = frozenset(value.name for value in values if isinstance(value, Member))

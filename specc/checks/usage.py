@@ -8,12 +8,15 @@ from operator import attrgetter
 from specc.analysis import Facts
 from specc.analysis.reads import inputs_read, nodes
 from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import listed
 from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
 from specc.model.requirement import expressions
-from specc.model.system import Let, Memory, Subsystem
-from specc.reachable import reachable
+from specc.model.system import Element, Let, Memory, Subsystem
+from specc.model.types import Enum
+from specc.model.wires import Wire
+from specc.reachable import grouped, reachable
 from specc.source import Place
 
 # What serves a purpose, directly or through others. Things have labels such as `let T_c`.
@@ -215,6 +218,69 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
                     )
 
 
+# Every member of an event's enum that is sent makes a difference to its reader.
+
+
+def members_heard(facts: Facts) -> Iterator[Diagnostic]:
+    """W0422; of an interface, one of its readers is to react to each member."""
+    read = {s.qualified_name: inputs_read(s) for s in facts.subsystems}
+    events = grouped(
+        (element.place, (wire, element))
+        for subsystem in facts.subsystems
+        for wire in facts.wires.of(subsystem)
+        for element in (wire.port.elements if wire.port.direction == "x" and wire.other else ())
+        if element.event and isinstance(element.type, Enum)
+    )
+    for readers in events.values():
+        heard, sent = set[str](), dict[str, Place]()
+        for wire, element in readers:
+            machine, key = facts.of(wire.subsystem), (wire.port.peer, element.name)
+            if not machine.is_whole or key not in read[wire.subsystem.qualified_name]:
+                break
+            heard |= machine.reactions.members(_in_use(wire.subsystem), key)
+            sent |= _members_sent(facts, wire, element.name)
+        else:
+            yield from _unheard(*readers[0], {m: sent[m] for m in sent if m not in heard})
+
+
+def _unheard(wire: Wire, element: Element, sent: Mapping[str, Place]) -> Iterator[Diagnostic]:
+    name = f"x.{wire.port.peer}.{element.name}"
+    if sent:
+        members = listed([f"`{member}`" for member in sent], "and")
+        yield Diagnostic(
+            "W0422",
+            f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",
+            element.place,
+            "lost in every state",
+            tuple(Related(place, f"sends `{member}`") for member, place in sent.items()),
+            f"ask for it beside `fresh({name})`, or let `fresh({name})` end a state, with a row "
+            "`otherwise` for all that no other row names",
+        )
+
+
+def _in_use(subsystem: Subsystem) -> Iterator[Expr]:
+    """The conditions that states and rows ask, and what functions of states compute."""
+    for state in subsystem.states:
+        yield from (end.when for _, end in state.behaviour.endings)
+        yield from (item.value for item in state.behaviour.assignments)
+    yield from (row.condition.when for row in subsystem.transitions)
+
+
+def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
+    """The members that the sender of an element surely names, each with where it does."""
+    found: dict[str, Place] = {}
+    sender, end = wire.other, wire.end
+    if sender is None or end is None or sender.qualified_name in facts.broken:
+        return found
+    machine = facts.of(sender)
+    for state in (s for s in sender.states if s.name in machine.reached):
+        for item in state.behaviour.assignments:
+            if (item.peer, item.name) == (end.peer, element):
+                for member in sorted(machine.memory_facts.members(item.value)):
+                    found.setdefault(member, item.place)
+    return found
+
+
 # Every element of an output buffer is written by some behaviour.
 
 
@@ -264,5 +330,6 @@ USES = (
     formula_lets_used,
     elements_read,
     elements_written,
+    members_heard,
     memory_read,
 )

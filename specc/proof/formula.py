@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import field
 from operator import attrgetter
 from typing import Any, Literal
@@ -252,6 +252,20 @@ class Formulas:
             return then
         held = self.conjunction((test, then))
         return self.disjunction((held, self.conjunction((self.negation(test), otherwise))))
+
+    def substituted(self, formula: Formula, answer: Callable[[Atom], bool | None]) -> Formula:
+        """The formula with answers to the questions of atoms; None leaves a question open."""
+        found: dict[Formula, Formula] = {}
+        for part in in_order((formula,)):
+            parts = [found[each] for each in part.parts]
+            if part.kind == "and":
+                found[part] = self.conjunction(parts)
+            elif part.kind == "or":
+                found[part] = self.disjunction(parts)
+            else:
+                said = answer(part.atom) if part.atom is not None else None
+                found[part] = part if said is None else self.constant(said == (part.kind == "atom"))
+        return found[formula]
 
     def _negate(self, formula: Formula) -> Formula:
         if formula.kind == "atom":

@@ -7,15 +7,17 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Literal
 
-from specc.model.expr import Expr
+from specc.model.expr import Expr, Input, children
 from specc.model.fsm import Behaviour, Cause, Transition
 from specc.model.system import Subsystem
+from specc.model.types import Enum
 from specc.proof.decide import Question, Solver, can_hold
-from specc.proof.formula import Formula
+from specc.proof.formula import Arrival, Atom, EnumItem, Formula, atoms_of
 from specc.proof.relations import conjuncts, related
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
 from specc.proof.witness import only
+from specc.reachable import reachable
 
 EvaluationPoint = Literal["conditions", "functions", "start"]
 """When something holds. Axioms hold except at the start of a run; `entered` and `elapsed` are known
@@ -166,6 +168,44 @@ class Prover:
         negated = translator.make.negation(translator.formula(fact))
         possible = can_hold([*map(translator.formula, said), negated], solver)
         return None if possible is None else not possible
+
+    def reacts(self, condition: Expr, element: Input, member: str) -> bool:
+        """Whether a condition may be different because an input came with a member of its enum,
+        rather than not, whatever the input was before.
+        """
+        make, formula = self._translator.make, self._formula(condition)
+        enum = element.type
+        assert isinstance(enum, Enum)
+        number = self.numbering.number(element)
+
+        def answered(value: str, fresh: bool, present: bool) -> Formula:
+            def answer(atom: Atom) -> bool | None:
+                match atom.variable:
+                    case EnumItem(of=of) if of == number:
+                        return value in atom.test
+                    case Arrival(peer=peer, element=name) if (peer, name) == element.key:
+                        return fresh if atom.test == "fresh" else present
+                return None
+
+            return make.substituted(formula, answer)
+
+        came = answered(member, True, True)
+        before = (answered(old, False, there) for old in enum.members for there in (True, False))
+        for other in dict.fromkeys(before):
+            if other is not came:
+                differs = make.choice(came, make.negation(other), other)
+                if can_hold([differs], None) is not False:
+                    return True
+        return any(self._reads(atom, element) for atom in atoms_of([came]))
+
+    def _reads(self, atom: Atom, element: Input) -> bool:
+        """Whether the question of an atom is about an input, directly or through lets."""
+        through = self.numbering.looked_through
+        parts = reachable(
+            [through(atom.expr)] if atom.expr else [],
+            lambda part: map(through, children(part)),
+        )
+        return any(isinstance(part, Input) and part.key == element.key for part in parts)
 
     def refutes(self, conditions: Iterable[Expr]) -> bool:
         """Whether truth tables alone show that conditions never hold together, at any moment."""
