@@ -102,10 +102,10 @@ def _is(edge: Edge, steps: dict[int, Step], fresh: dict[int, frozenset[Key]], gr
         walker, step = composition.walkers[i], steps[i]
         if (move.target, move.row) != (step.state, step.transition):
             return False
-        looked = walker.looks_at.get(move.source, frozenset()) | walker.looks_into[move.target]
+        looked = walker.attention.conditions[move.source] | walker.attention.functions[move.target]
         ignored = set(walker.subsystem.state(move.source).ignores)
         lost = {k for k in walker.events & fresh[i] if k not in looked and k not in ignored}
-        if lost != walker.events & set(move.lost):
+        if lost != walker.events & set(dict(move.lost)):
             return False
         if edge.target < 0:  # values change, of which the last are compared
             continue

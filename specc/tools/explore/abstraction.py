@@ -20,6 +20,7 @@ from specc.model import expr as m
 from specc.model import requirement as r
 from specc.model.fsm import State
 from specc.model.system import Subsystem
+from specc.model.types import Enum
 from specc.proof import InputName
 from specc.reachable import reachable
 from specc.tools.explore.cone import (
@@ -105,7 +106,20 @@ def _state(kept: Kept, state: State, failing: Collection[str]) -> ConeState:
         tuple(value for _, value in assigned if may_fail(value, failing)),
         kept.rests.all(value for _, value in assigned).inputs,
         frozenset(state.ignores),
+        tuple(_members(kept, state)),
     )
+
+
+def _members(
+    kept: Kept, state: State
+) -> Iterator[tuple[InputName, frozenset[str], frozenset[str]]]:
+    """The events with an enum, with the members to which conditions and functions react."""
+    conditions = list(conditions_of(kept.subsystem, state.name))
+    values = [item.value for item in state.behaviour.assignments]
+    for key, element in kept.subsystem.inputs.items():
+        if element.event and isinstance(element.type, Enum):
+            reactions = kept.machine.reactions
+            yield key, reactions.members(conditions, key), reactions.members(values, key)
 
 
 class Abstraction:

@@ -362,7 +362,7 @@ class Composition:
         if not self.copies:
             return index, move
         sent = tuple((self.real(frame, index, k, is_sent=True), n) for k, n in move.sent)
-        lost = tuple(self.real(frame, index, key, is_sent=False) for key in move.lost)
+        lost = tuple((self.real(frame, index, k, is_sent=False), e) for k, e in move.lost)
         return frame[index], move._replace(sent=sent, lost=lost)
 
     def real_overtaken(self, frame: Permutation, edge: Edge) -> tuple[tuple[int, InputName], ...]:

@@ -233,7 +233,7 @@ class _Expected:
         """Deviations where a measurement should arrive unseen, but does not arrive."""
         for (name, stamp), step in self._steps.items():
             tick = stamp * self.rehearsal.ticks[name]
-            for key in step.move.lost:
+            for key, _ in step.move.lost:
                 said = known.get(self._bound.get((name, key), ""), ())
                 if [data for begin, data in said if begin <= tick][-1:] == [...]:
                     yield Stray(tick, name, f"`x.{key[0]}.{key[1]}` does not come then")

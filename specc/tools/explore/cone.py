@@ -56,6 +56,16 @@ class ConeState:
     """Values that its functions compute, followed or not, and that may fail."""
     reads: frozenset[InputName]
     ignores: frozenset[InputName]
+    members: tuple[tuple[InputName, frozenset[str], frozenset[str]], ...]
+    """Of events with an enum the members to which its conditions react, and its functions."""
+
+    def members_asked(self, event: InputName) -> frozenset[str]:
+        """The members of an event to which its conditions react."""
+        return next((asked for key, asked, _ in self.members if key == event), frozenset())
+
+    def members_read(self, event: InputName) -> frozenset[str]:
+        """The members of an event to which its functions react."""
+        return next((read for key, _, read in self.members if key == event), frozenset())
 
     @property
     def expressions(self) -> Iterator[m.Expr]:
@@ -201,6 +211,7 @@ def _renamed(
         tuple(sorted(map(normal, state.failing), key=show)),
         frozenset(map(name, state.reads)),
         frozenset(map(name, state.ignores)),
+        tuple(sorted(((name(key), a, r) for key, a, r in state.members), key=itemgetter(0))),
     )
 
 

@@ -150,7 +150,7 @@ def _never_seen(last: BottomComponent, index: int, key: InputName) -> bool:
     """Whether every sent value was missed, so that the sender's end cannot excuse it."""
     sender, output = last.sender(index, key)
     sent = sum(s.index == sender and output in dict(s.move.sent) for s in last.way.steps)
-    missed = sum(s.index == index and key in s.move.lost for s in last.way.steps)
+    missed = sum(s.index == index and key in dict(s.move.lost) for s in last.way.steps)
     return sent == missed > 0
 
 
@@ -200,7 +200,7 @@ def _lost(last: BottomComponent, stuck: Stuck) -> Iterator[TracedFinding]:
     asked = [(stuck.index, key) for key in sorted(stuck.missing)]
     for sender in sorted(last.waits(stuck)):
         walker = last.walkers[sender]
-        decides = frozenset[InputName]().union(*walker.looks_at.values())
+        decides = frozenset[InputName]().union(*walker.attention.conditions.values())
         keys = [key for key in walker.inputs if key in decides]
         asked += [(sender, key) for key in keys if last.sender(sender, key)[0] == stuck.index]
     for reader, key in asked:
@@ -215,9 +215,8 @@ def _lost(last: BottomComponent, stuck: Stuck) -> Iterator[TracedFinding]:
 
 def _is_looked_at(last: BottomComponent, reader: int, key: InputName) -> bool:
     """Whether conditions or functions read an input in the states where the reader stays."""
-    walker = last.walkers[reader]
-    states = last.states[reader]
-    return any(key in walker.looks_at[s] or key in walker.looks_into[s] for s in states)
+    looks, states = last.walkers[reader].attention, last.states[reader]
+    return any(key in looks.conditions[s] or key in looks.functions[s] for s in states)
 
 
 def _missed(last: BottomComponent, stuck: Stuck, reader: int, key: InputName) -> TracedFinding:
@@ -239,18 +238,25 @@ def _event(
     what, name = f"`x.{key[0]}.{key[1]}`", f"`{walker.name}`"
     message = f"{what} is lost: the next value comes before {name} reads it"
     place, label = walker.subsystem.inputs[key].place, "is overtaken"
+    member, looks = "", "look at it"
     if step is not None:
+        member = dict(step.move.lost).get(key, "")
+        what, looks = (f"`{member}` of {what}", "react to it") if member else (what, looks)
         state = walker.subsystem.state(step.move.source or step.move.target)
-        message = f"{what} is lost: {name} does not look at it in `{state.name}`"
+        message = f"{what} is lost: {name} does not {looks} in `{state.name}`"
         place, label = state.place, "it comes here"
         missed_in = state.name
     return TracedFinding(
-        ("W1005", *composition.of_kind(reader, key), missed_in if key in walker.events else None),
+        (
+            "W1005",
+            *composition.of_kind(reader, key),
+            (member, missed_in) if key in walker.events else None,
+        ),
         "W1005",
         message,
         place,
         label,
-        "send it until it is answered, look at it in every state in which it can come, or say "
+        f"send it until it is answered, {looks} in every state in which it can come, or say "
         f"there `ignores: [x.{key[0]}.{key[1]}]`",
         way,
         related,
@@ -260,14 +266,14 @@ def _event(
 def _events(graph: Graph) -> Iterator[TracedFinding]:
     """Findings on declared events that are neither looked at nor ignored where they arrive."""
     walkers = graph.composition.walkers
-    easiest: dict[tuple[int, InputName, str], tuple[Cost, int, Edge]] = {}
+    easiest: dict[tuple[int, InputName, str, str], tuple[Cost, int, Edge]] = {}
     declared = any(walker.events for walker in walkers)
     for number, out in enumerate(graph.edges if declared else ()):
         for edge in out:
             for lost in _lost_events(graph, number, edge):
                 one = graph.cost(number, edge), number, edge
                 easiest[lost] = min(easiest.get(lost, one), one, key=itemgetter(0))
-    for (reader, key, state), (_, number, edge) in easiest.items():
+    for (reader, key, state, _), (_, number, edge) in easiest.items():
         way = trace(graph, number, edge)
         step = way.lost(reader, key) if state else None
         if not state:  # it is, before anybody moves
@@ -278,15 +284,20 @@ def _events(graph: Graph) -> Iterator[TracedFinding]:
         yield _event(graph.composition, reader, key, way, step)
 
 
-def _lost_events(graph: Graph, number: int, edge: Edge) -> Iterator[tuple[int, InputName, str]]:
-    """Machine, lost input, and the state that missed it (none if it was overtaken)."""
+def _lost_events(
+    graph: Graph, number: int, edge: Edge
+) -> Iterator[tuple[int, InputName, str, str]]:
+    """Machine, lost input, the state that missed it (none if it was overtaken), and the member to
+    which that did not react (none if it does not look at the input).
+    """
     composition = graph.composition
     frame, walkers = graph.frame(number), composition.walkers
     for i, move in (composition.real_move(frame, *each) for each in edge.moves):
-        yield from ((i, key, move.source) for key in move.lost if key in walkers[i].events)
+        missed = (lost for lost in move.lost if lost[0] in walkers[i].events)
+        yield from ((i, key, move.source, member) for key, member in missed)
     for i, key in composition.real_overtaken(frame, edge):
         if key in walkers[i].events:
-            yield i, key, ""
+            yield i, key, "", ""
 
 
 def _once(graph: Graph, lost: Lost) -> TracedFinding:

@@ -117,7 +117,9 @@ class _Sent:
                 for before, after in self._followed(edge):
                     wire = self.wires[before]
                     overtaken = (wire.reader, wire.key) in edge.overtaken
-                    passed = any(i == wire.reader and wire.key in x.lost for i, x in edge.moves)
+                    passed = any(
+                        i == wire.reader and wire.key in dict(x.lost) for i, x in edge.moves
+                    )
                     if not (overtaken or passed):
                         continue
                     again = self._sent_again(self._in_buffer(number, wire) if overtaken else None)

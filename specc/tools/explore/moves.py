@@ -29,7 +29,8 @@ class Move(NamedTuple):
     """The step of a machine at a time stamp.
 
     `row` is an index, -1 for none. `free` are the conditions that could have turned out otherwise;
-    `lost` are inputs that were fresh and not looked at; `broken` are assumptions that failed.
+    `lost` are inputs that were fresh and not looked at, or came with a member that was not reacted
+    to, which is named; `broken` are assumptions that failed.
     """
 
     source: str
@@ -37,7 +38,7 @@ class Move(NamedTuple):
     row: int
     sent: SentValues
     free: tuple[str, ...] = ()
-    lost: tuple[InputName, ...] = ()
+    lost: tuple[tuple[InputName, str], ...] = ()
     broken: tuple[int, ...] = ()
 
 

@@ -54,7 +54,10 @@ class Step:
         if sent:
             parts.append(f"sends {listed(sent, 'and')}")
         if self.move.lost:
-            lost = [f"`x.{peer}.{name}`" for peer, name in self.move.lost]
+            lost = [
+                f"`x.{peer}.{name}`" + (f" = {member}" if member else "")
+                for (peer, name), member in self.move.lost
+            ]
             parts.append(f"does not look at {listed(lost, 'and')}, which came")
         if self.times > 1:
             parts.append(f"{self.times} times in turn")
@@ -86,7 +89,7 @@ class ExploredTrace:
 
     def lost(self, index: int, key: InputName) -> Step | None:
         """The step at which the last arrival of an input was not looked at."""
-        found = (s for s in reversed(self.steps) if s.index == index and key in s.move.lost)
+        found = (s for s in reversed(self.steps) if s.index == index and key in dict(s.move.lost))
         return next(found, None)
 
     def stamped(self) -> Iterator[tuple[Step, int]]:
@@ -102,7 +105,7 @@ class ExploredTrace:
 
     def related(self) -> tuple[Related, ...]:
         """The steps to show: those that change a state or miss an input; of many the last ones."""
-        missed = {(s.index, s.move.target, key): s for s in self.steps for key in s.move.lost}
+        missed = {(s.index, s.move.target, key): s for s in self.steps for key, _ in s.move.lost}
         last = {id(step) for step in missed.values()}
         told = [s for s in self.steps if s.move.source not in ("", s.move.target) or id(s) in last]
         shown = [Related(s.place, s.words()) for s in told[-MOST_SHOWN:]]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import cached_property
 from itertools import product
 
 from specc.analysis.reads import Dependence
@@ -16,6 +15,7 @@ from specc.model import expr as m
 from specc.model.logic import conjuncts, negation
 from specc.model.system import Subsystem
 from specc.proof import InputName
+from specc.tools.explore.attention import Attention
 from specc.tools.explore.cone import Cone, renamed
 from specc.tools.explore.moves import OVER, STAYS, Branch, Local, Move, Outcome, SentValues
 from specc.tools.explore.partial import SOME, AbstractValue, Known, fails, filled
@@ -40,7 +40,8 @@ class Walker:
         others = [x for x in cone.inputs if not x.is_followed]
         self.inputs = tuple(followed)
         self.slots = {key: index for index, key in enumerate(followed)}
-        self.events = {x.key for x in cone.inputs if x.is_event}
+        self.attention = Attention(cone)
+        self.events = self.attention.events
         self._inits = {x.key: x.init for x in cone.inputs}
         self._outputs = dict(cone.outputs)
         self.memory_slots = {item.name: slot for slot, item in enumerate(cone.memory)}
@@ -249,7 +250,7 @@ class Walker:
                     self.measured.add(free[-1])
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()
-        lost = self._lost(buffers, before.state, branch.target)
+        lost = tuple(self._lost(buffers, known, before.state, branch.target))
         clock = STAYS if stays else self.clocks.begin(branch.target)
         written, memory = combinable(written), self._named(before.memory)
         for numbers in product(*written.values()):
@@ -283,32 +284,20 @@ class Walker:
     def _without(self, answers: frozenset[int], memory: str) -> frozenset[int]:
         return frozenset(a for a in answers if memory not in self._rests(a).memory)
 
-    def _lost(self, buffers: tuple[int, ...], source: str, target: str) -> tuple[InputName, ...]:
-        """Fresh inputs that neither the conditions nor the functions look at.
+    def _lost(
+        self, buffers: tuple[int, ...], known: Known, source: str, target: str
+    ) -> Iterator[tuple[InputName, str]]:
+        """Fresh inputs that a step does not look at, or react to.
 
         Measurements that are events are assumed fresh in every period but the first.
         """
         new = [key for key, slot in self.slots.items() if buffers[slot] % 2]
         new += sorted(self.events & self._measured) if source else []
-        if not new:
-            return ()
-        looked = self.looks_into[target] | self.looks_at.get(source, frozenset())
-        looked |= self.cone.state[source or target].ignores
-        return tuple(key for key in new if key not in looked)
+        return self.attention.lost(new, known.inputs, source, target)
 
     def may_be_absent(self, key: InputName) -> bool:
         """Whether a measurement that is assumed fresh may be absent."""
         return key in self._measured and key not in self._steady
-
-    @cached_property
-    def looks_at(self) -> dict[str, frozenset[InputName]]:
-        """The inputs that conditions ask about, by state."""
-        return {s.name: self.cone.rests.all(s.conditions).inputs for s in self.cone.states}
-
-    @cached_property
-    def looks_into(self) -> dict[str, frozenset[InputName]]:
-        """The inputs that functions read, by state."""
-        return {state.name: state.reads for state in self.cone.states}
 
     # Known values at a time stamp.
 
