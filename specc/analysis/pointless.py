@@ -26,6 +26,7 @@ from specc.model.expr import (
     Builtin,
     Choice,
     Compare,
+    Component,
     ConstantRef,
     Expr,
     Items,
@@ -41,6 +42,8 @@ from specc.model.expr import (
 )
 from specc.model.fsm import Assignment
 from specc.model.system import Constant, Let, Memory, Subsystem, System
+from specc.model.types import Real, Vector
+from specc.model.units import RADIAN
 from specc.proof import Depths, Numbering
 from specc.source import Place
 
@@ -51,6 +54,7 @@ _ONE = -1
 _ROUNDING = 1e-9
 _ANGLE_OF_ALL = math.pi * (1 - 1e-12)
 """No two orientations are further apart."""
+_WHOLE_TURN = 2 * _ANGLE_OF_ALL
 
 
 @frozen
@@ -60,7 +64,9 @@ class PointlessPart:
     `origin` is where the first of these parts was written down; `why` it fails, if it does.
     """
 
-    kind: Literal["tolerance", "angle", "quaternion", "bounds", "itself", "unchanged", "fails"]
+    kind: Literal[
+        "tolerance", "angle", "turn", "quaternion", "bounds", "itself", "unchanged", "fails"
+    ]
     expr: Expr
     text: ExpressionText
     because: tuple[Expr, ...]
@@ -116,6 +122,8 @@ class PointlessParts:
     def _in(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[PointlessPart]:
         if isinstance(expr, Builtin):
             yield from self._of_call(text, expr, FUNCTIONS[expr.name])
+        if isinstance(expr, Compare):
+            yield from self._difference(text, expr)
         if (why := failure(expr, self._value)) and self._is_surely_asked(text, expr):
             yield PointlessPart("fails", expr, text, (expr,), (text, expr), why=why)
         yield from self._itself(text, expr, bound)
@@ -178,7 +186,7 @@ class PointlessParts:
                 yield PointlessPart("unchanged", value, text, (memory,), (text, value))
 
     def _tolerances(
-        self, text: ExpressionText, near: Expr, limits: tuple[Expr, ...]
+        self, text: ExpressionText, near: Builtin, limits: tuple[Expr, ...]
     ) -> Iterator[PointlessPart]:
         for limit, is_angle in zip(limits, (False, True), strict=False):
             value = self._value(limit)
@@ -188,6 +196,30 @@ class PointlessParts:
                 )
             elif value is not None and is_angle and value >= _ANGLE_OF_ALL:
                 yield PointlessPart("angle", near, text, (limit,), self._origin(text, limit), value)
+            elif not is_angle:
+                yield from self._turn(text, near, near.args[0], limit)
+
+    def _turn(
+        self, text: ExpressionText, asked: Expr, compared: Expr, limit: Expr
+    ) -> Iterator[PointlessPart]:
+        """A difference of angles that is compared with a whole turn or more."""
+        value, of = self._value(limit), compared.type
+        unit = of.element if isinstance(of, Vector) else of
+        is_angle = isinstance(unit, Real) and unit.unit == RADIAN
+        if is_angle and value is not None and value >= _WHOLE_TURN:
+            yield PointlessPart("turn", asked, text, (limit,), self._origin(text, limit), value)
+
+    def _difference(self, text: ExpressionText, asked: Compare) -> Iterator[PointlessPart]:
+        """`abs(a - b) < 360[deg]`, or of a component of a difference."""
+        through = self._numbering.looked_through
+        for side, limit in ((asked.left, asked.right), (asked.right, asked.left)):
+            size = through(side)
+            if isinstance(size, Builtin) and FUNCTIONS[size.name].is_size:
+                difference = through(size.args[0])
+                if isinstance(difference, Component):
+                    difference = through(difference.value)
+                if isinstance(difference, Binary) and difference.op == "-":
+                    yield from self._turn(text, asked, difference, limit)
 
     def _quaternion(
         self, text: ExpressionText, pose: Expr, quaternion: Expr
@@ -289,6 +321,8 @@ class PointlessParts:
                 pairs = list(self._alike(args, bound))
             case Choice(then=then, otherwise=otherwise):
                 pairs = [(then, otherwise)]
+                pairs += [(then, otherwise.then)] if isinstance(otherwise, Choice) else []
+                pairs += [(then.otherwise, otherwise)] if isinstance(then, Choice) else []
             case _:
                 return
         for one, other in pairs:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from specc.analysis.reads import Dependences
-from specc.model.expr import Expr, Input, LetRef, children
+from specc.model.expr import Expr, Input, children
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum
 from specc.proof import InputName, Prover
@@ -18,7 +18,6 @@ class Reactions:
         self._subsystem = subsystem
         self._prover = prover
         self._dependences = dependences
-        self._lets = {item.name: item.value for item in subsystem.lets}
 
     def members(self, exprs: Iterable[Expr], key: InputName) -> frozenset[str]:
         """The members of an input's enum to which some expressions react.
@@ -46,8 +45,7 @@ class Reactions:
             return
         if isinstance(expr.type, Bool) or isinstance(expr, Input):
             yield expr
-        elif isinstance(expr, LetRef) and expr.name in self._lets:
-            yield from self._asked(self._lets[expr.name], key)
         else:
-            for part in children(expr):
+            whole = self._prover.numbering.looked_through(expr)
+            for part in children(expr) if whole is expr else (whole,):
                 yield from self._asked(part, key)

@@ -49,6 +49,7 @@ def lateness_of_subsystems(facts: Facts) -> Iterator[Diagnostic]:
 _CODES = {
     "tolerance": "E0330",
     "angle": "E0330",
+    "turn": "W0342",
     "quaternion": "E0331",
     "bounds": "W0332",
     "itself": "W0333",
@@ -58,7 +59,7 @@ _CODES = {
 
 
 def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
-    """E0330, E0331, W0332, W0333, W0338 and W0340, once where several uses have one origin."""
+    """E0330, E0331, W0332, W0333, W0338, W0340, W0342: once where several uses have one origin."""
     found: dict[tuple[str, Place], list[PointlessPart]] = {}
     for misfits in (facts.misfits, *(machine.misfits for machine in facts.machines)):
         for misfit in misfits.found:
@@ -100,9 +101,11 @@ def _words(misfit: PointlessPart) -> tuple[str, str]:
     """What is wrong, and a way out."""
     first = show(misfit.because[0])
     match misfit.kind:
-        case "tolerance":
+        case "tolerance" | "turn":
             said = (
-                "zero: only what is exactly equal is near"
+                "a whole turn or more: angles within it are as good as any"
+                if misfit.number > 0
+                else "zero: only what is exactly equal is near"
                 if misfit.number == 0
                 else "negative: nothing is ever near"
             )
@@ -137,7 +140,9 @@ def _words(misfit: PointlessPart) -> tuple[str, str]:
 def _itself(misfit: PointlessPart) -> str:
     one, other = map(show, misfit.because)
     if isinstance(misfit.expr, Choice):
-        return f"both branches are `{one}`"
+        parts = misfit.expr.then, misfit.expr.otherwise
+        nested = any(isinstance(part, Choice) and part not in misfit.because for part in parts)
+        return f"{'two neighbouring' if nested else 'both'} branches are `{one}`"
     if one != other:
         return f"`{one}` and `{other}` are the same"
     match misfit.expr:
