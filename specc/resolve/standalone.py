@@ -1,7 +1,8 @@
 """A file that no known system uses: what can be checked of it by itself.
 
-Its parameters have types but no values, and its peers are not known. The meaning of texts and what
-holds of the tables is certain even so; what depends on the other ends is left out.
+Its parameters have types but no values, and its peers are not known. The meaning of texts, and what
+holds of the tables and of expressions, is certain even so; what depends on the other ends is left
+out, and so is whether inputs have values and memory is watched.
 """
 
 from __future__ import annotations
@@ -24,8 +25,14 @@ from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.reuse import Setting, is_agent
 from specc.schema.files import AgentDef
 
-_NEEDS_USER = ("E04", "E05", "O04", "O05", "O06", "W04", "W05")
-_OF_TABLES = ("E06", "W06")
+_NEEDS_USER = ("E04", "E05", "O04", "O05", "O0601", "W04", "W05")
+_OF_ITSELF = (
+    "E0221", "E033", "E06", "E0705", "O0602", "O0603", "O0604", "O0605", "O0606", "O0607", "W033",
+    "W034", "W06",
+)  # fmt: skip
+"""What follows from the description alone: its tables, its expressions, and what it lacks itself;
+its user can give nothing but values of parameters, the rate and the title.
+"""
 
 
 def resolve_alone(
@@ -51,7 +58,7 @@ def resolve_alone(
 
 def is_certain(diagnostic: Diagnostic, path: str) -> bool:
     """Whether what a check found in the part of a file holds whoever uses it."""
-    return diagnostic.code.startswith(_OF_TABLES) and diagnostic.primary.file == path
+    return diagnostic.code.startswith(_OF_ITSELF) and diagnostic.primary.file == path
 
 
 def _parameters(file: Loaded, known: Definitions, findings: Findings) -> tuple[Constant, ...]:
