@@ -75,6 +75,11 @@ class Durations:
         end = state.behaviour.ending(cause)
         return any(late.row is None and late.condition is end for late in self.late(state))
 
+    def is_one_period(self, state: State) -> bool:
+        """Whether a state surely ends in its second period, when its conditions are first asked."""
+        ending = self._ending(state.behaviour)
+        return ending is not None and ending.over_s == 1 / self._subsystem.rate_hz
+
     def late(self, state: State) -> Iterator[Late]:
         """The conditions that time makes false for ever in a state before they can hold."""
         if not self._turning:

@@ -105,6 +105,8 @@ class State:
     place: Place
     ignores: tuple[tuple[str, str], ...] = ()
     """Events that may come in it without being looked at, by peer and element."""
+    holds: tuple[tuple[str, str], ...] = ()
+    """Outputs that keep their last value in it on purpose, by peer and element."""
 
 
 @frozen

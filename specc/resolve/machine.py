@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any
 
 from specc.frozen import mutable
 from specc.lang import Scope
-from specc.model.expr import (
-    FALSE,
-    TRUE,
-    Expr,
-)
+from specc.model.expr import FALSE, TRUE, Expr
 from specc.model.fsm import (
     OTHERWISE,
     Assignment,
@@ -33,7 +29,7 @@ from specc.resolve.context import Findings, Where, nobody_knows, trace_of
 from specc.resolve.definitions import inlined
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import targets_of
-from specc.resolve.uses import note_event, note_row, note_target
+from specc.resolve.uses import note_element, note_row, note_target
 from specc.schema.subsystem import (
     AssignmentDef,
     ConditionDef,
@@ -46,6 +42,8 @@ from specc.schema.subsystem import (
 
 _Written = tuple[str, str, Element | Memory]
 """Peer and name of an output, or "" and the name of memory; and what it is."""
+_Exchanged = tuple[str, str, Element]
+"""Peer and name of an element of a buffer, and the element."""
 
 # The machine of a subsystem: conditions, functions, behaviours, states and transitions.
 
@@ -63,7 +61,8 @@ class MachineResolver:
     _findings: Findings = field(init=False)
     _targets: dict[str, _Written] = field(init=False)
     """What can be assigned, as it is written: memory before outputs."""
-    _events: dict[str, tuple[str, str]] = field(init=False)
+    _outputs: dict[str, _Exchanged] = field(init=False)
+    _events: dict[str, _Exchanged] = field(init=False)
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
     _functions: dict[str, Function] = field(default_factory=dict)
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
@@ -72,9 +71,10 @@ class MachineResolver:
         self._findings = self.expressions.findings
         outputs = [(p.peer, e) for p in self.ports if p.direction == "y" for e in p.elements]
         self._targets = {item.name: ("", item.name, item) for item in self.memory}
-        self._targets |= {f"y.{peer}.{e.name}": (peer, e.name, e) for peer, e in outputs}
+        self._outputs = {f"y.{peer}.{e.name}": (peer, e.name, e) for peer, e in outputs}
+        self._targets |= self._outputs
         inputs = [(p.peer, e) for p in self.ports if p.direction == "x" for e in p.elements]
-        self._events = {f"x.{peer}.{e.name}": (peer, e.name) for peer, e in inputs if e.event}
+        self._events = {f"x.{peer}.{e.name}": (peer, e.name, e) for peer, e in inputs if e.event}
 
     def resolve(self) -> dict[str, Any]:
         """The parts of a subsystem that make its machine, by their names in the model.
@@ -188,21 +188,20 @@ class MachineResolver:
         return found
 
     def _no_target(self, target: str, at: Where) -> None:
-        known = list(self._targets)
         match target.split("."):
             case ["y", peer, name]:
                 if f"y.{peer}" in self.expressions.meant:
                     self._findings.withheld += 1
                 elif name not in self.expressions.broken:
                     lacks = self.expressions.element("y", peer, name)
-                    outputs = known[len(self.memory) :]
+                    outputs = self._outputs
                     self._findings.unknown("E0214", "output target", target, outputs, at.key, lacks)
             case ["x", _, *_]:
                 message = f"`{target}` is an input: it cannot be assigned"
                 help = "assign an output, `y.peer.element`, or a memory element"
                 self._findings.report("E0214", message, at.key, help=help)
             case _ if target not in self.expressions.broken:
-                self._findings.unknown("E0214", "memory target", target, known, at.key)
+                self._findings.unknown("E0214", "memory target", target, self._targets, at.key)
 
     def _resolve_behaviours(self) -> None:
         where = self.where["behaviours"]
@@ -281,20 +280,24 @@ class MachineResolver:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
             else:
                 self._findings.use(behaviour.place, at, "behaviour")
-            ignored = tuple(self._ignored(item.ignores, at["ignores"])) if item.ignores else ()
-            states.append(State(name, behaviour, item.title, trace_of(item), at.key, ignored))
+            ignored = self._elements(item.ignores, at["ignores"], self._events, "E0223", "event")
+            held = self._elements(item.holds, at["holds"], self._outputs, "E0214", "output")
+            states.append(State(name, behaviour, item.title, trace_of(item), at.key, ignored, held))
         return tuple(states)
 
-    def _ignored(self, names: list[str], where: Where) -> Iterator[tuple[str, str]]:
-        """The events that a state ignores."""
-        for index, name in enumerate(names):
-            if name in self._events:
-                declared = self.scope.inputs[self._events[name]]
-                note_event(self._findings, name, where[index], self.where, declared)
-                yield self._events[name]
-            elif name not in self.expressions.meant and not self.expressions.broken:
-                place = where[index].place
-                self._findings.unknown("E0223", "event", name, self._events, place)
+    def _elements(
+        self, names: list[str], where: Where, known: dict[str, _Exchanged], code: str, what: str
+    ) -> tuple[tuple[str, str], ...]:
+        """Peer and element of the events or outputs that a state names."""
+        found: list[tuple[str, str]] = []
+        for at, written in ((where[index], name) for index, name in enumerate(names)):
+            for name in targets_of(written, self.expressions.groups):
+                if name in known:
+                    note_element(self._findings, written, at, self.where, known[name][2].place)
+                    found.append(known[name][:2])
+                elif name not in self.expressions.meant and not self.expressions.broken:
+                    self._findings.unknown(code, what, name, known, at.place)
+        return tuple(found)
 
     def _unknown_behaviour(self, state: str, name: str | None, at: Where) -> Behaviour:
         known = self._behaviours

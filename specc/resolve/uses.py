@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Mapping
 
 from specc.frozen import frozen
-from specc.lang import RESERVED, Declared
+from specc.lang import RESERVED
 from specc.lang.mentioned import NameKind, NameMention, names_of
 from specc.model import expr as m
 from specc.model.fsm import Condition
@@ -48,13 +48,13 @@ def note_target(
     findings.use(element, at, part="key", start=middle + 1, end=len(written))
 
 
-def note_event(findings: Findings, name: str, at: Where, home: Where, event: Declared) -> None:
-    """Note peer and element of an event, `x.peer.element`."""
+def note_element(findings: Findings, name: str, at: Where, home: Where, element: Place) -> None:
+    """Note peer and element of `x.peer.element` or `y.peer.element`, declared at `element`."""
     if findings.kept is None:
         return
     begin, middle = 2, name.rindex(".")
-    findings.use(_buffer_of(home, "x", name[begin:middle]), at, start=begin, end=middle)
-    findings.use(event.place, at, start=middle + 1, end=len(name))
+    findings.use(_buffer_of(home, name[0], name[begin:middle]), at, start=begin, end=middle)
+    findings.use(element, at, start=middle + 1, end=len(name))
 
 
 def note_row(

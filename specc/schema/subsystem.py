@@ -201,6 +201,9 @@ class StateDef(Traced, short="behaviour", first="behaviour title"):
     ignores: list[Annotated[str, Text()]] = key(
         [], "Events that may come in this state without being looked at, `x.peer.element`."
     )
+    holds: list[Annotated[str, Text()]] = key(
+        [], "Outputs that keep their last value in this state on purpose, `y.peer.element`."
+    )
 
 
 StateNames = Annotated[list[StateName], Listed(alone=(str,), least=1)]

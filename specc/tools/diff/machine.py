@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 from specc.lang import show
-from specc.model.fsm import Assignment, Behaviour, Condition, State, Transition
+from specc.model.fsm import Assignment, Behaviour, Condition, Transition
 from specc.model.system import Subsystem
 from specc.proof.formula import Formula
 from specc.reachable import grouped
@@ -189,8 +189,8 @@ def _text(behaviour: Behaviour) -> str:
     return f"{functions}; {ends}"
 
 
-def _ignored(state: State) -> str:
-    return ", ".join(f"x.{peer}.{name}" for peer, name in sorted(state.ignores)) or "none"
+def _named(side: str, elements: Iterable[tuple[str, str]]) -> str:
+    return ", ".join(f"{side}.{peer}.{name}" for peer, name in sorted(elements)) or "none"
 
 
 def compare_states(old: Subsystem, new: Subsystem, meaning: Equivalence, book: Book) -> None:
@@ -202,11 +202,12 @@ def compare_states(old: Subsystem, new: Subsystem, meaning: Equivalence, book: B
         names = before.behaviour.name, after.behaviour.name
         same = names[0] != names[1] and same_behaviour(before.behaviour, after.behaviour, meaning)
         state.changed("behaviour", *names, semantic=not same)
-        texts, ignored = (
-            (_ignored(before), _ignored(after)),
-            (set(before.ignores), set(after.ignores)),
-        )
-        less, more = ignored[1] - ignored[0], ignored[0] - ignored[1]
-        state.guarded("ignored events", texts, bool(less), bool(more))
-        state.rest(before, after, "ignores")
+        for aspect, side, earlier, later in (
+            ("ignored events", "x", before.ignores, after.ignores),
+            ("held outputs", "y", before.holds, after.holds),
+        ):
+            texts = _named(side, earlier), _named(side, later)
+            less, more = set(later) - set(earlier), set(earlier) - set(later)
+            state.guarded(aspect, texts, bool(less), bool(more))
+        state.rest(before, after, "ignores", "holds")
     book.both("initial state", "").changed("", old.initial_state, new.initial_state)

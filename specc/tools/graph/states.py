@@ -59,6 +59,9 @@ def _state(state: State) -> Box:
     for cause, condition in reversed(behaviour.endings):
         if condition.when != m.FALSE:
             lines += _ending(cause, condition)
+    if state.holds:
+        names = ", ".join(f"y.{peer}.{name}" for peer, name in state.holds)
+        lines += broken(f"holds {names}", 36, "note")
     return Box(state.name, "state", tuple(lines), covers=(state.name,))
 
 

@@ -23,6 +23,8 @@ DIFFERENCES: list[tuple[list[Edit], list[Found]]] = [
       ("creeping: creep}", "creeping: {behaviour: creep, ignores: [x.desk.mode]}}")],
      [("cart.c", "element", "x.desk.mode", "changed", "event"),
       ("cart.c", "state", "creeping", "changed", "ignored events")]),
+    ([("creeping: creep}", "creeping: {behaviour: creep, holds: [y.desk.arrived]}}")],
+     [("cart.c", "state", "creeping", "changed", "held outputs")]),
     ([("system: cart", "system: trolley")], [("", "system", "", "changed", "name")]),
     ([("v_max: 0.5", "v_max: 0.6")], [
         ("", "constant", "v_max", "changed", "value"),

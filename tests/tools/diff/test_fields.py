@@ -40,6 +40,7 @@ def texts() -> Iterator[str]:
     counted = "let: {counted: lamp.c.runs >= 0}\nrequire:\n"
     text = TEXT.replace("TEST", "x.eye.alarm").replace("require:\n", counted)
     text = text.replace("rate: 100 Hz\n", "rate: 100 Hz\n        budget: 1 ms\n")
+    text = text.replace("{idle: wait", "{idle: {behaviour: wait, holds: [y.eye.seen]}")
     yield text.replace("always(lamp.c.runs >= 0)", "always(counted)")
     noise = ', noise: "0.001[m]"'
     yield disturbed(MOVE, SHIFT, PUSH, BLOCK, WRONG).replace(

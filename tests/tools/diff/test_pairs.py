@@ -82,6 +82,7 @@ EDITS = [
     ('otherwise: "0.5"', 'otherwise: "1 / 2"', "equal"),
     (", ignores: [x.eye.alarm]", "", "stronger"),
     ("states: {idle: wait", "states: {idle: {behaviour: wait, ignores: [x.eye.alarm]}", "weaker"),
+    ("states: {idle: wait", "states: {idle: {behaviour: wait, holds: [y.eye.seen]}", "weaker"),
     (ASSUMED, ASSUMED + ASSUMED.replace("count", "other"), "weaker, weaker"),
     ("      assume:\n" + ASSUMED, "", "weaker, weaker"),
     ("x.eye.count >= 0", "not x.eye.count < 0", "equal"),

@@ -19,7 +19,7 @@ agents:
       y: {base: {n: int, done: bool}}
       functions: {tell: {y.base.n: "1", y.base.done: "True"}}
       behaviours: {tell: {functions: [tell], terminal: never}}
-      states: {S0: tell}
+      states: {S0: {behaviour: tell, holds: [y.base.n]}}
       initial_state: S0
   base:
     control:
@@ -45,6 +45,7 @@ require:
         ("present(r.|n)", "x: {rovers: {|n: int"),
         ("fresh(r.|done)", "|done: {type: bool, event"),
         ("x.rovers_1.|done", "|done: {type: bool, event"),
+        ("holds: [y.base.|n", "y: {base: {|n: int"),
         ("that: always(|low),", "{|low: base.c.last < 3}"),
         ("that: always(|low or", "{|low: base.c.last < 4}"),
     ],
