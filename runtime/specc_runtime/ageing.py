@@ -1,7 +1,8 @@
 """How old values are in a run: when they were measured, and what they were computed from.
 
 A value is as old as the oldest measurement that it was computed from in the step that sent it.
-What nothing measured is behind, as what comes out of memory, counts from the step that sent it.
+What nothing measured is behind counts from the step that computed it, as a constant or out of
+memory; what others compute of it is as old, if nothing that was measured is ever behind that.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from specc_runtime.ages import AgeRules
+from specc_runtime.ages import AgeRules, MaxAge, MaxCommandAge
 from specc_runtime.buffers import AGE, FRESH, LATE, slots
 from specc_runtime.faults import TooOld
 from specc_runtime.plant import NO_SAMPLE
@@ -22,19 +23,19 @@ _ROUNDING = 1.0 + 1e-9  # ages are multiples of a rounded tick
 
 
 class Stamp(NamedTuple):
-    """When a value was sent, and the oldest measurement behind it, in base ticks.
+    """When a value was computed, and the oldest measurement behind it, in base ticks.
 
     `measured` is None without one; `device` is the element that was measured.
     """
 
-    sent: float
+    computed: float
     measured: float | None = None
     device: str = ""
 
     @property
     def since(self) -> float:
         """The tick from which its age counts."""
-        return self.sent if self.measured is None else self.measured
+        return self.computed if self.measured is None else self.measured
 
 
 class Clock:
@@ -173,7 +174,7 @@ class Ageing:
             is_read = self.before in limit.asked or state in limit.used
             if stamp is None or not is_read or (limit.fresh and element not in self.came):
                 continue
-            if text := self._too_old(stamp, self.tick, limit.most_s):
+            if text := self._too_old(stamp, self.tick, limit):
                 sender = self._senders.get(element)
                 blamed = f"subsystem {sender}" if sender else f"device {stamp.device}"
                 return self._fault(f"input {limit.name} {text}", blamed)
@@ -181,7 +182,7 @@ class Ageing:
             command = self._commands.get(output)
             if command is None:
                 continue
-            if text := self._too_old(self._stamp(state, output), visible_tick, command.most_s):
+            if text := self._too_old(self._stamp(state, output), visible_tick, command):
                 fault = self._fault(f"command {command.device} {text}")
                 fault.device = command.device
                 return fault
@@ -190,14 +191,15 @@ class Ageing:
     def _fault(self, message: str, culprit: str = "") -> TooOld:
         return TooOld(self._subsystem.name, self._subsystem.state, message, culprit)
 
-    def _too_old(self, stamp: Stamp, tick: int, most_s: float) -> str:
-        """What is wrong with an age; empty if nothing is, or nothing was measured."""
-        if stamp.measured is None:
+    def _too_old(self, stamp: Stamp, tick: int, limit: MaxAge | MaxCommandAge) -> str:
+        """What is wrong with an age; empty if nothing is, or a measurement is still to come."""
+        if stamp.measured is None and not limit.computed:
             return ""
-        age_s = self._clock.age_s(stamp.measured, tick)
-        if age_s <= most_s * _ROUNDING:
+        age_s = self._clock.age_s(stamp.since, tick)
+        if age_s <= limit.most_s * _ROUNDING:
             return ""
-        return f"is {age_s:.6g} s old, measured by {stamp.device}; `max_age` is {most_s:g} s"
+        origin = "counted from its computation" if limit.computed else f"measured by {stamp.device}"
+        return f"is {age_s:.6g} s old, {origin}; `max_age` is {limit.most_s:g} s"
 
     def _tell(self, stamps: Mapping[str, Stamp]) -> None:
         for output, stamp in stamps.items():
@@ -210,6 +212,8 @@ class Ageing:
         read = () if rule is None else (*rule.held, *(e for e in rule.fresh if e in self.came))
         known = [self.known[element] for element in read if element in self.known]
         measured = [stamp for stamp in known if stamp.measured is not None]
+        if rule is not None and rule.computed:
+            return Stamp(min((stamp.computed for stamp in known), default=self.tick))
         if not measured:
             return Stamp(self.tick)
         oldest = min(measured, key=lambda stamp: stamp.since)
@@ -218,7 +222,9 @@ class Ageing:
     def saved(self, tick_s: float) -> dict[str, Any]:
         """Stamps in s, by input and by output that was held back."""
         return {
-            name: {e: [s.sent * tick_s, _in_s(s.measured, tick_s), s.device] for e, s in of.items()}
+            name: {
+                e: [s.computed * tick_s, _in_s(s.measured, tick_s), s.device] for e, s in of.items()
+            }
             for name, of in (("received", self.received), ("held", self.held))
         }
 
@@ -230,10 +236,10 @@ class Ageing:
     def _read(self, told: Any, known: Collection[str]) -> dict[str, Stamp]:
         ticks = self._clock.ticks
         found = {}
-        for element, (sent_s, measured_s, device) in told.items():
+        for element, (computed_s, measured_s, device) in told.items():
             if element in known:
                 measured = None if measured_s is None else ticks(float(measured_s))
-                found[element] = Stamp(ticks(float(sent_s)), measured, str(device))
+                found[element] = Stamp(ticks(float(computed_s)), measured, str(device))
         return found
 
 

@@ -10,7 +10,8 @@ class Behind:
     """What an `output` of `subsystem` is computed from in some of its `states`.
 
     Inputs that are `held` count always, `fresh` ones only in steps in which they are new. Left out
-    is what nobody measured, and what comes back to a buffer that it has passed.
+    is what comes back to a buffer that it has passed, and what nobody measured; but where nothing
+    measured is behind the output in any state, its age counts from where inputs were `computed`.
     """
 
     subsystem: str
@@ -18,6 +19,7 @@ class Behind:
     states: tuple[str, ...]
     held: tuple[str, ...] = ()
     fresh: tuple[str, ...] = ()
+    computed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +27,8 @@ class MaxAge:
     """How old `element` may be, in s, where `subsystem` reads it by that `name`.
 
     That is in steps that begin in a state of `asked`, whose conditions depend on it, or lead to one
-    of `used`, whose functions do; if `fresh`, in those alone in which it is new.
+    of `used`, whose functions do; if `fresh`, in those alone in which it is new. Its age counts
+    from where it was `computed`, or from a measurement if there is one.
     """
 
     subsystem: str
@@ -35,16 +38,21 @@ class MaxAge:
     asked: tuple[str, ...] = ()
     used: tuple[str, ...] = ()
     fresh: bool = False
+    computed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class MaxCommandAge:
-    """How old an `output` of `subsystem` may be, in s, when it takes effect as `device` element."""
+    """How old an `output` of `subsystem` may be, in s, when it takes effect as `device` element.
+
+    Its age counts from where it was `computed`, or from a measurement if there is one.
+    """
 
     subsystem: str
     output: str
     most_s: float
     device: str
+    computed: bool = False
 
 
 @dataclass(frozen=True, slots=True)

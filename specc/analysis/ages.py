@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from math import lcm
@@ -23,20 +23,24 @@ StampedRead = tuple[int, bool]
 
 @frozen
 class Trail:
-    """A value on its way: read at `read_s`, computed from one read before, or measured then."""
+    """A value on its way: read at `read_s`, and computed from one read before, if there is one.
+
+    Its age counts from `since_s`, when it was measured; when it was computed, if nothing that was
+    measured is behind it.
+    """
 
     node: InputNode
     read_s: Fraction
-    measured_s: Fraction
+    since_s: Fraction
     before: Trail | None
 
     @property
     def age_s(self) -> Fraction:
-        """Seconds since the measurement."""
-        return self.read_s - self.measured_s
+        """Seconds since its age began."""
+        return self.read_s - self.since_s
 
     def hops(self) -> list[Trail]:
-        """This one and those before it, the measurement first."""
+        """This one and those before it, the measured or computed one first."""
         found: list[Trail] = []
         trail: Trail | None = self
         while trail is not None:
@@ -54,10 +58,13 @@ class Timeline:
         order: list[InputNode],
         edges: ReadEdges,
         periods_s: dict[InputNode, Fraction],
+        computed: Collection[InputNode],
     ) -> None:
+        """`computed` are the values that may be computed from nothing that has an age."""
         self._sources = sources
         self._order = order
         self._edges = edges
+        self._computed = computed
         measured = {n: s for n in order if isinstance(s := self._sources.of(n), Measured)}
         self._sporadic = {n: s for n, s in measured.items() if s.sporadic}
         samples = {n: s.period_s for n, s in measured.items() if not s.sporadic}
@@ -82,7 +89,7 @@ class Timeline:
         wanted[node] = {(stamp, on_arrival) for stamp in stamps}
         for n in reversed(self._order):
             for need in wanted[n]:
-                for stamp in self._computed(n, need):
+                for stamp in self._sent_at(n, need):
                     for m, arrival in self._edges[n]:
                         wanted[m].add((stamp, arrival))
         found: dict[tuple[InputNode, StampedRead], Trail] = {}
@@ -106,16 +113,19 @@ class Timeline:
             if need[1] and taken <= need[0] - self._reader[n]:
                 return None
             return Trail(n, read_s, taken * self._tick, None)
+        stamps = self._sent_at(n, need)
         reads = [
             trail
-            for stamp in self._computed(n, need)
+            for stamp in stamps
             for m, arrival in self._edges[n]
             if (trail := found.get((m, (stamp, arrival))))
         ]
-        if not reads:
-            return None
-        before = min(reads, key=lambda t: t.measured_s)
-        return Trail(n, read_s, before.measured_s, before)
+        if reads:
+            before = min(reads, key=lambda t: t.since_s)
+            return Trail(n, read_s, before.since_s, before)
+        if stamps and n in self._computed:
+            return Trail(n, read_s, stamps[0] * self._tick, None)
+        return None
 
     def _since_sample_s(self, n: InputNode, *, on_arrival: bool) -> Fraction:
         """How old a sample of a sporadic device can be; another reader may have asked for it."""
@@ -124,7 +134,7 @@ class Timeline:
             return source.period_s
         return self._reader[n] * self._tick if source.shared else Fraction(0)
 
-    def _computed(self, n: InputNode, need: StampedRead) -> range:
+    def _sent_at(self, n: InputNode, need: StampedRead) -> range:
         """The time stamps at which the value may have been computed that is read."""
         source = self._sources.of(n)
         if not isinstance(source, Sent):
@@ -145,6 +155,7 @@ class Timeline:
 #
 # A value is as old as the oldest measurement that it is computed from, through subsystems that read
 # and send within one work cycle. Memory, and a loop through several subsystems, are not followed.
+# Where no measurement is behind a value in any state, it is as old as the oldest computation.
 
 
 @frozen
@@ -169,7 +180,7 @@ class Ages:
         self._measured: set[InputNode] = set()
 
     def oldest(self, node: InputNode) -> Trail | Held | None:
-        """The oldest value that is read, or why there is none; None if no measurement is known.
+        """The oldest value that is read, or why there is none; None if its source is not known.
 
         A device takes a value when it is sent; a subsystem that uses one only where it is fresh
         is not asked for its age later.
@@ -181,29 +192,43 @@ class Ages:
     def behind(self, node: InputNode) -> dict[str, list[ReadEdge]]:
         """State of the sender -> the values that a value is computed from which it sends there.
 
-        They have been measured, and it has not passed them before: of those its age is made.
+        Of those its age is made: they have been measured, or nothing was that is behind the value,
+        and it has not passed them before.
         """
-        self._place(node)
-        followed = {above for above, _ in self._edges[node] if above in self._measured}
+        followed = {above for above, _ in self._followed(node)}
         return {
             state: sorted(each for each in reads if each[0] in followed)
             for state, reads in self.sources.sent_in(node).items()
         }
 
-    def _follow(self, node: InputNode) -> Trail | Held | None:
+    def is_measured(self, node: InputNode) -> bool:
+        """Whether a measurement is behind a value in some state."""
         self._place(node)
-        measured = self._measured
-        if node not in measured:
+        return node in self._measured
+
+    def _followed(self, node: InputNode) -> tuple[ReadEdge, ...]:
+        """The reads of which the age of a value is made."""
+        is_measured = self.is_measured(node)
+        edges = self._edges[node]
+        return tuple(e for e in edges if e[0] in self._measured) if is_measured else edges
+
+    def _follow(self, node: InputNode) -> Trail | Held | None:
+        if self.sources.of(node) is None:
             return None
-        upstream = reachable([node], lambda here: (above for above, _ in self._reads(here)))
-        order = sorted((n for n in upstream if n in measured), key=self._places.__getitem__)
-        edges = {n: tuple(e for e in self._edges[n] if e[0] in measured) for n in order}
+        upstream = reachable([node], lambda here: (above for above, _ in self._followed(here)))
+        order = sorted(upstream, key=self._places.__getitem__)
+        edges = {n: self._followed(n) for n in order}
         on_arrival = not node.peer or self.sources.only_on_arrival(node)
         held = self._held(order, edges, node, on_arrival)
         if held is not None:
             return held
         periods_s = {n: self._period_s(n) for n in order}
-        return Timeline(self.sources, order, edges, periods_s).oldest(node, on_arrival)
+        computed = [] if self.is_measured(node) else [*filter(self._may_be_computed, order)]
+        return Timeline(self.sources, order, edges, periods_s, computed).oldest(node, on_arrival)
+
+    def _may_be_computed(self, node: InputNode) -> bool:
+        """Whether a value may be sent that is computed from none that has an age."""
+        return any(all(arrival for _, arrival in reads) for reads in self.behind(node).values())
 
     def _period_s(self, node: InputNode) -> Fraction:
         """Between two time stamps of a reader; a device reads whenever something is sent."""

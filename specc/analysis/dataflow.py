@@ -17,6 +17,7 @@ from specc.model.fsm import State
 from specc.model.system import Subsystem
 from specc.model.wires import Output, Wires
 from specc.proof import InputName, InputNames
+from specc.reachable import reachable
 from specc.source import Place
 
 # Which inputs of the same period the value of an expression is computed from.
@@ -201,6 +202,24 @@ class DataFlow:
         silent = (state for state in self._reads[sender].states if state.name not in sent)
         edges = frozenset[ReadEdge]().union(*sent.values())
         return Sent(machine.subsystem, tuple(sorted(edges)), next(silent, None))
+
+    def remembered(self, node: InputNode) -> Iterator[tuple[str, InputNode]]:
+        """Memory out of which a value comes, directly or not, with each input that goes into it."""
+        sender, output = self.sender(node) or _NOBODY
+        machine = self._machines.get(sender)
+        if machine is None:
+            return
+        written, dependences = machine.subsystem.written, machine.dependences
+
+        def assigned(target: tuple[str, str]) -> list[Expr]:
+            return [value for values in written.get(target, {}).values() for value in values]
+
+        def named(target: tuple[str, str]) -> list[tuple[str, str]]:
+            return [("", name) for name in sorted(dependences.all(assigned(target)).memory)]
+
+        for memory in reachable(named(output), named):
+            for source, _ in sorted(self._edges(sender, assigned(memory))):
+                yield memory[1], source
 
     def sender(self, node: InputNode) -> Output | None:
         """The output that is sent to a node; None if none is."""

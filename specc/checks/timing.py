@@ -204,19 +204,23 @@ def _bounded(facts: Facts) -> Iterator[tuple[InputNode, Element]]:
 
 
 def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
-    """From the measurement to the reader, with the time that has passed since."""
+    """From the measurement, or the computation, to the reader, with the time passed since."""
     hops = oldest.hops()
     first = facts.ages.sources.of(hops[0].node)
     if isinstance(first, Measured):
         often = "sample at least every" if first.sporadic else "sample every"
         every = f", a {often} {ms(first.period_s)}" if first.period_s else ""
         yield Related(first.place, f"measured by `{first.device}`{every}: 0 ms")
+    elif first is not None:
+        sender, seen_s = first.sender, 1 / first.sender.rate_hz
+        words = f"computed by `{sender.qualified_name}`, {_rate(sender)}: 0 ms; seen from"
+        yield Related(sender.place.below("rate"), f"{words} {ms(seen_s)} on")
     for hop in hops:
         reader = facts.wires.subsystems.get(hop.node.reader)
         if reader is None:
             continue
         rate = f"`{reader.qualified_name}`, {_rate(reader)}"
-        read_s = hop.read_s - oldest.measured_s
+        read_s = hop.read_s - oldest.since_s
         words = f"{rate}, reads it after {ms(read_s)}"
         if hop is not oldest:
             words += f" and sends a result, seen from {ms(read_s + 1 / reader.rate_hz)} on"
@@ -236,7 +240,7 @@ def _shorten(oldest: Trail, facts: Facts) -> str:
     steps: list[tuple[Fraction, str]] = []
     for hop in oldest.hops():
         source = facts.ages.sources.of(hop.node)
-        before = hop.before.read_s if hop.before else oldest.measured_s
+        before = hop.before.read_s if hop.before else oldest.since_s
         if isinstance(source, Measured):
             what = "shorten the `max_gap`" if source.sporadic else "raise the rate"
             steps.append((hop.read_s - before, f"{what} of `{source.device}`"))
@@ -246,20 +250,24 @@ def _shorten(oldest: Trail, facts: Facts) -> str:
     return max(steps, key=lambda step: step[0])[1]
 
 
-# Where the age of a value is limited, the value comes from a measurement.
+# Where the age of a value is limited, it is not the age of a measurement that memory keeps.
 
 
 def ages_known(facts: Facts) -> Iterator[Diagnostic]:
-    """W0415."""
+    """W0415, where the age of a value counts from the time at which it comes out of memory."""
     for node, element in _bounded(facts):
-        if facts.ages.oldest(node) is None:
+        oldest = facts.ages.oldest(node)
+        first = oldest.hops()[0].node if isinstance(oldest, Trail) else None
+        kept = facts.ages.sources.remembered(first) if first else ()
+        memory = next((name for name, source in kept if facts.ages.is_measured(source)), "")
+        if memory and not facts.ages.is_measured(node):
             yield Diagnostic(
                 "W0415",
-                f"`{node.short}` has no measurement from which to count its age",
+                f"the age of `{node.short}` does not count from a measurement",
                 element.place.below("max_age"),
-                "limits nothing",
+                f"counts from the time at which `{memory}` is read",
                 help="delete it, or set it where the measurement arrives; what comes out of memory "
-                "has no age",
+                "is as new as the step that sends it",
             )
 
 

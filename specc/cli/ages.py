@@ -61,7 +61,7 @@ def _found(facts: Facts) -> Iterator[tuple[str, str, Fraction | None, Trail | He
 def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:
     """The age in words, and how it comes about."""
     if oldest is None:
-        return "-", "no measurement"
+        return "-", "source not known"
     if isinstance(oldest, Held):
         silent = oldest.source
         if isinstance(silent, Measured):
@@ -70,7 +70,10 @@ def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:
         return "any", f"`{silent.sender.qualified_name}` is silent in `{state}`"
     hops = oldest.hops()
     source = ages.sources.of(hops[0].node)
-    start = f"{source.device}.{hops[0].node.element}" if isinstance(source, Measured) else ""
-    steps = [f"{hop.node.reader} after {ms(hop.read_s - oldest.measured_s)}" for hop in hops]
+    if isinstance(source, Measured):
+        start = f"{source.device}.{hops[0].node.element}"
+    else:
+        start = f"computed by {source.sender.qualified_name}" if source else ""
+    steps = [f"{hop.node.reader} after {ms(hop.read_s - oldest.since_s)}" for hop in hops]
     when = ", used only when fresh" if ages.sources.only_on_arrival(oldest.node) else ""
     return ms(oldest.age_s), " -> ".join((start, *steps)) + when

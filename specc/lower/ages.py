@@ -42,7 +42,7 @@ def _asked(system: System) -> Iterator[InputNode]:
 
 
 def _limits(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[InputNode, str]]:
-    """The inputs whose age is limited, and of which something is measured."""
+    """The inputs whose age is limited, and whose source is known."""
     for subsystem in system.subsystems:
         for (peer, name), element in subsystem.inputs.items():
             node = InputNode(subsystem.qualified_name, peer, name)
@@ -66,8 +66,8 @@ def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) 
     yield literal(buffer_names(subsystem.inputs)[name])
     yield literal(f"x.{node.peer}.{node.element}")
     yield literal(float(element.max_age_s))
-    fresh = ages.sources.only_on_arrival(node)
-    yield from given({"asked": asked, "used": used, "fresh": fresh})
+    fresh, computed = ages.sources.only_on_arrival(node), not ages.is_measured(node)
+    yield from given({"asked": asked, "used": used, "fresh": fresh, "computed": computed})
 
 
 def _commands(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[InputNode, str]]:
@@ -80,9 +80,9 @@ def _commands(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[In
             if element.max_age_s is None or sent is None or ages.oldest(node) is None:
                 continue
             told = literal(sent[0]), literal(buffer_names(subsystems[sent[0]].outputs)[sent[1]])
-            limit = literal(float(element.max_age_s))
-            command_age = imports.own("MaxCommandAge")
-            yield node, call(command_age, (*told, limit, literal(node.short)))
+            limit = literal(float(element.max_age_s)), literal(node.short)
+            computed = given({"computed": not ages.is_measured(node)})
+            yield node, call(imports.own("MaxCommandAge"), (*told, *limit, *computed))
 
 
 def _behind(
@@ -105,7 +105,7 @@ def _behind(
         output = buffer_names(sender.outputs)[sent[1]]
         for states, edges in _alike(known[node]):
             told = [literal(sender.qualified_name), literal(output), literal(states)]
-            told += _inputs(sender, edges)
+            told += _inputs(sender, edges, computed=not ages.is_measured(node))
             found.append((sender.qualified_name, output, call(imports.own("Behind"), told)))
     yield from (text for _, _, text in sorted(found))
 
@@ -116,8 +116,8 @@ def _alike(by_state: dict[str, list[ReadEdge]]) -> Iterator[tuple[tuple[str, ...
     return ((tuple(states), list(edges)) for edges, states in groups.items() if edges)
 
 
-def _inputs(sender: Subsystem, edges: list[ReadEdge]) -> Iterator[str]:
+def _inputs(sender: Subsystem, edges: list[ReadEdge], *, computed: bool) -> Iterator[str]:
     names = buffer_names(sender.inputs)
     held = tuple(names[node.peer, node.element] for node, fresh in edges if not fresh)
     fresh = tuple(names[node.peer, node.element] for node, fresh in edges if fresh)
-    return given({"held": held, "fresh": fresh})
+    return given({"held": held, "fresh": fresh, "computed": computed})

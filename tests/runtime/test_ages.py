@@ -186,6 +186,36 @@ def test_a_command_that_is_too_old_is_not_given(tmp_path: Path) -> None:
     assert len(plant.commands) == 16
 
 
+CART = Path(__file__).parents[1] / "cases/structure/W0416-command-that-is-not-renewed.yaml"
+BOUND = """\
+plant:
+  python: tests.runtime.test_ages:Cam
+  bind: {cart.E.motor.v_d: {}, cart.E.motor.s: {}}
+"""
+
+
+def test_a_command_of_a_constant_is_as_old_as_its_computation(tmp_path: Path) -> None:
+    """The effector sends it on in every period; its sender is silent from 3.1 s on."""
+    path = tmp_path / "cart.yaml"
+    path.write_text(f"{CART.read_text()}{BOUND}")
+    result = compile_spec(str(path))
+    assert result.ok
+    assert result.system is not None
+    plant = Cam(lambda n, now_s: 0.0)
+    with (
+        built(result.system, None, result.proofs.ages) as made,
+        Executor(made, plant, [], inline=True) as executor,
+    ):
+        while executor.tick * made.tick_s < 5 and executor.advance():
+            pass
+    (fault,) = executor.faults
+    assert fault.message == (
+        "command cart.E.motor.v_d is 0.32 s old, counted from its computation; `max_age` is 0.3 s"
+    )
+    assert fault.as_data()["time_s"] == pytest.approx(3.3)
+    assert {*plant.commands} == {0.0, 0.5}
+
+
 def test_a_late_sender_is_told_and_its_value_gets_older(tmp_path: Path) -> None:
     clock, plant = DrivenClock(), Cam()
     stalls = iter([0.0, 0.0, 0.16, 0.0, 0.0, 0.0])

@@ -1,6 +1,7 @@
 """The interpreter with the ages of values: section 8 of docs/language.md, "Age", read once more.
 
-Every value carries the base tick at which it was sent and that of the oldest measurement behind it.
+Every value carries the base tick at which it was computed, by whoever did so first where nothing
+was measured, and that of the oldest measurement behind it.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ Read = tuple[Key, bool]
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """When a value was sent, and the oldest measurement behind it, in base ticks."""
+    """When a value was computed, and the oldest measurement behind it, in base ticks."""
 
-    sent: int
+    computed: int
     measured: int | None = None
 
     @property
     def since(self) -> int:
-        return self.sent if self.measured is None else self.measured
+        return self.computed if self.measured is None else self.measured
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,10 @@ class Arrived:
 
 @dataclass(slots=True)
 class Met:
-    """The greatest age of an input behind which there was a measurement: ever, and if fresh."""
+    """The greatest age of an input, ever, and if fresh.
+
+    Where a measurement may be behind it, only values that have one count.
+    """
 
     ever: Fraction = field(default_factory=Fraction)
     fresh: Fraction = field(default_factory=Fraction)
@@ -78,8 +82,8 @@ class AgedInterpreter(Interpreter):
             for key, origin in self.known[name].items()
         }
         for key, origin in self.known[name].items():
-            if origin.measured is not None:
-                met, age = self.met.setdefault((name, key), Met()), tick - origin.measured
+            if origin.measured is not None or not self.is_measured((name, key)):
+                met, age = self.met.setdefault((name, key), Met()), tick - origin.since
                 met.ever = max(met.ever, age * self.tick_s)
                 met.fresh = max(met.fresh, age * self.tick_s) if key in fresh else met.fresh
         return inputs, fresh
@@ -106,14 +110,16 @@ class AgedInterpreter(Interpreter):
 
     def _sent(self, name: str, reader: Element) -> Origin:
         known = self.known[name]
-        measured = [
-            known[key].measured
+        behind = [
+            known[key]
             for key, only_fresh in self.reads_in(name, self.machines[name].state, reader)
             if self.is_followed((name, key), reader)
             and key in known
             and (key in self.came[name] or not only_fresh)
         ]
-        found = [tick for tick in measured if tick is not None]
+        if not self.is_measured(reader):
+            return Origin(min((origin.computed for origin in behind), default=self.began[name]))
+        found = [origin.measured for origin in behind if origin.measured is not None]
         return Origin(self.began[name], min(found, default=None))
 
     # What is computed from what, in which states.
@@ -147,15 +153,19 @@ class AgedInterpreter(Interpreter):
         return any(True for _ in self._targets(sender, state, element))
 
     def is_followed(self, above: Element, element: Element) -> bool:
-        """Whether a value has an age, and has not passed where it goes to."""
-        return element not in self.upstream[above] and self.is_measured(above)
+        """Whether the age of a value counts for what is computed from it."""
+        counts = self.is_measured(above) or not self.is_measured(element)
+        return element not in self.upstream[above] and counts
 
     def is_measured(self, element: Element) -> bool:
         """Whether a measurement is behind an element, not counting what comes back to it."""
         reader, (peer, _) = element
         if self.subsystems[reader].sender(peer) not in self.machines:
             return True
-        return any(self.is_followed(above, element) for above in self.above[element])
+        return any(
+            element not in self.upstream[above] and self.is_measured(above)
+            for above in self.above[element]
+        )
 
     def _upstream(self, element: Element) -> frozenset[Element]:
         found, open_ = {element}, [element]
