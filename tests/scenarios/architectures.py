@@ -52,10 +52,6 @@ class Architecture:
     failure_s: int = 0
     """Simulated time after which it is seen, if that is before the end."""
     failure_seed: int = 0
-    budget: int = 700_000
-    """Steps of exploring."""
-    is_short: bool = False
-    """Exploring ends at this bound."""
     runs: int = 3
     """How many runs of the ten that the page tells of the long tests repeat; bench/architectures.py
     makes all."""
@@ -108,7 +104,6 @@ ARCHITECTURES = (
         finds="W1002",
         failure=(("trouble == stage", "trouble > 0"),),
         violates=("within(55[s], state(planners_1.c) == finished",),
-        budget=1_000_000,
         figures=(
             Figure("done after (?P<least>[0-9.]+) to (?P<most>[0-9.]+) s"),
             Figure("plank at most (?P<most>[0-9.]+) mm", "within(55[s]", 30, -1000),
@@ -139,7 +134,6 @@ ARCHITECTURES = (
         finds="W1002",
         failure=(('"obstacles + [x.rover.failed]"', '"obstacles"'),),
         violates=("within(59[s], norm(plant.rover_at - blue)",),
-        budget=60_000,
         figures=(Figure("after (?P<least>[0-9.]+) to (?P<most>[0-9.]+) s"),),
     ),
     Architecture(
@@ -154,7 +148,6 @@ ARCHITECTURES = (
         finds="W1005",
         failure=(('stop: {is: "0.4[m]"', 'stop: {is: "1[mm]"'),),
         violates=("always(norm(plant.boulder_v)",),
-        budget=60_000,
         figures=(Figure("after (?P<least>[0-9.]+) to (?P<most>[0-9.]+) s"),),
     ),
     Architecture(
@@ -169,7 +162,6 @@ ARCHITECTURES = (
         finds="W1002",
         failure=(('stop: {is: "0.42[m]"', 'stop: {is: "1[mm]"'),),
         violates=("always(plant.touched",),
-        budget=60_000,
         figures=(Figure("after (?P<least>[0-9.]+) to (?P<most>[0-9.]+) s"),),
     ),
     Architecture(
@@ -205,8 +197,6 @@ ARCHITECTURES = (
             "within(30[s], state(irp.c) == S1 and once(0.1[s], state(irp.c) == S2",
             "within(59[s], state(irp.c) == S9",
         ),
-        budget=200_000,
-        is_short=True,
         runs=1,  # half a minute each
         figures=(
             Figure(
@@ -234,8 +224,6 @@ ARCHITECTURES = (
         failure_s=12,
         violates=("always(norm(plant.hand_1",),
         fault_in="lib/irp_at_table.yaml",
-        budget=150_000,
-        is_short=True,
         runs=1,  # half a minute each
         figures=(Figure("than (?P<least>[0-9.]+) m, and no box", "always(norm(plant.hand_1", 0.3),),
     ),
