@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis import Facts, Machine
-from specc.analysis.graph import components
 from specc.analysis.last_values import ValuePath, moves, path_to_device, unsent_in
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
@@ -71,12 +70,15 @@ class HeldOutputs:
         """
         named = {state.name: state for state in silent}
         edges = [(step.row.source, step.row.target) for step in self._machine.steps]
-        for part in components([*named], edges):
-            states = [named[name] for name in part.states]
-            if len(states) > 1 or (part.states[0], part.states[0]) in edges:
-                yield from ((state, states) for state in states)
-            elif not self._machine.lasting.is_one_period(states[0]):
-                yield states[0], states
+        following = grouped((a, b) for a, b in edges if a in named and b in named)
+        behind = {
+            name: reachable(following.get(name, ()), lambda n: following.get(n, ()))
+            for name in named
+        }
+        for name, state in named.items():
+            group = [named[other] for other in behind[name] if name in behind[other]]
+            if group or not self._machine.lasting.is_one_period(state):
+                yield state, group or [state]
 
     def _held(
         self, state: State, group: list[State], output: InputName, moving: set[str]
