@@ -16,6 +16,7 @@ ASKED = {
     "analysis/failures.py": "of which operand the value does not matter",
     "analysis/pointless.py": "what is added up, with constant factors",
     "analysis/reaching.py": "what it does to each number of vectors",
+    "checks/counters.py": "what counts up",
     "checks/expressions.py": "a minus sign before a number",
     "proof/clock.py": "whether a result changes with time only as a multiple of it does",
     "proof/numbering.py": "squares, and opposites of numbers",
