@@ -16,14 +16,14 @@ from specc.source import Place
 
 
 def conditions_differ(facts: Facts) -> Iterator[Diagnostic]:
-    """W0333 for conditions of one kind."""
+    """W0622: two declared conditions of one kind are not the same."""
     seen = set[Place]()
     for machine in facts.whole:
         for one, other in machine.told(_same_conditions):
             if other.place not in seen:
                 seen.add(other.place)
                 yield Diagnostic(
-                    "W0333",
+                    "W0622",
                     f"{other.kind} conditions `{one.name}` and `{other.name}` are the same",
                     other.place,
                     "it holds exactly where the other one does",
@@ -35,6 +35,8 @@ def conditions_differ(facts: Facts) -> Iterator[Diagnostic]:
 def _same_conditions(machine: Machine) -> Iterator[tuple[Condition, Condition]]:
     first = dict[tuple[str, int], Condition]()
     for condition in machine.subsystem.conditions:
+        if condition.place.route[-3:-1] != ("conditions", condition.kind):
+            continue  # it stands in its behaviour, and is used nowhere else
         on = machine.dependences.of(condition.when)
         if on.inputs or on.memory:
             key = condition.kind, machine.prover.numbering.number(condition.when)

@@ -159,7 +159,7 @@ def cell(folder: Path, effector: str, bounds: str, control: str, task: str) -> P
         tolerance=2 if bounds else 10,
         bounds=bounds,
         control=control.rstrip("\n"),
-        zero=listed(["0[rad]"] * 7),
+        zero=listed(["0[rad]", "0[rad]", "0[rad]", "-1[rad]", "0[rad]", "1[rad]", "0[rad]"]),
         v=listed([f"{Q_V_MAX}[rad/s]"] * 7),
         a=listed([f"{Q_A_MAX}[rad/s**2]"] * 7),
     )
