@@ -29,11 +29,11 @@ def conditions_vary(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _findings(machine: Machine) -> Iterator[Diagnostic]:
-    constancy = Constancy(machine)
     for condition in machine.subsystem.conditions:
         settled = machine.settled(condition)
         if settled is None:
-            yield from (_part(machine, part) for part in constancy.parts(condition))
+            parts = (part for part in machine.told(_parts) if part.condition is condition)
+            yield from (_part(machine, part) for part in parts)
         elif not machine.misfits.within(condition.when):
             word = "always" if settled else "never"
             yield Diagnostic(
@@ -43,7 +43,36 @@ def _findings(machine: Machine) -> Iterator[Diagnostic]:
                 _time(machine, condition, settled),
                 help=f"write `{word}` where it is used, or correct the condition",
             )
-    yield from (_part(machine, part) for part in constancy.parts_elsewhere())
+    yield from (_part(machine, part) for part in Constancy(machine).parts_elsewhere())
+
+
+def _parts(machine: Machine) -> Iterator[ConstantPart]:
+    constancy = Constancy(machine)
+    for condition in machine.subsystem.conditions:
+        if machine.settled(condition) is None:
+            yield from constancy.parts(condition)
+
+
+def memory_is_written(facts: Facts) -> Iterator[Diagnostic]:
+    """W0623: memory that conditions read, where it is not the reason of W0617."""
+    told: set[Place] = set()
+    for machine in facts.whole:
+        reported = {name for part in machine.told(_parts) for name in part.unwritten}
+        for item in machine.subsystem.memory:
+            if item.name not in machine.memory_facts.unwritten.keys() - reported:
+                continue
+            of = machine.dependences.of
+            reading = [c for c in machine.subsystem.asked if item.name in of(c.when).memory]
+            if reading and item.place not in told:
+                told.add(item.place)
+                yield Diagnostic(
+                    "W0623",
+                    f"nothing writes memory element `{item.name}`, which conditions read",
+                    item.place,
+                    f"it stays {show(item.init)}",
+                    (Related(reading[0].place, f"`{reading[0].name}` reads it"),),
+                    "let a function write it, or declare it under `constants`",
+                )
 
 
 def _time(machine: Machine, condition: Condition, settled: bool) -> str:
@@ -158,3 +187,4 @@ def _timed_part(condition: Condition, late: Late) -> str:
 
 
 CHECKS = (conditions_vary, conditions_in_time)
+USES = (memory_is_written,)
