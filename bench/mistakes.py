@@ -13,7 +13,9 @@ points at the mistake; runs of the generated code are left out.
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
+import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -31,6 +33,8 @@ from specc.tools.explore.explorer import explore
 ROOT = Path(__file__).parents[1]
 MISTAKES = ROOT / "bench/seeding/mistakes.yaml"
 BUDGET = 700_000
+RUN_S = 200
+"""How long a run may take on this machine; one that takes longer has lost its way."""
 Heard = Counter[tuple[str, str]]
 """Findings by code and message."""
 
@@ -65,6 +69,7 @@ class Judged:
     mistake: Mistake
     by_validate: Heard
     by_explore: Heard
+    by_run: bool
 
 
 def mistakes() -> list[Mistake]:
@@ -86,6 +91,19 @@ def heard(system: Path) -> tuple[Heard, Heard]:
     return told, Counter((finding.code, finding.message) for finding in found)
 
 
+def fails(root: Path, system: str) -> bool:
+    """Whether a run says that something is wrong."""
+    command = [sys.executable, "-m", "specc", "run", system, "--cycles", "1"]
+    environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'runtime'}"}
+    try:
+        done = subprocess.run(
+            command, cwd=root, env=environment, capture_output=True, timeout=RUN_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return True
+    return done.returncode != 0
+
+
 def judged(mistake: Mistake) -> Judged:
     """What is new with a mistake."""
     with TemporaryDirectory() as folder:
@@ -96,9 +114,11 @@ def judged(mistake: Mistake) -> Judged:
         before = heard(root / mistake.system)
         unreadable = [code for code, _ in before[0] if code.startswith("E00")]
         assert not unreadable, before  # the copy has what the system needs
+        failed = fails(root, mistake.system)
         mistake.make(root)
         after = heard(root / mistake.system)
-    return Judged(mistake, *(new - old for new, old in zip(after, before, strict=True)))
+        by_run = not failed and fails(root, mistake.system)
+    return Judged(mistake, after[0] - before[0], after[1] - before[1], by_run)
 
 
 def main() -> int:
@@ -123,6 +143,8 @@ def listed(one: Judged) -> Iterator[str]:
     yield f"{one.mistake.id} ({visible}) {one.mistake.file}: {one.mistake.mistake}"
     for by, findings in (("validate", one.by_validate), ("explore", one.by_explore)):
         yield from (f"    {by}: {code} {message}" for code, message in findings)
+    if one.by_run:
+        yield "    run: it fails"
 
 
 def rows(results: list[Judged]) -> Iterator[tuple[str, ...]]:
@@ -133,6 +155,8 @@ def rows(results: list[Judged]) -> Iterator[tuple[str, ...]]:
         yield row(f"{kind}: validate", of, [bool(each.by_validate) for each in of])
         either = [bool(each.by_validate or each.by_explore) for each in of]
         yield row(f"{kind}: validate or explore", of, either)
+        by_any = [one or each.by_run for one, each in zip(either, of, strict=True)]
+        yield row(f"{kind}: validate, explore or a run", of, by_any)
 
 
 def row(name: str, of: list[Judged], found: list[bool]) -> tuple[str, ...]:

@@ -196,9 +196,23 @@ class _Relay:
                     found.add(part.key)
                 elif isinstance(part, MemoryRef) and part.name not in remembered:
                     remembered.add(part.name)
-                    found |= self._remembered(part.name) & {self._origin}
-                    pending += [assigned["", part.name]] if ("", part.name) in assigned else []
+                    value = assigned.get(("", part.name), part)
+                    if part in self._results(value):
+                        found |= self._remembered(part.name) & {self._origin}
+                    pending += [value] if value is not part else []
         return frozenset(found) if self._origin in found else frozenset()
+
+    def _results(self, value: Expr) -> Iterator[Expr]:
+        """What a value may be where nothing new comes: of choices the branches."""
+        missing = {id(part): why for part, why, _ in self._guards.parts(value, frozenset())}
+        through = self._machine.prover.numbering.looked_through
+        pending = [value]
+        for result in map(through, pending):  # it grows
+            if isinstance(result, Choice):
+                branches = result.then, result.otherwise
+                pending += [each for each in branches if not missing.get(id(each))]
+            else:
+                yield result
 
     def _stays(self, part: Expr, assigned: dict[InputName, Expr]) -> bool:
         """Whether a part of a value does not change by itself."""

@@ -175,6 +175,8 @@ class MemoryBounds:
             high = min(high, greatest - 1 if whole and said.op == "<" else greatest)
         if said.op in (">", ">=", "=="):
             low = max(low, least + 1 if whole and said.op == ">" else least)
+        if said.op == "!=" and whole and least == greatest:  # at an end of the interval
+            low, high = low + (low == least), high - (high == greatest)
         if low <= high:
             found[left] = low, high
 

@@ -17,7 +17,7 @@ from specc.mjcf import Model
 from specc.model.types import Real, Vector
 from specc.source import Place
 
-_ROUNDING = 1e-9
+_ROUNDING = 1e-5
 """Of a range: how far beyond it a number is still at its end."""
 _LISTED = 4
 

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts, Machine
 from specc.diagnostics import Diagnostic, Related
-from specc.model.expr import JOINED, Builtin, MemoryRef
+from specc.model.expr import JOINED, TRUE, Builtin, MemoryRef
 from specc.model.fsm import Condition
 from specc.model.system import Memory
 from specc.model.types import ListOf
+from specc.reachable import reachable
 from specc.source import Place
 
 # Two timers of the same length may well be meant; the same answer about the same values is not.
@@ -33,13 +34,14 @@ def conditions_differ(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _same_conditions(machine: Machine) -> Iterator[tuple[Condition, Condition]]:
-    first = dict[tuple[str, int], Condition]()
+    first = dict[tuple[str, int, frozenset[str]], Condition]()
     for condition in machine.subsystem.conditions:
         if condition.place.route[-3:-1] != ("conditions", condition.kind):
             continue  # it stands in its behaviour, and is used nowhere else
         on = machine.dependences.of(condition.when)
         if on.inputs or on.memory:
-            key = condition.kind, machine.prover.numbering.number(condition.when)
+            number = machine.prover.numbering.number(condition.when)
+            key = condition.kind, number, on.constants  # two constants may get other values
             earlier = first.setdefault(key, condition)
             if earlier is not condition:
                 yield earlier, condition
@@ -69,8 +71,14 @@ def _only_grows(machine: Machine, item: Memory) -> bool:
     asked = machine.dependences.all(condition.when for condition in subsystem.asked)
     written = subsystem.written.get(("", item.name), {})
     values = [numbering.looked_through(value) for each in written.values() for value in each]
+    again = any(
+        ("", item.name) in {(a.peer, a.name) for a in state.behaviour.assignments}
+        and (state.behaviour.terminal.when != TRUE or _is_entered_again(machine, state.name))
+        for state in subsystem.states
+    )
     return (
         bool(values)
+        and again
         and item.name not in asked.memory
         and all(
             isinstance(value, Builtin)
@@ -79,6 +87,16 @@ def _only_grows(machine: Machine, item: Memory) -> bool:
             for value in values
         )
     )
+
+
+def _is_entered_again(machine: Machine, state: str) -> bool:
+    """Whether a way leads from a state back to it."""
+    first = [step.row.target for step in machine.leaving.get(state, ())]
+
+    def following(name: str) -> list[str]:
+        return [step.row.target for step in machine.leaving.get(name, ())]
+
+    return state in reachable(first, following)
 
 
 CHECKS = (conditions_differ, lists_end)

@@ -237,6 +237,8 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
             machine, key = facts.of(wire.subsystem), (wire.port.peer, element.name)
             if not machine.is_whole or key not in read[wire.subsystem.qualified_name]:
                 break
+            if all(key in state.ignores for state in wire.subsystem.states):
+                break  # it says that it means to miss members
             heard |= machine.reactions.members(_in_use(wire.subsystem), key)
             sent |= _members_sent(facts, wire, element.name)
         else:

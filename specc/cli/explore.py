@@ -114,6 +114,8 @@ def _as_json(
             "that": r.requirement.that,
             "verdict": r.verdict,
             "asked": r.asked,
+            "until_a_step_fails": r.fails,
+            "answer_cannot_come": r.is_dead_end,
             "rests_on": list(r.rests_on),
             **_kept(r.finding, found, kept),
         }

@@ -132,8 +132,19 @@ KEPT = [
     (machine("y.E.v_d: x.c.v", "terminal: switched", TERMINAL), "a state that waits for more"),
     (machine("y.E.v_d: x.c.v", "terminal: never, error: fast", ERROR), "an accident"),
 ]
+
+
+def remembers(value: str) -> str:
+    """A virtual effector that sends what it remembered."""
+    through = "        through: {v_p: " + value + ", y.E.v_d: v_p, y.c.s: x.E.s}\n"
+    return RAMP + through
+
+
 ENDS = [
     (sends("x.c.v if fresh(x.c.v) else 0"), "fresh"),
+    (remembers("x.c.v if fresh(x.c.v) else 0"), "memory that begins anew"),
+    (remembers("x.c.v if fresh(x.c.v) else 0.9 * v_p"), "memory that decays"),
+    (remembers("'x.c.v if fresh(x.c.v) else max(v_p - 0.01[m/s], 0)'"), "a ramp down in memory"),
     (sends("x.c.v if age(x.c.v) < 0.3[s] else 0"), "age"),
     (sends("clamp(2[1/s] * (x.c.to - x.E.s), -x.c.v, x.c.v)"), "a largest speed on a way"),
     (sends("x.c.v if x.E.s < 2[m] else 0"), "an end of the way"),

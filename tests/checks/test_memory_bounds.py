@@ -60,7 +60,10 @@ def found(*texts: str, init: str = "0", name: str = "n") -> Range:
         (["n + 1 if n <= 1000 else n"], (0, 1001)),
         (["n - 3 if n >= -7 else n"], (-10, 0)),
         (["0 if n >= 3 else n + 1"], (0, 3)),
-        (["n + 1 if not n == 3 else 0"], (0, math.inf)),  # only whole numbers stop there
+        (["n + 1 if not n == 3 else 0"], (0, 3)),
+        (["0 if n == 3 else n + 1"], (0, 3)),
+        (["0 if n == x.s.i else n + 1"], (0, math.inf)),
+        (["n + 1 if n != 3 else 0", "n + 2"], (0, math.inf)),
         (["n + 1 if n < 3 and x.s.i > 0 else n"], (0, 3)),
         (["n + 1 if not (n > 2 or x.s.i > 0) else n"], (0, 3)),
         (["n + 1 if x.s.i > 0 and 3 > n else n - 1 if n > -2 else n"], (-2, 3)),

@@ -63,7 +63,9 @@ class _Author:
             bound[f"{name}.R.r.d"] = {"sporadic": True} if choice["sporadic"] else {}
         agents["hub"] = self._hub(names)
         order = [*agents][::-1] if backwards else [*agents]
+        task = {"cycle": {"of": f"{names[0]}.c", "from": "rest", "to": "look"}}
         return {
+            **({"task": task} if rng.randrange(3) == 0 else {}),
             "specc": 1.2,
             "system": "family",
             "agents": {name: agents[name] for name in order},

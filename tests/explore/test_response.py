@@ -218,10 +218,10 @@ class Twins:
         return not ever & self.answer
 
     def _on(self, pair: Pair, asked: bool) -> Iterator[tuple[Pair, bool]]:
-        """A tick further, without a new request; an answer is one although it is asked anew."""
+        """A tick further, without a new request, which takes an answer at its tick for its own."""
         for there in self.after(pair):
             now = self.is_asked(there)
-            if there in self.answer or asked or not now:
+            if asked or not now:
                 yield there, now
 
 

@@ -25,10 +25,10 @@ from specc.tools.explore.required import (
 )
 from specc.tools.explore.symmetry import likewise
 
-FOR_REQUIREMENTS, FOR_EACH = 8, 16
-"""One part in so many of the budget is for requirements, and at most for each pass for one of them.
+FOR_EACH = 16
+"""Each pass for a requirement has one part in so many of the budget, however many there are.
 
-What is for one does not depend on how many there are, so that its verdict does not.
+So the verdict on one does not depend on the others.
 """
 MOST_ALIKE = 4
 """Machines and conditions that are named."""
@@ -151,13 +151,12 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     found: dict[tuple[object, ...], TracedFinding] = {}
     verdicts: dict[tuple[str, int], set[AssumptionVerdict]] = {}
     slices, required = likewise(abstraction.slices(), abstraction), subjects(facts)
-    kept = budget // FOR_REQUIREMENTS if required else 0
     for index, (names, others) in enumerate(slices):
         if result.broken_off:
             result.left.append(names)
             continue
         spent = sum(each.steps for each in result.slices)
-        share = max(0, budget - kept - spent) // (len(slices) - index)
+        share = max(0, budget - spent) // (len(slices) - index)
         explored, graph, there = _explored(names, abstraction, facts, share)
         found = there | found
         alike = tuple(new for same in others for old, new in same.items() if new != old)

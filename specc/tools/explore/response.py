@@ -145,6 +145,8 @@ class Pending:
     def _after(self, phase: Phase, edge: Edge) -> Iterator[PendingPlace | None]:
         there = edge.target
         asked = self._asked[there]
+        if phase == "over" and asked is True:
+            return  # what answers now answers the request that is made anew
         if self._answered[there] is not False or len(edge.loop) > 1:
             yield None  # within several repeated steps there may be one
         elif phase == "ever":

@@ -2,7 +2,8 @@
 
 Two agents are copies if exchanging them leaves the abstraction unchanged. Their machines must be
 equal, and every other machine must be equal to itself with the two names exchanged. Elements
-outside the abstraction may differ, such as the speed of a rover on which no condition depends.
+outside the abstraction may differ, such as the speed of a rover on which no condition depends. The
+agent whose cycles the task counts is no copy of others.
 """
 
 from __future__ import annotations
@@ -83,9 +84,13 @@ class Symmetry:
     def copies(self) -> list[Copies]:
         """All copies, by kind of agent."""
         alike: dict[tuple[object, ...], list[str]] = {}
+        task = self._abstraction.facts.system.task
+        cycle_of = task.subsystem if task else ""
         for agent in dict.fromkeys(self._agent[name] for name in self._index):
             roles = {r: n for r, n in self._agents[agent].items() if n in self._index}
-            kind = tuple((role, self._cone(roles[role])) for role in sorted(roles))
+            kind = tuple(
+                (role, self._cone(roles[role]), roles[role] == cycle_of) for role in sorted(roles)
+            )
             alike.setdefault(kind, []).append(agent)
         found = []
         for agents in alike.values():

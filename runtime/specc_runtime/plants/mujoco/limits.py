@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from specc_runtime.plants.mujoco.library import mujoco
 
-_ROUNDING = 1e-9  # of a range
+_ROUNDING = 1e-5  # of a range: numbers are written with six digits
 _ALIKE = 1e-6  # of the gain of a servo
 _TRN, _DYN = mujoco.mjtTrn, mujoco.mjtDyn
 _GAIN, _BIAS = mujoco.mjtGain, mujoco.mjtBias
