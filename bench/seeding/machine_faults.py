@@ -378,7 +378,12 @@ FAULTS = (
         _traps,
         {Follows.WAY: "E0514", Follows.ONLY_USE: "W0611"},
     ),
-    fault("trap state (all rows lead back)", "W0612", _returning, {Follows.WAY: _LEADS}),
+    fault(
+        "trap state (all rows lead back)",
+        "W0612",
+        _returning,
+        {Follows.WAY: f"{_LEADS} W0420"},
+    ),
     fault("missing row for the error cause", "E0603", _no_error_rows),
     fault("new error without a row", "E0603 W0618", _new_errors, several=Follows.EVERY_STATE),
     fault("row for a cause that never occurs", "W0604", _idle_rows),
