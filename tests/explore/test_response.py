@@ -233,7 +233,7 @@ def told(seed: int, folder: Path) -> tuple[Twins, Exploration] | None:
     return twins, explore(result.proofs, 100_000)
 
 
-@pytest.mark.parametrize("seeds", blocks(range(40), long=400, each=100))
+@pytest.mark.parametrize("seeds", blocks(range(40), long=20, each=100))
 def test_what_is_told_is_what_all_runs_do(seeds: Sequence[int], tmp_path: Path) -> None:
     kinds = set()
     for seed in seeds:
