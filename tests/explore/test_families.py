@@ -36,7 +36,7 @@ def found(result: Result) -> Found | None:
     for each in explored.findings:
         message, way = COPY.sub("copy", each.message), each.way
         names = tuple(sorted(NAME.findall(message)))
-        verdict = each.is_confirmed, way.is_decided, way.time_s
+        verdict = each.is_confirmed, way.is_decided  # of equally easy traces any is shown
         about.add((each.code, NAME.sub("", message), names, *verdict))
     for name, axiom, verdict in explored.assumptions:
         about.add((COPY.sub("copy", name), axiom.that, verdict))
