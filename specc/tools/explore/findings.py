@@ -76,14 +76,16 @@ class Found:
     findings: dict[tuple[object, ...], TracedFinding] = field(default_factory=dict)
 
     def add(self, finding: TracedFinding) -> None:
-        """Keep a finding; of several about the same thing, a decided one, then the earliest."""
+        """Keep a finding; of several about the same thing, a decided one, then the easiest."""
         known = self.findings.get(finding.about)
         if known is None or _rank(finding) < _rank(known):
             self.findings[finding.about] = finding
 
 
-def _rank(finding: TracedFinding) -> tuple[bool, Fraction]:
-    return not finding.way.is_decided, finding.way.time_s
+def _rank(finding: TracedFinding) -> tuple[bool, int, Fraction]:
+    way = finding.way
+    avoidable = sum(step.move.row >= 0 and bool(step.move.free) for step in way.steps)
+    return not way.is_decided, avoidable, way.time_s
 
 
 def findings(
