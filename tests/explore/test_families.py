@@ -19,14 +19,17 @@ from tests.seeds import blocks
 from tests.soundness.running import compiled
 
 CASES = Path(__file__).parent / "symmetry"
-NAME = re.compile(r"`[^`]*`")
 COPY = re.compile(r"\b(w|low|high)(_\d)?\b")
 BUDGET = 60_000
 Found = set[tuple[object, ...]]
 
 
 def found(result: Result) -> Found | None:
-    """The findings and verdicts, whichever copy they are about; None at the bound."""
+    """The findings and verdicts, whichever copy they are about; None at the bound.
+
+    A finding is what it is about, how sure it is and when. Of equally easy traces to it, as to a
+    value that two states of the reader miss, any one is shown: its states are not compared.
+    """
     assert result.system is not None, result.diagnostics
     explored = explore(result.proofs, BUDGET)
     counted = all(each.exact or not each.timed for each in explored.slices)
@@ -34,10 +37,8 @@ def found(result: Result) -> Found | None:
         return None
     about: Found = set()
     for each in explored.findings:
-        message, way = COPY.sub("copy", each.message), each.way
-        names = tuple(sorted(NAME.findall(message)))
-        verdict = each.is_confirmed, way.is_decided, way.time_s
-        about.add((each.code, NAME.sub("", message), names, *verdict))
+        verdict = each.is_confirmed, each.way.is_decided, each.way.time_s
+        about.add((COPY.sub("copy", repr(each.about)), *verdict))
     for name, axiom, verdict in explored.assumptions:
         about.add((COPY.sub("copy", name), axiom.that, verdict))
     return about
@@ -54,7 +55,7 @@ def differences(result: Result, backwards: Result, patch: pytest.MonkeyPatch) ->
     return [each ^ expected for each in others if each is not None and each != expected]
 
 
-@pytest.mark.parametrize("seeds", blocks(range(12), also=[230991069], long=8, each=8))
+@pytest.mark.parametrize("seeds", blocks(range(12), also=[230991069, 138870755], long=8, each=8))
 def test_families_have_the_same_findings_without_symmetry_and_in_another_order(
     seeds: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -78,7 +79,7 @@ def test_families_have_copies_and_others(tmp_path: Path) -> None:
         agents = len({name.split(".")[0] for name in abstraction.kept} - {"hub"})
         copies = Symmetry(names, abstraction).copies()
         sizes |= {(agents, len(each.machines)) for each in copies} or {(agents, 1)}
-        codes |= {str(code) for code, *_ in found(result) or ()}
+        codes |= set(re.findall(r"W\d{4}", repr(found(result) or ())))
     assert {(2, 1), (2, 2), (3, 2), (3, 3)} <= sizes
     assert {"W1001", "W1005", "W1006"} <= codes
 
