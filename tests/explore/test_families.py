@@ -28,7 +28,8 @@ def found(result: Result) -> Found | None:
     """The findings and verdicts, whichever copy they are about; None at the bound.
 
     A finding is what it is about, how sure it is and when. Of equally easy traces to it, as to a
-    value that two states of the reader miss, any one is shown: its states are not compared.
+    value that two states of the reader miss, any one is shown: its states are not compared. Nor is
+    advice on a value (W1008) that a copy is said to lose (W1005): one trace shows one copy.
     """
     assert result.system is not None, result.diagnostics
     explored = explore(result.proofs, BUDGET)
@@ -39,9 +40,16 @@ def found(result: Result) -> Found | None:
     for each in explored.findings:
         verdict = each.is_confirmed, each.way.is_decided, each.way.time_s
         about.add((COPY.sub("copy", repr(each.about)), *verdict))
+    errors = {message for message, *_ in about}
+    about = {each for each in about if _error_of_advice(str(each[0])) not in errors}
     for name, axiom, verdict in explored.assumptions:
         about.add((COPY.sub("copy", name), axiom.that, verdict))
     return about
+
+
+def _error_of_advice(about: str) -> str:
+    """What W1005 is about where it is said of the same input as this W1008; "" of all others."""
+    return about.replace("W1008", "W1005")[:-1] + ", None)" if "W1008" in about else ""
 
 
 def differences(result: Result, backwards: Result, patch: pytest.MonkeyPatch) -> list[Found] | None:
@@ -55,7 +63,9 @@ def differences(result: Result, backwards: Result, patch: pytest.MonkeyPatch) ->
     return [each ^ expected for each in others if each is not None and each != expected]
 
 
-@pytest.mark.parametrize("seeds", blocks(range(12), also=[230991069, 138870755], long=8, each=8))
+@pytest.mark.parametrize(
+    "seeds", blocks(range(12), also=[230991069, 138870755, 67373121], long=8, each=8)
+)
 def test_families_have_the_same_findings_without_symmetry_and_in_another_order(
     seeds: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -231,15 +231,12 @@ def _finding(
     states = {step.walker.name: step.move.target for step in way.steps}
     asked = dict.fromkeys(x.subsystem for x in requirement.readings)
     there = ", ".join(f"`{name}` in `{states[name]}`" for name in asked if name in states)
-    what = "this requirement is violated"
-    if reach_s(requirement.formula):
-        what = "nothing meets this requirement any more"
-    if unless_anew:
-        what = "nothing meets this requirement any more before it is asked anew,"
+    what = "can no longer be met" if reach_s(requirement.formula) else "is violated"
+    but = ", unless the request is made again" if unless_anew else ""
     return TracedFinding(
         ("W1007", requirement.that, requirement.place),
         "W1007",
-        f"{what} {float(way.time_s):g} s after the start, with {there}",
+        f"this requirement {what} {float(way.time_s):g} s after the start{but}, with {there}",
         requirement.place,
         f"because: {requirement.because}",
         "change what the machines do on this way, or require less",
