@@ -39,7 +39,7 @@ def test_the_trace_leads_to_where_nothing_answers() -> None:
     found = explore(compile_spec(str(CASES[0].with_name("estop.yaml"))).proofs, 700_000)
     (finding,) = found.findings
     assert [(s.walker.name, s.move.target) for s in finding.way.steps][-2:] == [
-        ("desk.c", "tripped"), ("arm.c", "idle"),
+        ("arm.c", "idle"), ("desk.c", "tripped"),
     ]  # fmt: skip
     assert (
         "can no longer be met 0.05 s after the start, unless the request is made again"

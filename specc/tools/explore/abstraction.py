@@ -335,7 +335,7 @@ class Abstraction:
         """The slices: each machine that decides, with all machines that influence it."""
         every = [set(self.around([name])) for name, kept in self.kept.items() if kept.decides]
         largest = [s for s in every if not any(s < other for other in every)]
-        return list(dict.fromkeys(self._ordered(names) for names in largest))
+        return list(dict.fromkeys(_ordered(names) for names in largest))
 
     def around(self, names: Iterable[str]) -> tuple[str, ...]:
         """Some machines with all machines that influence them."""
@@ -344,11 +344,12 @@ class Abstraction:
             sent = (self.sender_of(name, key) for key in sorted(self.kept[name].inputs))
             return [one[0] for one in sent if one]
 
-        return self._ordered(reachable([n for n in names if n in self.kept], influences))
+        return _ordered(reachable([n for n in names if n in self.kept], influences))
 
-    def _ordered(self, names: Iterable[str]) -> tuple[str, ...]:
-        order = {name: index for index, name in enumerate(self.kept)}
-        return tuple(sorted(names, key=order.__getitem__))
+
+def _ordered(names: Iterable[str]) -> tuple[str, ...]:
+    """The machines by name: of equally easy traces, the order in the file chooses none."""
+    return tuple(sorted(names))
 
 
 def _compared(exprs: Iterable[m.Expr], known: Known) -> Iterator[float]:

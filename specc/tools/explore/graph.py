@@ -2,8 +2,9 @@
 
 The path to a finding is shown to people and tried on the generated code. So the easiest path is
 the one with the fewest avoidable transitions; among equals the shortest; among these the one whose
-avoidable transitions come first. Early ones fit constant measurements, with which a condition holds
-when it is first asked, or never.
+avoidable transitions come first; among these the one on which the fewest values are lost. Early
+transitions fit constant measurements, with which a condition holds when it is first asked, or
+never. A machine that is stuck although nothing was lost has the simpler explanation.
 """
 
 from __future__ import annotations
@@ -21,12 +22,13 @@ from specc.tools.explore.symmetry import Permutation, turned
 
 Passage = tuple[int, Edge]
 """An edge, and the configuration from which it leads."""
-Cost = tuple[int, int, int]
-"""Of a way: rows taken where something else was possible, steps, and how late these rows are."""
+Cost = tuple[int, int, int, int]
+"""Of a way: rows taken where something else was possible, steps, how late these rows are, and how
+many values are lost."""
 BrokenOff = Literal["", "interrupted", "out of memory"]
 RESERVE = 1 << 25
 """Bytes that are released when memory runs out, so that findings can be printed."""
-_FAR: Cost = 1 << 62, 0, 0
+_FAR: Cost = 1 << 62, 0, 0, 0
 
 
 def broken_off(error: KeyboardInterrupt | MemoryError) -> BrokenOff:
@@ -179,7 +181,7 @@ class Graph:
     def _ways(self) -> _Ways:
         every = len(self.configurations)
         ways = _Ways([_FAR] * every, [None] * every, [self._ordered] * every)
-        ways.costs[0] = 0, 0, 0
+        ways.costs[0] = 0, 0, 0, 0
         waiting = [(ways.costs[0], 0)]
         while waiting:
             cost, number = heappop(waiting)
@@ -205,6 +207,7 @@ class _Ways(NamedTuple):
 
 def after(cost: Cost, edge: Edge) -> Cost:
     """The cost of a way with one more edge."""
-    turns, steps, late = cost
+    turns, steps, late, lost = cost
     more = sum(move.row >= 0 and bool(move.free) for _, move in edge.moves)
-    return turns + more, steps + max(1, len(edge.loop)) * edge.times, late + more * steps
+    lost += len(edge.overtaken) + sum(len(move.lost) for _, move in edge.moves)
+    return turns + more, steps + max(1, len(edge.loop)) * edge.times, late + more * steps, lost
