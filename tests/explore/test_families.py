@@ -64,7 +64,8 @@ def differences(result: Result, backwards: Result, patch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize(
-    "seeds", blocks(range(12), also=[230991069, 138870755, 67373121, 11158625], long=8, each=8)
+    "seeds",
+    blocks(range(12), also=[230991069, 138870755, 67373121, 11158625, 71275884], long=8, each=8),
 )
 def test_families_have_the_same_findings_without_symmetry_and_in_another_order(
     seeds: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -13,7 +13,7 @@ from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
-from specc.tools.explore.findings import TracedFinding, findings
+from specc.tools.explore.findings import FindingsByAbout, TracedFinding, add_best, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
 from specc.tools.explore.refine import best, not_refuted, refined
 from specc.tools.explore.required import (
@@ -148,7 +148,7 @@ def explore(facts: Facts, budget: int) -> Exploration:
 def _explore(facts: Facts, budget: int) -> Exploration:
     abstraction = Abstraction(facts)
     result = Exploration()
-    found: dict[tuple[object, ...], TracedFinding] = {}
+    found: FindingsByAbout = {}
     verdicts: dict[tuple[str, int], set[AssumptionVerdict]] = {}
     slices, required = likewise(abstraction.slices(), abstraction), subjects(facts)
     for index, (names, others) in enumerate(slices):
@@ -158,7 +158,8 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         spent = sum(each.steps for each in result.slices)
         share = max(0, budget - spent) // (len(slices) - index)
         explored, graph, there = _explored(names, abstraction, facts, share)
-        found = there | found
+        for finding in there.values():
+            add_best(found, finding)
         alike = tuple(new for same in others for old, new in same.items() if new != old)
         result.slices.append(replace(explored, alike=alike))
         result.broken_off = graph.broken_off
@@ -209,7 +210,7 @@ def _require(
 
 def _explored(
     names: tuple[str, ...], abstraction: Abstraction, facts: Facts, budget: int
-) -> tuple[Explored, Graph, dict[tuple[object, ...], TracedFinding]]:
+) -> tuple[Explored, Graph, FindingsByAbout]:
     """Explore a slice: its summary, its most exact complete graph, and the findings."""
     told = refined(
         lambda precision, most: Graph(Composition(names, abstraction, precision), most),
@@ -224,9 +225,7 @@ def _explored(
     return _summary(graph, sum(not each.is_confirmed for each in found.values())), graph, found
 
 
-def _found(
-    graph: Graph, abstraction: Abstraction, facts: Facts
-) -> dict[tuple[object, ...], TracedFinding]:
+def _found(graph: Graph, abstraction: Abstraction, facts: Facts) -> FindingsByAbout:
     """The findings in a graph; none if the search is broken off."""
     try:
         return findings(graph, abstraction, facts.system)

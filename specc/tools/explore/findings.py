@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field, replace
+from dataclasses import replace
 from fractions import Fraction
 from operator import itemgetter
 
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.frozen import frozen, mutable
+from specc.frozen import frozen
 from specc.model.fsm import Axiom
 from specc.model.system import System
 from specc.proof import InputName
@@ -67,46 +67,41 @@ class TracedFinding:
         )
 
 
-@mutable
-class Found:
-    """The findings about a graph, by `about`."""
-
-    graph: Graph
-    abstraction: Abstraction
-    findings: dict[tuple[object, ...], TracedFinding] = field(default_factory=dict)
-
-    def add(self, finding: TracedFinding) -> None:
-        """Keep a finding; of several about the same thing, a decided one, then the easiest."""
-        known = self.findings.get(finding.about)
-        if known is None or _rank(finding) < _rank(known):
-            self.findings[finding.about] = finding
+FindingsByAbout = dict[tuple[object, ...], TracedFinding]
 
 
-def _rank(finding: TracedFinding) -> tuple[bool, int, Fraction]:
+def add_best(findings: FindingsByAbout, finding: TracedFinding) -> None:
+    """Add a finding; of several about the same thing a confirmed one stays, of these a decided one,
+    of these the easiest.
+    """
+    known = findings.get(finding.about)
+    if known is None or _rank(finding) < _rank(known):
+        findings[finding.about] = finding
+
+
+def _rank(finding: TracedFinding) -> tuple[bool, bool, int, Fraction]:
     way = finding.way
     avoidable = sum(step.move.row >= 0 and bool(step.move.free) for step in way.steps)
-    return not way.is_decided, avoidable, way.time_s
+    return not finding.is_confirmed, not way.is_decided, avoidable, way.time_s
 
 
-def findings(
-    graph: Graph, abstraction: Abstraction, system: System
-) -> dict[tuple[object, ...], TracedFinding]:
+def findings(graph: Graph, abstraction: Abstraction, system: System) -> FindingsByAbout:
     """All findings in a graph, by `about`."""
-    found = Found(graph, abstraction)
+    found: FindingsByAbout = {}
     for last in lasting(graph, abstraction):
         told = [*_circles(last), *_roots(last)]
         for finding in told or _no_progress(last, system):
-            found.add(finding)
+            add_best(found, finding)
     for finding in _events(graph):
-        found.add(finding)
+        add_best(found, finding)
     for number, edge in sorted(graph.faults, key=lambda fault: graph.cost(*fault)):
         for finding in _broken(graph, trace(graph, number, edge)):
-            found.add(finding)
+            add_best(found, finding)
     for lost in lost_once(graph, abstraction):
         finding = _once(graph, lost)
-        if ("W1005", *finding.about[1:], None) not in found.findings:
-            found.add(finding)
-    return found.findings
+        if ("W1005", *finding.about[1:], None) not in found:
+            add_best(found, finding)
+    return found
 
 
 # Machines that cannot go on.
