@@ -7,11 +7,10 @@ from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from specc import output
-from specc.atomic_files import sync
+from specc.atomic_files import folder_aside, sync
 from specc.cli import streams
 from specc.cli.recorded_spec import texts_of
 from specc.cli.recordings import called
@@ -199,8 +198,8 @@ def _recordings(found: Exploration, built: Build, spec: str, directory: Path) ->
         return []
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(prefix=".specc-", dir=directory) as scratch:
-            return list(_each_recorded(found, built, spec, Path(scratch)))
+        with folder_aside(directory) as scratch:
+            return list(_each_recorded(found, built, spec, scratch))
     except OSError as error:
         raise Refused(f"cannot write to {directory}: {reason_of(error)}") from error
 
