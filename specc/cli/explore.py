@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -197,11 +198,23 @@ def _recordings(found: Exploration, built: Build, spec: str, directory: Path) ->
     if not found.traced:
         return []
     try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with folder_aside(directory) as scratch:
+        with _used(directory), folder_aside(directory) as scratch:
             return list(_each_recorded(found, built, spec, scratch))
     except OSError as error:
         raise Refused(f"cannot write to {directory}: {reason_of(error)}") from error
+
+
+@contextmanager
+def _used(directory: Path) -> Iterator[None]:
+    """The directory, made if it is not there; it does not stay if nothing is written into it."""
+    made = [each for each in (directory, *directory.parents) if not each.exists()]
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        yield
+    finally:
+        with suppress(OSError):  # there is something in it
+            for each in made:
+                each.rmdir()
 
 
 def _each_recorded(

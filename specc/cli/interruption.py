@@ -38,6 +38,10 @@ def loading() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+class Interrupted(KeyboardInterrupt):
+    """Raised by a signal. After KeyboardInterrupt itself in `exec` Python ends itself by SIGINT."""
+
+
 def exit_code() -> int:
     """The exit code of a command that was interrupted, as shells have it."""
     return INTERRUPTED if _came is None else 128 + _came
@@ -80,7 +84,7 @@ def _raise(number: int, frame: FrameType | None) -> None:
         return
     if _came is None:
         _came = signal.Signals(number)
-    raise KeyboardInterrupt
+    raise Interrupted
 
 
 def _unraisable(fault: sys.UnraisableHookArgs) -> None:
