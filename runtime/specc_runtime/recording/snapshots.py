@@ -65,9 +65,9 @@ WRONG = (
 
 
 class Snapshots(Shelf):
-    """Writes snapshots, and their values stored aside, each at most twice."""
+    """Writes snapshots, and their values stored aside: again unless among the last so many."""
 
-    _window = inf
+    _window = 2048
 
     def __init__(self, log: Log, system: System, layouts: Mapping[str, Layout]) -> None:
         super().__init__(log, exact=True)
