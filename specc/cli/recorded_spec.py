@@ -42,6 +42,25 @@ def _named(path: str, spec: str) -> str:
     return inside if is_below else os.path.relpath(path, os.path.dirname(spec))
 
 
+def constants_of(options: Namespace) -> dict[str, str]:
+    """What a run sets that goes on: what was set for the recorded one, unless `--set` says more.
+
+    Names that the specification does not have are told and left out. Raises Refused.
+    """
+    from specc import pipeline
+
+    told, _ = called("recording.messages", "recorded", Path(options.resume[0]))
+    recorded = {n: text for n, text in values_of(told).items() if n not in options.set}
+    if not recorded:
+        return dict(options.set)
+    read = pipeline.read_spec(options.spec)
+    gone = [name for name in recorded if read.system is not None and name not in read.units]
+    if gone:
+        words = f"{options.spec} has no {few(gone, _TOLD)}, which the recorded run has set"
+        streams.say(f"specc: --from: {words}")
+    return {n: text for n, text in recorded.items() if n not in gone} | dict(options.set)
+
+
 def recorded_package(options: Namespace, built: Build, scratch: Path) -> Path | None:
     """Code of what was recorded, if that is not what was `built`; None where it cannot be run.
 

@@ -16,7 +16,7 @@ from specc.atomic_files import folder_aside
 from specc.checks.plant import without_plant
 from specc.cli import interruption
 from specc.cli.inspect import JudgedFindings, judged, overrides_of
-from specc.cli.recorded_spec import recorded_package, texts_of
+from specc.cli.recorded_spec import constants_of, recorded_package, texts_of
 from specc.cli.streams import tell
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import report, resolve
@@ -30,6 +30,8 @@ def run(options: Namespace) -> int:
     """Generate code into a temporary directory and simulate it."""
     from specc import pipeline
 
+    if options.resume:
+        options.set = constants_of(options)
     built = pipeline.build(
         options.spec,
         options.set,
