@@ -229,7 +229,7 @@ def _each_recorded(
     except Refused as refused:  # by the user's own modules
         yield from [Recorded(lacks=str(refused))] * len(findings)
         return
-    texts = texts_of(built.result.sources, spec)
+    texts = texts_of(built.result.sources)
     for number, finding in enumerate(findings, 1):
         file = scratch / f"{number}-{finding.code}.mcap"
         try:

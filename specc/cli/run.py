@@ -97,7 +97,7 @@ def launch(directory: Path, found: Namespace, sources: Sources) -> int:
         directory=directory,
         base=Path(os.path.dirname(found.spec)),
         built_with=found.set,
-        texts=texts_of(sources, found.spec) if found.record or found.resume else {},
+        texts=texts_of(sources) if found.record or found.resume else {},
     )
     runtime = import_module("specc_runtime.main")
     try:

@@ -45,7 +45,7 @@ class _Answer:
         self._file, self._time_s = options.moment
         self._spec, self._only = options.spec, options.subsystem or ""
         self._told, self._system, self._sources = told, system, sources
-        self._is_other = [*texts.values()] != [*texts_of(sources, options.spec).values()]
+        self._is_other = [*texts.values()] != [*texts_of(sources).values()]
         self._known = {s.qualified_name: s for s in system.subsystems}
 
     def tell(self) -> int:
