@@ -113,7 +113,7 @@ def diff(options: Namespace) -> int:
     wrong = [finding for finding in findings if _hides_meaning(finding.diagnostic)]
     old, new = (result.system for result in results)
     if wrong or old is None or new is None:
-        return streams.tell(report(wrong, [options.old, options.new]))
+        return streams.tell_in(options.format, report(wrong, [options.old, options.new]))
     comparison = compare(old, new)
     render = getattr(import_module("specc.tools.diff.render"), f"as_{options.format}")
     streams.show(render(comparison, options.old, options.new), options.format)

@@ -38,7 +38,7 @@ def run_explore(options: Namespace) -> int:
     built = pipeline.build(options.spec, is_read=False) if options.traces else None
     result = built.result if built else pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
-        return streams.tell_of(result, options.spec) or 1
+        return streams.tell_of(result, options.spec, options.format) or 1
     found = explore(result.proofs, options.budget)
     kept = _recordings(found, built, options.spec, Path(options.traces)) if built else []
     interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in kept)
