@@ -16,9 +16,10 @@ from specc.model.fsm import Behaviour, Cause, Condition
 from specc.model.system import Subsystem, System
 from specc.refusal import Refused
 from specc.source import Place, Sources
-from specc.tools.why import Moment, NotKnown, Reasons, shown, value_of
+from specc.tools.why import Moment, NotKnown, Reasons, reasons_of_violation, shown, value_of
 
 _LONGEST_NAME, _LONGEST_MESSAGE = 80, 300
+_MOST_VIOLATIONS = 3
 
 
 def why(options: Namespace) -> int:
@@ -80,6 +81,33 @@ class _Answer:
                 (clipped(one.name, _LONGEST_NAME), clipped(state, _LONGEST_NAME), since, by)
             )
         streams.show(streams.table(rows))
+        streams.show("".join(f"{line}\n" for line in self._violations()))
+
+    def _violations(self) -> Iterator[str]:
+        """Requirements that were violated by then: what they asked for, and what came of it."""
+        found = called("recording.moment", "violations", self._file, self._time_s)
+        required = {each.that: each for each in self._system.requirements}
+        for that, since_s in found[:_MOST_VIOLATIONS]:
+            requirement = required.get(that)
+            at = "" if requirement is None else self._at(requirement.place)
+            yield f"violated at {_seconds(since_s)}: {_clipped(that)}{at}"
+            if requirement is None:
+                yield f"  {self._spec} has no such requirement"
+                continue
+            yield f"  because: {_clipped(requirement.because)}"
+            reasons = reasons_of_violation(requirement, since_s, self._steps, _seconds)
+            yield from (f"  {line}" for line in reasons)
+        if len(found) > _MOST_VIOLATIONS:
+            yield f"and {len(found) - _MOST_VIOLATIONS} more are violated"
+
+    def _steps(self, time_s: float) -> dict[str, Any]:
+        """The last step of each subsystem until then; none where the file is damaged or cut."""
+        try:
+            reading = called("recording.reading", "RecordFile", self._file)
+            seen = called("recording.moment", "seen_at", self._file, time_s, "", reading)
+        except Refused:
+            return {}
+        return {one.name: one.step for one in seen}
 
     def _of(self, one: Any, subsystem: Subsystem) -> Iterator[str]:
         """All that is told of one subsystem."""
