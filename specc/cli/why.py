@@ -6,6 +6,7 @@ import math
 import os
 from argparse import Namespace
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from specc.cli import streams
@@ -95,19 +96,11 @@ class _Answer:
                 yield f"  {self._spec} has no such requirement"
                 continue
             yield f"  because: {_clipped(requirement.because)}"
-            reasons = reasons_of_violation(requirement, since_s, self._steps, _seconds)
+            steps = partial(called, "recording.moment", "last_steps", self._file)
+            reasons = reasons_of_violation(requirement, since_s, steps, _seconds)
             yield from (f"  {line}" for line in reasons)
         if len(found) > _MOST_VIOLATIONS:
             yield f"and {len(found) - _MOST_VIOLATIONS} more are violated"
-
-    def _steps(self, time_s: float) -> dict[str, Any]:
-        """The last step of each subsystem until then; none where the file is damaged or cut."""
-        try:
-            reading = called("recording.reading", "RecordFile", self._file)
-            seen = called("recording.moment", "seen_at", self._file, time_s, "", reading)
-        except Refused:
-            return {}
-        return {one.name: one.step for one in seen}
 
     def _of(self, one: Any, subsystem: Subsystem) -> Iterator[str]:
         """All that is told of one subsystem."""

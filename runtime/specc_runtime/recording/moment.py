@@ -128,6 +128,14 @@ def seen_at(file: Path, time_s: float, only: str, reading: RecordFile) -> list[S
     return list(found.values())
 
 
+def last_steps(file: Path, time_s: float) -> dict[str, Mapping[str, Any]]:
+    """The last step of each subsystem until then; none for a moment that is not in the file."""
+    try:
+        return {one.name: one.step for one in seen_at(file, time_s, "", RecordFile(file))}
+    except Unusable:
+        return {}
+
+
 def violations(file: Path, time_s: float) -> list[tuple[str, float]]:
     """Requirements that were violated by then, and since when, as the report in the file says."""
     report: Mapping[str, str] = {}
