@@ -42,6 +42,11 @@ class Interrupted(KeyboardInterrupt):
     """Raised by a signal. After KeyboardInterrupt itself in `exec` Python ends itself by SIGINT."""
 
 
+def has_come() -> bool:
+    """Whether a signal has interrupted the command."""
+    return _came is not None
+
+
 def exit_code() -> int:
     """The exit code of a command that was interrupted, as shells have it."""
     return INTERRUPTED if _came is None else 128 + _came

@@ -76,6 +76,8 @@ def _guarded(arguments: Sequence[str] | None) -> int:
             raise
         if isinstance(error, OSError) and error.filename is None:
             streams.abandon(sys.stdout)
+            if interruption.has_come():  # the terminal is gone that has ended the command
+                return interruption.exit_code()
             streams.say(f"specc: the output cannot be written: {reason_of(error)}")
             return UNWRITTEN
         streams.say(_fault(error))

@@ -5,13 +5,16 @@ What SIGKILL leaves stands aside, and the next command removes it.
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
+import pty
 import random
 import shutil
 import signal
 import subprocess
 import sys
+import termios
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -227,3 +230,34 @@ def test_a_killed_command_leaves_nothing_half_made(
     assert command.is_well(before, now, after), f"{ending}{sorted(now)}"
     if sign == signal.SIGKILL:
         assert sorted(without_empty(now)) == sorted(without_empty(after)), ending
+
+
+@pytest.mark.no_replay("cut by the test")
+@pytest.mark.parametrize("name", seeds.short(["run", "sweep"], 0))
+def test_a_terminal_that_closes_ends_a_command_in_order(name: str, tmp_path: Path) -> None:
+    """What would be told cannot be written any more; files are."""
+    ours, theirs = pty.openpty()
+    command = COMMANDS[name]
+    command.prepare(tmp_path)
+    endless = [word if word != "4" else "100000" for word in command.arguments]
+    pid = os.fork()
+    if not pid:
+        os.setsid()
+        fcntl.ioctl(theirs, termios.TIOCSCTTY, 0)
+        for stream in range(3):
+            os.dup2(theirs, stream)
+        os.closerange(3, 1024)
+        os.chdir(tmp_path)
+        os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(ROOT / "runtime")])
+        os.execv(sys.executable, [sys.executable, "-m", "specc", *endless])
+    os.close(theirs)
+    said = b""
+    while b"1 cycles" not in said and b"at once" not in said:
+        said += os.read(ours, 65536)
+    os.close(ours)
+    _, status = os.waitpid(pid, 0)
+    assert os.waitstatus_to_exitcode(status) == 128 + signal.SIGHUP
+    assert asides(tmp_path) == []
+    now = tree(tmp_path)
+    assert command.is_well({}, now, {})
+    assert ("report.json" in now) == (name == "run")
