@@ -38,8 +38,11 @@ def loading() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-class Interrupted(KeyboardInterrupt):
-    """Raised by a signal. After KeyboardInterrupt itself in `exec` Python ends itself by SIGINT."""
+class Terminated(KeyboardInterrupt):
+    """Raised by SIGTERM and SIGHUP.
+
+    After KeyboardInterrupt itself has passed `exec` Python ends its process by SIGINT.
+    """
 
 
 def has_come() -> bool:
@@ -89,7 +92,7 @@ def _raise(number: int, frame: FrameType | None) -> None:
         return
     if _came is None:
         _came = signal.Signals(number)
-    raise Interrupted
+    raise KeyboardInterrupt if _came == signal.SIGINT else Terminated
 
 
 def _unraisable(fault: sys.UnraisableHookArgs) -> None:
