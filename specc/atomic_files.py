@@ -1,31 +1,54 @@
-"""Files that take the place of others: written aside, synced, then renamed.
+"""Files and folders that take the place of others: written aside, synced, then renamed.
 
 Whoever reads finds the old file or the whole new one, also after a power failure: without the sync
 a file system may keep the name of the new file before what is in it.
+
+What stands aside is locked by the process that writes it. A process that is killed leaves it
+without a lock: the next process that writes into the same folder then removes it, after it has
+undone what had begun.
 """
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+import shutil
+import stat
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
+
+from specc.signals import deferred
+
+PREFIX = ".specc-aside-"
+"""How the name of everything begins that stands aside."""
+REPLACED = "replaced"
+"""The folder, in a folder aside, of what gives way; it goes back unless its place was taken."""
+_NEW_FILES = "new.json"
+_LONGEST_NOTE = 1 << 20
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Where to write what is to be at `path`; it gets there at the end, unless anything is raised.
 
+    Signals wait meanwhile.
+
     Raises:
         OSError: the system refuses; what was there is unchanged.
     """
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        yield aside
-        sync(aside)
-        aside.replace(path)
-    finally:
-        aside.unlink(missing_ok=True)
+    with deferred():
+        aside, lock = _locked(path.parent, _make_file)
+        try:
+            yield aside
+            sync(aside)
+            aside.replace(path)
+        finally:
+            aside.unlink(missing_ok=True)
+            _unlock(lock)
 
 
 def put(path: Path, content: str | bytes) -> None:
@@ -35,6 +58,22 @@ def put(path: Path, content: str | bytes) -> None:
         aside.write_bytes(data)
 
 
+@contextmanager
+def folder_aside(parent: Path | None = None) -> Iterator[Path]:
+    """A folder that is removed at the end; without a parent it is among the temporary files.
+
+    Raises OSError.
+    """
+    with deferred():
+        aside, lock = _locked(parent or Path(tempfile.gettempdir()), _make_folder)
+    try:
+        yield aside
+    finally:
+        with deferred():
+            shutil.rmtree(aside, ignore_errors=True)
+            _unlock(lock)
+
+
 def sync(path: Path) -> None:
     """Have the content of a file written to the disk. Raises OSError."""
     handle = os.open(path, os.O_RDONLY)
@@ -42,3 +81,139 @@ def sync(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def _locked(folder: Path, make: Callable[[Path], None]) -> tuple[Path, int | None]:
+    """Make something aside in a folder; where it is, and the handle of its lock."""
+    remove_stale(os.path.abspath(folder))
+    while True:
+        aside = folder / f"{PREFIX}{os.urandom(8).hex()}"
+        make(aside)
+        lock = _lock(aside, waits=True)
+        # Another process may have taken it for stale before it was locked.
+        if aside.exists():
+            return aside, lock
+        _unlock(lock)
+
+
+def _make_file(path: Path) -> None:
+    os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+
+
+def _make_folder(path: Path) -> None:
+    path.mkdir(0o700)
+
+
+def _lock(path: Path, *, waits: bool) -> int | None:
+    """A handle that holds the lock; None where there are no locks. Raises OSError if it is held."""
+    try:
+        import fcntl  # not everywhere
+    except ImportError:
+        return None
+    handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | (0 if waits else fcntl.LOCK_NB))
+    except OSError:
+        if waits:  # the file system knows no locks
+            return handle
+        os.close(handle)
+        raise
+    return handle
+
+
+def _unlock(lock: int | None) -> None:
+    if lock is not None:
+        os.close(lock)
+
+
+# What a process that was killed has left aside.
+
+
+@cache
+def remove_stale(folder: str) -> None:
+    """Remove what stands aside in a folder without a lock, once in a process."""
+    try:
+        with os.scandir(folder) as entries:
+            found = [Path(entry.path) for entry in entries if entry.name.startswith(PREFIX)]
+    except OSError:
+        return
+    for aside in found:
+        with suppress(OSError):
+            _remove_if_stale(aside)
+
+
+def _remove_if_stale(aside: Path) -> None:
+    # No lock: it may be in use.
+    if (lock := _lock(aside, waits=False)) is None:
+        return
+    try:
+        status = os.fstat(lock)
+        if status.st_uid != os.geteuid():
+            return
+        if not stat.S_ISDIR(status.st_mode):
+            aside.unlink()
+            return
+        _put_back(aside)
+        _undo_new_files(aside)
+        shutil.rmtree(aside)
+    finally:
+        _unlock(lock)
+
+
+def _put_back(aside: Path) -> None:
+    if not (aside / REPLACED).is_dir():
+        return
+    for replaced in (aside / REPLACED).iterdir():
+        if not os.path.lexists(place := aside.parent / replaced.name):
+            replaced.rename(place)
+
+
+# Several new files: a note in a folder aside says how to take them away again.
+
+
+def note_new_files(aside: Path, last: Path, digest: str, new: Mapping[Path, str | None]) -> None:
+    """Note the digests of files before they are made in the folder of `aside`, or below it.
+
+    Once `last` has the content with `digest` they stay, else the next process removes those that
+    are unchanged. Folders have no digest.
+    """
+    note = {
+        "last": [last.name, digest],
+        "new": [[os.path.relpath(path, aside.parent), content] for path, content in new.items()],
+    }
+    text = json.dumps(note)
+    (aside / "note").write_text(text, encoding="utf-8")
+    (aside / "note").replace(aside / _NEW_FILES)
+
+
+def digest_of(content: bytes) -> str:
+    """What a note says of the content of a file."""
+    return sha256(content).hexdigest()
+
+
+def _undo_new_files(aside: Path) -> None:
+    """Remove new files as the note says, whoever wrote it: only unchanged ones below its folder."""
+    base, note = aside.parent.resolve(), aside / _NEW_FILES
+    if not note.is_file() or note.stat().st_size > _LONGEST_NOTE:
+        return
+    try:
+        told = json.loads(note.read_bytes())
+        (last, content), new = told["last"], [(base / path, its) for path, its in told["new"]]
+        if _has(base / last, content):
+            return
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return
+    for path, its in reversed(new):
+        if not path.parent.resolve().is_relative_to(base):
+            continue
+        with suppress(OSError):
+            if its is None:
+                path.rmdir()
+            elif _has(path, its):
+                path.unlink()
+
+
+def _has(path: Path, digest: str) -> bool:
+    """Whether a file is there and has the content with a digest."""
+    is_file = path.is_file() and not path.is_symlink()
+    return is_file and digest_of(path.read_bytes()) == digest

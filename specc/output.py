@@ -5,14 +5,14 @@ marker file says that specc may do so.
 """
 
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from specc.atomic_files import sync
+from specc.atomic_files import REPLACED, folder_aside, sync
 from specc.diagnostics import Diagnostic
 from specc.read import ANYWHERE, Reach
 from specc.refusal import reason_of
+from specc.signals import deferred
 from specc.source import Place
 
 MARKER = ".specc-output"
@@ -86,20 +86,22 @@ def _may_replace(directory: Path) -> bool:
 def _replace(directory: Path, files: Mapping[str, str]) -> None:
     directory.parent.mkdir(parents=True, exist_ok=True)
     # A sibling, because a rename is atomic only within a file system.
-    with tempfile.TemporaryDirectory(dir=directory.parent, prefix=f".{directory.name}.") as aside:
-        new, old = Path(aside, "new"), Path(aside, "old")
+    with folder_aside(directory.parent) as aside:
+        new, old = aside / "new", aside / REPLACED / directory.name
         for name, text in files.items():
             path = new / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(text.encode())
             if directory.exists():
                 sync(path)
-        _swap(directory, new, old)
+        with deferred():
+            _swap(directory, new, old)
 
 
 def _swap(directory: Path, new: Path, old: Path) -> None:
     try:
         if directory.exists():
+            old.parent.mkdir()
             directory.rename(old)
         new.rename(directory)
     except BaseException:

@@ -22,7 +22,7 @@ def cores() -> int:
 def processes(workers: int, method: str) -> Iterator[ProcessPoolExecutor]:
     """So many at most, started by a method of multiprocessing; ended at once after an exception.
 
-    Work is submitted while signals are `held`, so that all processes are known when one comes.
+    Work is submitted while signals are deferred, so that all processes are known when one comes.
     """
     import multiprocessing  # only here: most commands need one process
     from concurrent.futures import ProcessPoolExecutor
@@ -33,7 +33,7 @@ def processes(workers: int, method: str) -> Iterator[ProcessPoolExecutor]:
         yield pool
     except BaseException:
         for process in multiprocessing.active_children():
-            process.kill()  # SIGTERM does not reach them
+            process.kill()  # deferred signals do not reach them
         raise
     finally:
         pool.shutdown(cancel_futures=True)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -16,6 +15,7 @@ from specc_runtime.stepping import Stepper, array
 from specc_runtime.track import outcome_of
 
 from specc import output
+from specc.atomic_files import folder_aside
 from specc.diagnostics.nearest import hint
 from specc.lang import (
     Environment,
@@ -61,7 +61,7 @@ class Stepped:
         if subsystem not in known:
             raise ValueError(_unknown("subsystem", subsystem, known))
         self._model = known[subsystem]
-        with TemporaryDirectory(prefix="specc-") as scratch:
+        with folder_aside() as scratch:
             package = Path(scratch, built.system)
             list(output.write(package, built.files))
             loaded = load_system(package, Path(spec).parent)

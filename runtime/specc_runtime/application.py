@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +22,7 @@ from specc_runtime.options import Options, UsageError
 from specc_runtime.placement import placed
 from specc_runtime.plant import Grouped, Pictured, Viewable
 from specc_runtime.plants.errors import PlantError
-from specc_runtime.printing import say
+from specc_runtime.printing import abandon, say
 from specc_runtime.processes.worker import Processes
 from specc_runtime.report import Report, check_outputs, stillborn, write
 from specc_runtime.session import Session
@@ -49,7 +50,12 @@ def execute(options: Options) -> int:
         interruption.allow(always=False)
         report = attempt.report()
         code = _write(report, files)
-    tell(report, options)
+    try:
+        tell(report, options)
+    except OSError:
+        if not report.interrupted:
+            raise
+        abandon(sys.stdout, sys.stderr)  # the terminal is gone that has ended the run
     for film in attempt.lost:
         say(f"error: {film}")
     if code or attempt.lost:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from specc_runtime.extras import remedy
 from specc_runtime.leftovers import Leftovers
 from specc_runtime.options import Options, parse
-from specc_runtime.printing import say
+from specc_runtime.printing import abandon, say
 
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -49,7 +49,7 @@ def run(options: Options) -> int:
         return 2
     except OSError as error:
         # Standard output is closed, full or not read; the report has been written.
-        _abandon_output()
+        abandon(sys.stdout)
         if isinstance(error, BrokenPipeError):
             return BROKEN_PIPE
         with contextlib.suppress(OSError):
@@ -64,9 +64,3 @@ def run(options: Options) -> int:
     finally:
         global has_threads
         has_threads = leftovers.end()
-
-
-def _abandon_output() -> None:
-    """Discard what standard output still holds: Python flushes it once more at exit."""
-    with contextlib.suppress(OSError, ValueError, AttributeError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

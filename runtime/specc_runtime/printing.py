@@ -6,9 +6,12 @@ command.
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
 import sys
 import unicodedata
+from typing import TextIO
 
 # Control characters, and those of formats that reorder or hide text.
 _HIDDEN = frozenset(("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"))
@@ -33,6 +36,13 @@ def say(message: str) -> None:
     if len(message) > _LONGEST:
         message = f"{message[:_LONGEST]}..."
     print(harmless(visible(message)), file=sys.stderr, flush=True)
+
+
+def abandon(*streams: TextIO) -> None:
+    """Discard what streams still hold, and what comes: Python flushes them once more at exit."""
+    for stream in streams:
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _shown(char: str) -> str:

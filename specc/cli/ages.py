@@ -21,7 +21,7 @@ def ages(options: Namespace) -> int:
 
     result = pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
-        return streams.tell_of(result, options.spec) or 1
+        return streams.tell_of(result, options.spec, options.format) or 1
     shown = _as_json if options.format == "json" else _as_text
     streams.show(shown(result.proofs), options.format)
     return 0

@@ -8,9 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from specc.atomic_files import put
 from specc.cli import inspect, streams
-from specc.cli.interruption import held
 from specc.diagnostics import Diagnostic, nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
 from specc.refusal import Refused, lacking, reason_of
@@ -115,7 +113,7 @@ def diff(options: Namespace) -> int:
     wrong = [finding for finding in findings if _hides_meaning(finding.diagnostic)]
     old, new = (result.system for result in results)
     if wrong or old is None or new is None:
-        return streams.tell(report(wrong, [options.old, options.new]))
+        return streams.tell_in(options.format, report(wrong, [options.old, options.new]))
     comparison = compare(old, new)
     render = getattr(import_module("specc.tools.diff.render"), f"as_{options.format}")
     streams.show(render(comparison, options.old, options.new), options.format)
@@ -189,6 +187,7 @@ def run_import(options: Namespace) -> int:
 
 def _save(text: str, out: str, force: bool) -> None:
     """Write a specification; one that is there may have been completed by hand, so it stays."""
+    from specc.atomic_files import put
     from specc.cli.rewrite import rewrite
 
     if not Path(out).name:
@@ -199,7 +198,6 @@ def _save(text: str, out: str, force: bool) -> None:
         if os.path.exists(out):
             rewrite(out, text)
         else:
-            with held():
-                put(Path(out), text)
+            put(Path(out), text)
     except OSError as error:
         raise Refused(f"{out} cannot be written: {reason_of(error)}") from error

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from specc import output
-from specc.atomic_files import sync
+from specc.atomic_files import folder_aside, sync
 from specc.cli import streams
 from specc.cli.recorded_spec import texts_of
 from specc.cli.recordings import called
@@ -38,7 +38,7 @@ def run_explore(options: Namespace) -> int:
     built = pipeline.build(options.spec, is_read=False) if options.traces else None
     result = built.result if built else pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
-        return streams.tell_of(result, options.spec) or 1
+        return streams.tell_of(result, options.spec, options.format) or 1
     found = explore(result.proofs, options.budget)
     kept = _recordings(found, built, options.spec, Path(options.traces)) if built else []
     interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in kept)
@@ -198,11 +198,23 @@ def _recordings(found: Exploration, built: Build, spec: str, directory: Path) ->
     if not found.traced:
         return []
     try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(prefix=".specc-", dir=directory) as scratch:
-            return list(_each_recorded(found, built, spec, Path(scratch)))
+        with _used(directory), folder_aside(directory) as scratch:
+            return list(_each_recorded(found, built, spec, scratch))
     except OSError as error:
         raise Refused(f"cannot write to {directory}: {reason_of(error)}") from error
+
+
+@contextmanager
+def _used(directory: Path) -> Iterator[None]:
+    """The directory, made if it is not there; it does not stay if nothing is written into it."""
+    made = [each for each in (directory, *directory.parents) if not each.exists()]
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        yield
+    finally:
+        with suppress(OSError):  # there is something in it
+            for each in made:
+                each.rmdir()
 
 
 def _each_recorded(
@@ -217,7 +229,7 @@ def _each_recorded(
     except Refused as refused:  # by the user's own modules
         yield from [Recorded(lacks=str(refused))] * len(findings)
         return
-    texts = texts_of(built.result.sources, spec)
+    texts = texts_of(built.result.sources)
     for number, finding in enumerate(findings, 1):
         file = scratch / f"{number}-{finding.code}.mcap"
         try:

@@ -7,6 +7,7 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
+from specc.atomic_files import remove_stale
 from specc.cli import streams
 from specc.cli.new_files import placing, reason
 from specc.diagnostics import nearest
@@ -39,19 +40,21 @@ def _written(options: Namespace) -> list[Path]:
     """Write the files; the specification comes first. Raises Refused, OSError."""
     if refusal := _misplaced(options):
         raise Refused(refusal)
+    target = Path(options.directory)
+    remove_stale(os.path.abspath(target.parent if target.is_file() else target))
     if options.model is not None or options.ros2 is not None:
         from specc.cli import init_robot
 
         return init_robot.write(options)
     directory, name = options.directory, options.skeleton or "joint"
-    target = Path(directory)
     if name not in names() or not directory or (os.path.exists(target) and not target.is_dir()):
         raise Refused(_refusal(directory, name))
     source = specs_dir() / "skeletons" / name
     # The specification is the first, and so comes last.
     files = sorted(filter(Path.is_file, source.rglob("*")), key=lambda path: path.suffix != ".yaml")
-    with placing() as new:
-        new.put(places := {target / path.relative_to(source): path for path in files})
+    places = {target / path.relative_to(source): path for path in files}
+    with placing(*next(iter(places.items()))) as new:
+        new.put(places)
     return list(places)
 
 

@@ -9,13 +9,14 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from specc.cli.interruption import held, is_behind
+from specc.cli.interruption import is_behind
 from specc.cli.targets import targets
 from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
 from specc.frozen import frozen
 from specc.limits import one_run
 from specc.parallel import cores, processes
 from specc.policy import Overrides, forget, judge, settings_for
+from specc.signals import deferred
 from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
@@ -205,7 +206,7 @@ def _in_processes(
 
     found: list[Inspection] = []
     with processes(workers, "fork") as pool:
-        with held():
+        with deferred():
             jobs = [pool.submit(job, path) for path in paths]
         try:
             found = [one.result() for one in jobs]

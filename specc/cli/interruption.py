@@ -1,4 +1,4 @@
-"""Ctrl-C ends the process with one line, while modules are loaded and after the work is done too.
+"""Ctrl-C, SIGTERM and SIGHUP end the process with one line, at any time of a command.
 
 It is imported before anything else of the command, so it imports little itself.
 """
@@ -12,13 +12,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
-INTERRUPTED, TERMINATED = 130, 143
+from specc.signals import ENDING
+
+INTERRUPTED = 130
 MESSAGE = "specc: interrupted"
 _AGAIN_S = 0.001
 
 is_over = False
-"""Whether the process is about to end with a code that is known; Ctrl-C then changes nothing."""
-_has_come = False
+"""Whether the process is about to end with a code that is known; signals then change nothing."""
+_came: signal.Signals | None = None
+"""The first signal that has come."""
 
 
 @contextmanager
@@ -36,48 +39,31 @@ def loading() -> Iterator[None]:
 
 
 class Terminated(KeyboardInterrupt):
-    """Raised by SIGTERM where it does what Ctrl-C does."""
+    """Raised by SIGTERM and SIGHUP.
+
+    After KeyboardInterrupt itself has passed `exec` Python ends its process by SIGINT.
+    """
 
 
-def code_of(interrupt: KeyboardInterrupt) -> int:
+def has_come() -> bool:
+    """Whether a signal has interrupted the command."""
+    return _came is not None
+
+
+def exit_code() -> int:
     """The exit code of a command that was interrupted, as shells have it."""
-    return TERMINATED if isinstance(interrupt, Terminated) else INTERRUPTED
-
-
-@contextmanager
-def terminable() -> Iterator[None]:
-    """Meanwhile SIGTERM does what Ctrl-C does, so that what was done is kept and left in order."""
-    before = signal.getsignal(signal.SIGTERM)
-    with suppress(ValueError):
-        signal.signal(signal.SIGTERM, _terminate)
-    try:
-        yield
-    finally:
-        with suppress(ValueError):
-            signal.signal(signal.SIGTERM, before or signal.SIG_DFL)
-
-
-@contextmanager
-def held() -> Iterator[None]:
-    """Meanwhile Ctrl-C and SIGTERM wait, for this thread and those, and processes, it starts."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    return INTERRUPTED if _came is None else 128 + _came
 
 
 def begin() -> None:
     """Raise KeyboardInterrupt until `is_over`, even where Python would print and forget it.
 
-    That is in callbacks, e.g. of imports.
+    That is in callbacks, e.g. of imports. A signal that is ignored, as by `nohup`, stays so.
     """
     sys.unraisablehook = _unraisable
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, _raise)
+    for number in ENDING:
+        if signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
+            signal.signal(number, _raise)
 
 
 def is_behind(error: BaseException) -> bool:
@@ -87,13 +73,10 @@ def is_behind(error: BaseException) -> bool:
 
 
 def no_more() -> None:
-    """Ignore Ctrl-C also when Python handles no signals any more."""
+    """Ignore the signals also when Python handles none any more."""
     with suppress(ValueError):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _terminate(number: int, frame: FrameType | None) -> None:
-    raise Terminated
+        for number in ENDING:
+            signal.signal(number, signal.SIG_IGN)
 
 
 def _end(number: int, frame: FrameType | None) -> None:
@@ -102,10 +85,14 @@ def _end(number: int, frame: FrameType | None) -> None:
 
 
 def _raise(number: int, frame: FrameType | None) -> None:
-    global _has_come
-    if not is_over:
-        _has_come = True
-        signal.default_int_handler(number, frame)
+    global _came
+    # A terminal that closes sends several; only Ctrl-C is somebody who does not want to wait.
+    is_new = _came is None or number in (signal.SIGINT, signal.SIGALRM)
+    if is_over or not is_new:
+        return
+    if _came is None:
+        _came = signal.Signals(number)
+    raise KeyboardInterrupt if _came == signal.SIGINT else Terminated
 
 
 def _unraisable(fault: sys.UnraisableHookArgs) -> None:
@@ -114,7 +101,7 @@ def _unraisable(fault: sys.UnraisableHookArgs) -> None:
         return
     if not issubclass(fault.exc_type, KeyboardInterrupt):
         # What was half made when Ctrl-C came may fail when it is deleted: z3 has such objects.
-        if not _has_come:
+        if _came is None:
             sys.__unraisablehook__(fault)
     elif hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, _raise)

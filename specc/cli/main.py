@@ -2,7 +2,7 @@
 
 Exit codes: 0 clean; 1 the specification has errors, output is stale or the task was not
 fulfilled; 2 wrong usage or a file that cannot be read or written; 70 a fault of specc itself;
-130 interrupted; 141 the reader of the output went away; 143 a run or a sweep ended by SIGTERM.
+130 interrupted, 143 by SIGTERM, 129 by SIGHUP; 141 the reader of the output went away.
 """
 
 import argparse
@@ -39,9 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         finally:
             # No call: Python lets handlers run when one begins.
             interruption.is_over = whole_process
-    except KeyboardInterrupt as interrupt:
+    except KeyboardInterrupt:
         streams.say(interruption.MESSAGE)
-        code = interruption.code_of(interrupt)
+        code = interruption.exit_code()
         return code
     finally:
         if whole_process:
@@ -76,6 +76,8 @@ def _guarded(arguments: Sequence[str] | None) -> int:
             raise
         if isinstance(error, OSError) and error.filename is None:
             streams.abandon(sys.stdout)
+            if interruption.has_come():  # the terminal is gone that has ended the command
+                return interruption.exit_code()
             streams.say(f"specc: the output cannot be written: {reason_of(error)}")
             return UNWRITTEN
         streams.say(_fault(error))

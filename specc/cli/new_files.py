@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from specc.atomic_files import replacing
-from specc.cli.interruption import held, terminable
+from specc.atomic_files import digest_of, folder_aside, note_new_files, replacing
+from specc.signals import deferred
 
 Content = str | Path
 """Of a new file: its text, or the file that it is a copy of."""
@@ -19,10 +19,12 @@ class Taken(OSError):
 
 
 class Placing:
-    """New files that may be taken away again. Ctrl-C and SIGTERM wait during each call."""
+    """New files that may be taken away again. Signals wait during each call."""
 
-    def __init__(self) -> None:
-        self._made: list[Path] = []
+    def __init__(self, made: dict[Path, str | None], note: Callable[[], None]) -> None:
+        """`made` gets the digest of each file, None for a folder; then they are to be noted."""
+        self._made = made
+        self._note = note
 
     def put(self, files: Files) -> None:
         """Write new files; the first one comes last: where that is, all are.
@@ -32,41 +34,44 @@ class Placing:
             OSError: the system refuses.
         """
         refuse_taken(files)
-        with held():
+        data = {place: _bytes(content) for place, content in files.items()}
+        with deferred():
             for place in files:
                 _make_folders(place.parent, self._made)
-            self._made.extend(files)
+            self._made.update({place: digest_of(content) for place, content in data.items()})
+            self._note()
             with ExitStack() as stack:
                 # They are renamed in the opposite order, when all are written.
-                for place, content in files.items():
-                    aside = stack.enter_context(replacing(place))
-                    data = content.encode() if isinstance(content, str) else content.read_bytes()
-                    aside.write_bytes(data)
+                for place, content in data.items():
+                    stack.enter_context(replacing(place)).write_bytes(content)
 
     def keep(self, then: Callable[[], None]) -> None:
         """Do the last step, which needs the files: unless it raises, they stay whatever comes."""
-        with held():
+        with deferred():
             then()
             self._made.clear()
 
-    def take_away(self) -> None:
-        """Remove files and folders, the last first; a folder that others use by now stays."""
-        with held():
-            for place in reversed(self._made):
-                with suppress(OSError):
-                    place.rmdir() if place.is_dir() else place.unlink(missing_ok=True)
-
 
 @contextmanager
-def placing() -> Iterator[Placing]:
-    """New files, which are taken away if anything is raised, KeyboardInterrupt of SIGTERM too."""
-    new = Placing()
-    with terminable():
-        try:
-            yield new
-        except BaseException:
-            new.take_away()
-            raise
+def placing(last: Path, content: Content) -> Iterator[Placing]:
+    """New files, which are taken away if anything is raised.
+
+    If the process is killed, the next one takes them away unless `last` has its content by then.
+    """
+    made: dict[Path, str | None] = {}
+    try:
+        with deferred():
+            _make_folders(last.parent, made)
+        with folder_aside(last.parent) as aside:
+            digest = digest_of(_bytes(content))
+            try:
+                yield Placing(made, lambda: note_new_files(aside, last, digest, made))
+            except BaseException:
+                _take_away(made)  # while there is a note of them
+                raise
+    except BaseException:
+        _take_away(made)
+        raise
 
 
 def refuse_taken(files: Files) -> None:
@@ -83,8 +88,20 @@ def reason(error: OSError) -> str:
     return f"{why}; nothing was written"
 
 
-def _make_folders(folder: Path, made: list[Path]) -> None:
+def _bytes(content: Content) -> bytes:
+    return content.encode() if isinstance(content, str) else content.read_bytes()
+
+
+def _make_folders(folder: Path, made: dict[Path, str | None]) -> None:
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     for each in reversed(missing):
         each.mkdir()
-        made.append(each)
+        made[each] = None
+
+
+def _take_away(made: Mapping[Path, str | None]) -> None:
+    """Remove files and folders, the last first; a folder that others use by now stays."""
+    with deferred():
+        for place in reversed([*made]):
+            with suppress(OSError):
+                place.rmdir() if place.is_dir() else place.unlink(missing_ok=True)

@@ -12,7 +12,6 @@ from struct import pack
 from zlib import crc32
 
 from specc import atomic_files
-from specc.cli.interruption import held
 from specc.refusal import Refused, reason_of
 
 
@@ -24,8 +23,7 @@ def put(path: str, content: bytes, form: str, by: str) -> None:
             if _holds(path, made):
                 return
             raise Refused(_stays(path, form))
-        with held():
-            atomic_files.put(Path(path), made)
+        atomic_files.put(Path(path), made)
     except OSError as error:
         raise Refused(f"{path} cannot be written: {reason_of(error)}") from error
 

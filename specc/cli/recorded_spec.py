@@ -23,9 +23,16 @@ _TOLD = 3
 """Of what is wrong with a recorded specification."""
 
 
-def texts_of(sources: Sources, spec: str) -> dict[str, str]:
-    """The files of a specification as a recording has them."""
-    return {_shown(_named(s.path, spec)): s.text for s in sources if s.path not in COMMAND_LINE}
+def texts_of(sources: Sources) -> dict[str, str]:
+    """The files of a specification, as a recording has them.
+
+    They are named as they are found from here; if some are elsewhere, from the folder of them all.
+    """
+    texts = {os.path.abspath(s.path): s.text for s in sources if s.path not in COMMAND_LINE}
+    here = os.path.join(os.getcwd(), "")
+    are_here = all(path.startswith(here) for path in texts)
+    root = here if are_here else os.path.commonpath(map(os.path.dirname, texts))
+    return {_shown(os.path.relpath(path, root)): text for path, text in texts.items()}
 
 
 def _shown(name: str) -> str:
@@ -33,13 +40,23 @@ def _shown(name: str) -> str:
     return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
 
 
-def _named(path: str, spec: str) -> str:
-    """How a recording names a file: as it is found from here, or from the specification."""
-    if not os.path.isabs(path):
-        return path
-    inside = os.path.relpath(path)
-    is_below = inside.split(os.sep)[0] != os.pardir
-    return inside if is_below else os.path.relpath(path, os.path.dirname(spec))
+def constants_of(options: Namespace) -> dict[str, str]:
+    """What a run sets that goes on: what was set for the recorded one, unless `--set` says more.
+
+    Names that the specification does not have are told and left out. Raises Refused.
+    """
+    from specc import pipeline
+
+    told, _ = called("recording.messages", "recorded", Path(options.resume[0]))
+    recorded = {n: text for n, text in values_of(told).items() if n not in options.set}
+    if not recorded:
+        return dict(options.set)
+    read = pipeline.read_spec(options.spec)
+    gone = [name for name in recorded if read.system is not None and name not in read.units]
+    if gone:
+        words = f"{options.spec} has no {few(gone, _TOLD)}, which the recorded run has set"
+        streams.say(f"specc: --from: {words}")
+    return {n: text for n, text in recorded.items() if n not in gone} | dict(options.set)
 
 
 def recorded_package(options: Namespace, built: Build, scratch: Path) -> Path | None:
@@ -50,7 +67,7 @@ def recorded_package(options: Namespace, built: Build, scratch: Path) -> Path | 
     Raises Refused for a file that cannot be used.
     """
     told, texts = called("recording.messages", "recorded", Path(options.resume[0]))
-    values, own = values_of(told), texts_of(built.result.sources, options.spec)
+    values, own = values_of(told), texts_of(built.result.sources)
     if [*texts.values()] == [*own.values()] and values == dict(options.set):
         return None
     package, why = _package(options.spec, values, texts, built, scratch)

@@ -9,10 +9,10 @@ from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from specc import output
+from specc.atomic_files import folder_aside
 from specc.cli import streams
 from specc.diagnostics.phrases import clipped
 from specc.refusal import Refused, lacking, reason_of
@@ -58,7 +58,7 @@ def replay(options: Namespace) -> int:
     names = [s.qualified_name for s in result.system.subsystems]
     if options.subsystem and options.subsystem not in names:
         raise Refused(f"there is no subsystem {options.subsystem}; there are {', '.join(names)}")
-    with TemporaryDirectory(prefix="specc-") as scratch:
+    with folder_aside() as scratch:
         package = Path(scratch, "generated", built.system)
         for diagnostic in output.write(package, built.files):
             raise Refused(diagnostic.message)

@@ -15,7 +15,6 @@ from pathlib import Path
 
 from specc.atomic_files import replacing
 from specc.cli import streams
-from specc.cli.interruption import held
 from specc.cli.targets import is_named, targets
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Repair, report, resolve, shown_path
@@ -39,8 +38,7 @@ def rewrite(path: str, text: str) -> None:
     if not reach_of(path).holds(path):
         raise OSError(errno.EPERM, "a link leads out of the project", path)
     try:
-        with held():
-            _rewrite(Path(os.path.realpath(path)), text.encode())
+        _rewrite(Path(os.path.realpath(path)), text.encode())
     except OSError as error:
         # Not the name of the new file beside it, which nobody knows.
         raise OSError(error.errno, error.strerror, path) from error

@@ -9,13 +9,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from specc import output
+from specc.atomic_files import folder_aside
 from specc.checks.plant import without_plant
+from specc.cli import interruption
 from specc.cli.inspect import JudgedFindings, judged, overrides_of
-from specc.cli.recorded_spec import recorded_package, texts_of
+from specc.cli.recorded_spec import constants_of, recorded_package, texts_of
 from specc.cli.streams import tell
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import report, resolve
@@ -29,6 +30,8 @@ def run(options: Namespace) -> int:
     """Generate code into a temporary directory and simulate it."""
     from specc import pipeline
 
+    if options.resume:
+        options.set = constants_of(options)
     built = pipeline.build(
         options.spec,
         options.set,
@@ -41,7 +44,7 @@ def run(options: Namespace) -> int:
     findings = left.findings
     if left.refused:
         return tell(report(findings, [options.spec])) or 1
-    with TemporaryDirectory(prefix="specc-") as scratch:
+    with folder_aside() as scratch:
         directory = Path(scratch, "generated", built.system)
         findings += resolve(output.write(directory, built.files), Sources())
         if findings and (code := tell(report(findings, [options.spec]))):
@@ -94,11 +97,13 @@ def launch(directory: Path, found: Namespace, sources: Sources) -> int:
         directory=directory,
         base=Path(os.path.dirname(found.spec)),
         built_with=found.set,
-        texts=texts_of(sources, found.spec) if found.record or found.resume else {},
+        texts=texts_of(sources) if found.record or found.resume else {},
     )
     runtime = import_module("specc_runtime.main")
     try:
-        return int(runtime.run(options) or 0)
+        code = int(runtime.run(options) or 0)
+        # While the runtime is imported, signals are heard by the command.
+        return interruption.exit_code() if code == interruption.INTERRUPTED else code
     except Exception:  # noqa: BLE001 - operators are the user's own: their traceback mends them
         traceback.print_exc()
         return 1

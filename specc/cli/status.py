@@ -193,7 +193,7 @@ def status(options: Namespace) -> int:
 
     result = pipeline.check_spec(options.spec)
     if result.system is None:
-        return streams.tell_of(result, options.spec)
+        return streams.tell_of(result, options.spec, options.format)
     name = result.system.name
     found = progress(result.system, result.diagnostics, is_part=result.is_part)
     believed = list(assumptions(result.proofs))

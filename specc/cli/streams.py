@@ -147,6 +147,16 @@ def tell(found: Report) -> int:
     return exit_code(found)
 
 
-def tell_of(result: Result, path: str) -> int:
-    """Print what was found in the specification at a path as text; its exit code."""
-    return tell(report(resolve(result.diagnostics, result.sources), [path]))
+def tell_in(form: str, found: Report) -> int:
+    """Print a report as JSON if that is the form of a command, else as text; its exit code."""
+    if form != "json":
+        return tell(found)
+    from specc.diagnostics.render import json
+
+    show(json.render(found), "json")
+    return exit_code(found)
+
+
+def tell_of(result: Result, path: str, form: str = "text") -> int:
+    """Print what was found in the specification at a path; its exit code."""
+    return tell_in(form, report(resolve(result.diagnostics, result.sources), [path]))

@@ -18,13 +18,14 @@ from typing import TYPE_CHECKING, Any
 from specc import __version__
 from specc.atomic_files import put
 from specc.cli import streams
-from specc.cli.interruption import MESSAGE, code_of, held, terminable
+from specc.cli.interruption import MESSAGE, exit_code
 from specc.cli.run import judged_to_run
 from specc.diagnostics.phrases import counted, few
 from specc.diagnostics.report import Report, report
 from specc.frozen import frozen
 from specc.parallel import cores, processes
 from specc.refusal import Refused, lacking, reason_of
+from specc.signals import deferred
 from specc.tools.sweep import plots, summary
 from specc.tools.sweep.running import Figures, SweepJob
 from specc.tools.sweep.settings import (
@@ -90,11 +91,11 @@ def sweep(options: Namespace) -> int:
     """Run what is not done yet, write the table, and tell what it says.
 
     0 if all runs are done, whatever came of them; 1 if the specification has errors; 2 for wrong
-    usage; 130 after Ctrl-C, 143 after SIGTERM, when the same command goes on where it ended.
+    usage; 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP, when the same command goes on
+    where it ended.
     """
     try:
-        with terminable():
-            return _sweep(options)
+        return _sweep(options)
     except _SettingRefused as refused:
         if refused.setting:
             streams.say(f"specc: with {_words(refused.setting)}:")
@@ -123,8 +124,8 @@ def _sweep(options: Namespace) -> int:
         interrupted = False
         try:
             code = _run(options, asked, folder, inputs, first)
-        except KeyboardInterrupt as interrupt:
-            code, interrupted = code_of(interrupt), True
+        except KeyboardInterrupt:
+            code, interrupted = exit_code(), True
         finally:
             shutil.rmtree(work, ignore_errors=True)
         folder.read()
@@ -189,7 +190,7 @@ def _in_parallel(
 ) -> list[Any]:
     # Copies of this process would hold the lock of the folder for as long as they live.
     with processes(workers, "spawn") as pool:
-        with held():
+        with deferred():
             jobs = [pool.submit(make, setting) for setting in settings]
         return [job.result() for job in jobs]
 

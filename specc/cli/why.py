@@ -6,6 +6,7 @@ import math
 import os
 from argparse import Namespace
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from specc.cli import streams
@@ -16,9 +17,10 @@ from specc.model.fsm import Behaviour, Cause, Condition
 from specc.model.system import Subsystem, System
 from specc.refusal import Refused
 from specc.source import Place, Sources
-from specc.tools.why import Moment, NotKnown, Reasons, shown, value_of
+from specc.tools.why import Moment, NotKnown, Reasons, reasons_of_violation, shown, value_of
 
 _LONGEST_NAME, _LONGEST_MESSAGE = 80, 300
+_MOST_VIOLATIONS = 3
 
 
 def why(options: Namespace) -> int:
@@ -45,7 +47,7 @@ class _Answer:
         self._file, self._time_s = options.moment
         self._spec, self._only = options.spec, options.subsystem or ""
         self._told, self._system, self._sources = told, system, sources
-        self._is_other = [*texts.values()] != [*texts_of(sources, options.spec).values()]
+        self._is_other = [*texts.values()] != [*texts_of(sources).values()]
         self._known = {s.qualified_name: s for s in system.subsystems}
 
     def tell(self) -> int:
@@ -80,6 +82,25 @@ class _Answer:
                 (clipped(one.name, _LONGEST_NAME), clipped(state, _LONGEST_NAME), since, by)
             )
         streams.show(streams.table(rows))
+        streams.show("".join(f"{line}\n" for line in self._violations()))
+
+    def _violations(self) -> Iterator[str]:
+        """Requirements that were violated by then: what they asked for, and what came of it."""
+        found = called("recording.moment", "violations", self._file, self._time_s)
+        required = {each.that: each for each in self._system.requirements}
+        for that, since_s in found[:_MOST_VIOLATIONS]:
+            requirement = required.get(that)
+            at = "" if requirement is None else self._at(requirement.place)
+            yield f"violated at {_seconds(since_s)}: {_clipped(that)}{at}"
+            if requirement is None:
+                yield f"  {self._spec} has no such requirement"
+                continue
+            yield f"  because: {_clipped(requirement.because)}"
+            steps = partial(called, "recording.moment", "last_steps", self._file)
+            reasons = reasons_of_violation(requirement, since_s, steps, _seconds)
+            yield from (f"  {line}" for line in reasons)
+        if len(found) > _MOST_VIOLATIONS:
+            yield f"and {len(found) - _MOST_VIOLATIONS} more are violated"
 
     def _of(self, one: Any, subsystem: Subsystem) -> Iterator[str]:
         """All that is told of one subsystem."""

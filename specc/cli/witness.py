@@ -7,9 +7,9 @@ import os
 from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from specc.atomic_files import folder_aside
 from specc.cli import streams
 from specc.diagnostics.nearest import hint
 from specc.refusal import Refused, lacking, reason_of
@@ -58,7 +58,7 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
         hint = "; `specc validate` reports errors of other kinds" if others else ""
         return _say(f"{options.spec}: there is no error that a run can show{hint}", 0)
     codes = []
-    with TemporaryDirectory(prefix="specc-") as scratch:
+    with folder_aside() as scratch:
         generated: dict[str, SubsystemCode] = {}
         for item in found:
             name = item.subsystem

@@ -11,11 +11,12 @@ import sysconfig
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from shutil import rmtree, which
+from shutil import copytree, which
 from tempfile import mkdtemp
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from specc.atomic_files import folder_aside
 from specc.lower import FilePlan
 from specc.resources import templates_dir
 
@@ -74,20 +75,20 @@ def formatted(files: Mapping[str, str]) -> dict[str, str]:
         FormatError: ruff is missing, or a text is not Python.
     """
     ruff = find_ruff()
-    directory = Path(mkdtemp(prefix="specc-"))
-    for path, text in files.items():
-        file = directory / path
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")
-    for arguments in (SORT_IMPORTS, FORMAT):
-        run = subprocess.run(  # a fixed program with fixed arguments
-            [ruff, *arguments, "."], cwd=directory, capture_output=True, text=True, check=False
-        )
-        if run.returncode:
-            raise FormatError(f"ruff refuses generated code: {run.stderr.strip()}", directory)
-    done = {path: (directory / path).read_text(encoding="utf-8") for path in files}
-    rmtree(directory)
-    return done
+    with folder_aside() as directory:
+        for path, text in files.items():
+            file = directory / path
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+        for arguments in (SORT_IMPORTS, FORMAT):
+            run = subprocess.run(  # a fixed program with fixed arguments
+                [ruff, *arguments, "."], cwd=directory, capture_output=True, text=True, check=False
+            )
+            if run.returncode:
+                kept = copytree(directory, mkdtemp(prefix="specc-"), dirs_exist_ok=True)
+                words = f"ruff refuses generated code: {run.stderr.strip()}"
+                raise FormatError(words, Path(kept))
+        return {path: (directory / path).read_text(encoding="utf-8") for path in files}
 
 
 def find_ruff() -> str:

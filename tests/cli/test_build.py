@@ -2,11 +2,15 @@
 
 import json
 import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from specc import output
+from specc.atomic_files import remove_stale
 from specc.cli import main
 
 pytestmark = pytest.mark.usefixtures("pipeline")
@@ -169,6 +173,38 @@ def test_output_survives_a_write_that_does_not_end(
     monkeypatch.setattr(Path, "rename", refuse_new)
     assert main(["build", "good.yaml"]) in (2, 130)
     assert tree(workspace / "generated") == before
+
+
+@pytest.mark.parametrize("renamed", [0, 1, 2])
+def test_what_gives_way_is_back_after_a_kill_between_two_renames(
+    renamed: int, tmp_path: Path
+) -> None:
+    """The next process that writes beside it puts it back, unless the new one is there."""
+    old, new, where = {"a.py": "old\n"}, {"b.py": "new\n"}, tmp_path / "generated/good"
+    assert not output.write(where, old)
+    code = (
+        "import os, signal, sys\n"
+        "from pathlib import Path\n"
+        "from specc import output\n"
+        "rename, left = Path.rename, [int(sys.argv[1])]\n"
+        "def counted(path, target):\n"
+        "    if not left[0]: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "    left[0] -= 1\n"
+        "    return rename(path, target)\n"
+        "Path.rename = counted\n"
+        "output.write(Path(sys.argv[2]), {'b.py': 'new\\n'})\n"
+    )
+    command = [sys.executable, "-c", code, str(renamed), str(where)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run(command, env=environment, check=False)
+    assert done.returncode == (0 if renamed == 2 else -signal.SIGKILL)
+    assert where.exists() == (renamed != 1)
+    remove_stale.cache_clear()  # of another process
+    remove_stale(str(where.parent))
+    assert tree(where) == (new if renamed == 2 else old)
+    assert [path.name for path in where.parent.iterdir()] == ["good"]
+    assert not output.write(where, new)
+    assert tree(where) == new
 
 
 def test_a_link_keeps_pointing_to_the_output(workspace: Path) -> None:

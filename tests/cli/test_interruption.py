@@ -133,6 +133,31 @@ def test_an_interrupt_while_loading_is_one_line(tmp_path: Path) -> None:
     assert interrupted(["explain"], tmp_path, 0) == (130, "", LINE)
 
 
+@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("is_ignored", short([False, True], 1))
+def test_other_signals_end_a_command_alike(
+    tmp_path: Path, sign: signal.Signals, is_ignored: bool
+) -> None:
+    """A signal that is ignored from the beginning, as by `nohup`, stays ignored."""
+    (tmp_path / "a.yaml").write_text(GOOD)
+    code = (
+        "import os, signal, sys\n"
+        f"if {is_ignored}: signal.signal({int(sign)}, signal.SIG_IGN)\n"
+        "from specc.cli import main, rewrite\n"
+        f"rewrite.targets = lambda _: [os.kill(os.getpid(), n) for n in ({int(sign)}, 15, 1)]\n"
+        "sys.exit(main())\n"
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", code, "fmt", "a.yaml"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    first = (signal.SIGHUP + signal.SIGTERM - sign) if is_ignored else sign
+    assert (process.returncode, process.stderr) == (128 + first, LINE)
+
+
 def test_of_what_was_half_made_nothing_is_said() -> None:
     done = subprocess.run(
         [sys.executable, "-c", HALF_MADE], capture_output=True, text=True, timeout=60, check=False
@@ -198,6 +223,6 @@ def test_nothing_outlives_a_command_that_is_killed(tmp_path: Path, sign: signal.
     while killed.poll() is None and len(children.read_text().split()) < 2:
         time.sleep(0.01)
     killed.send_signal(sign)
-    assert killed.wait(timeout=60) == -sign
+    assert killed.wait(timeout=60) == (128 + sign if sign == signal.SIGTERM else -sign)
     # They hold its standard error, so this waits for their end.
     killed.communicate(timeout=60)

@@ -1,11 +1,13 @@
 """Misuse of the command: clear words, the right exit code, never a traceback."""
 
+import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from specc.cli import main
 from tests import commands
 from tests.seeds import every
 
@@ -337,3 +339,21 @@ def test_specification_without_a_plant_or_a_task(folder: Path) -> None:
     (folder / "gate.yaml").write_text(SPEC[: SPEC.index("\nplant:")], encoding="utf-8")
     words = ("O0501", "no plant", "belt.E.drive", "`plant:`")
     assert_said(specc(folder, "run", "gate.yaml", "--duration", "0.1"), 1, words)
+
+
+@pytest.mark.parametrize("text", ["specc: 1\nsystem: x\nwrong: 1\n", "- [", None])
+def test_a_refused_specification_is_json_where_json_is_wanted(
+    text: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = tmp_path / "a.yaml"
+    if text is not None:
+        spec.write_text(text)
+    code = main(["validate", str(spec), "--format", "json"])
+    expected = json.loads(capsys.readouterr().out)
+    assert code and expected["diagnostics"]
+    for command in ("explore", "status", "ages", "diff"):
+        files = [str(spec)] * (2 if command == "diff" else 1)
+        assert main([command, *files, "--format", "json"]) == code, command
+        out, err = capsys.readouterr()
+        assert json.loads(out)["diagnostics"][:1] == expected["diagnostics"][:1], command
+        assert err == ""

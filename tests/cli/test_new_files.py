@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
+import json
+import os
 import signal
+import sys
 from pathlib import Path
 
 import pytest
 
+from specc.atomic_files import PREFIX, digest_of, remove_stale
 from specc.cli import new_files as module
 from specc.cli.new_files import Content, Taken, placing
 
 
 @pytest.mark.parametrize(
     ("name", "content"),
-    [("b", Path("/nowhere/at/all")), ("y" * 250, "its name aside is too long"), ("a/b", "in a")],
+    [("b", Path("/nowhere/at/all")), ("y" * 300, "its name is too long"), ("a/b", "in a")],
 )
 def test_a_file_that_cannot_be_written_leaves_nothing(
     name: str, content: Content, tmp_path: Path
 ) -> None:
     new = tmp_path / "new/folder"
-    with pytest.raises(OSError), placing() as files:
+    with pytest.raises(OSError), placing(new / "a", "x") as files:
         files.put({new / "before": "x"})
         files.put({new / "a": "x", new / name: content})
     assert list(tmp_path.iterdir()) == []
 
 
 def test_what_others_wrote_meanwhile_stays(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt), placing() as new:
+    with pytest.raises(KeyboardInterrupt), placing(tmp_path / "new/a", "x") as new:
         new.put({tmp_path / "new/a": "x"})
         (tmp_path / "new/mine").write_text("mine")
         raise KeyboardInterrupt
@@ -41,7 +45,7 @@ def test_an_interrupt_during_the_last_step_leaves_all(tmp_path: Path) -> None:
         signal.raise_signal(signal.SIGINT)
         names.write_text("new/a")
 
-    with pytest.raises(KeyboardInterrupt), placing() as new:
+    with pytest.raises(KeyboardInterrupt), placing(names, "new/a") as new:
         new.put({tmp_path / "new/a": "x"})
         new.keep(last)
     assert (tmp_path / names.read_text()).is_file()
@@ -49,7 +53,7 @@ def test_an_interrupt_during_the_last_step_leaves_all(tmp_path: Path) -> None:
 
 def test_what_is_there_stays(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("mine")
-    with pytest.raises(Taken, match="a exists already"), placing() as new:
+    with pytest.raises(Taken, match="a exists already"), placing(tmp_path / "b", "x") as new:
         new.put({tmp_path / "b": "x", tmp_path / "a": "x"})
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
 
@@ -60,11 +64,95 @@ def test_the_first_comes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     replace = Path.replace
 
     def replaced(self: Path, target: Path) -> Path:
-        there.append(second.exists())
+        if Path(target) in (first, second):
+            there.append(second.exists())
         return replace(self, target)
 
     monkeypatch.setattr(module.Path, "replace", replaced)
-    with placing() as new:
+    with placing(first, "1") as new:
         new.put({first: "1", second: "2"})
     assert there == [False, True]
     assert first.is_file() and second.is_file()
+
+
+# What a process that was killed leaves: no code of its own has run after that.
+
+
+def killed(folder: Path, then: str, last: str = "last") -> None:
+    """Place new files in a process that is killed when it has done what `then` says."""
+    code = (
+        "import os, signal\n"
+        "from pathlib import Path\n"
+        "from specc.cli.new_files import placing\n"
+        f"with placing(Path({last!r}), 'last') as new:\n"
+        "    new.put({Path('a'): 'a', Path('below/b'): 'b'})\n"
+        f"    {then}\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    assert (
+        os.spawnve(
+            os.P_WAIT,
+            sys.executable,
+            [sys.executable, "-c", f"import os\nos.chdir({str(folder)!r})\n{code}"],
+            {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )
+        == -signal.SIGKILL
+    )
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+
+
+def test_what_was_not_finished_is_undone_by_the_next_process(tmp_path: Path) -> None:
+    killed(tmp_path, "pass")
+    assert {"a", "below", "below/b"} < set(names(tmp_path))
+    remove_stale(str(tmp_path))
+    assert names(tmp_path) == []
+
+
+def test_what_somebody_has_changed_since_stays(tmp_path: Path) -> None:
+    killed(tmp_path, "Path('a').write_text('mine'), Path('below/mine').write_text('mine')")
+    remove_stale(str(tmp_path))
+    assert names(tmp_path) == ["a", "below", "below/mine"]
+
+
+def test_what_was_finished_stays(tmp_path: Path) -> None:
+    killed(tmp_path, "new.put({Path('last'): 'last'})")
+    remove_stale(str(tmp_path))
+    assert names(tmp_path) == ["a", "below", "below/b", "last"]
+
+
+def test_what_a_living_process_writes_stays(tmp_path: Path) -> None:
+    with placing(tmp_path / "last", "last") as new:
+        new.put({tmp_path / "a": "a"})
+        remove_stale(str(tmp_path))
+        (aside,) = tmp_path.glob(f"{PREFIX}*")
+        assert aside.is_dir()
+    assert names(tmp_path) == ["a"]
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        "",
+        "[" * 10000,
+        "{}",
+        '{"last": 1, "new": 2}',
+        '{"last": ["last", ""], "new": [[1, 2]]}',
+        json.dumps({"last": ["x", ""], "new": [["../outside", digest_of(b"mine")]]}),
+        json.dumps({"last": ["x", ""], "new": [["link/outside", digest_of(b"mine")]]}),
+        json.dumps({"last": ["x", ""], "new": [["inside", digest_of(b"theirs")], ["..", None]]}),
+    ],
+)
+def test_the_note_of_a_stranger_removes_nothing(note: str, tmp_path: Path) -> None:
+    """A project that was cloned may have one."""
+    project = tmp_path / "project"
+    (aside := project / f"{PREFIX}0").mkdir(parents=True)
+    (aside / "new.json").write_text(note)
+    for file in (tmp_path / "outside", project / "inside"):
+        file.write_text("mine")
+    (project / "link").symlink_to(tmp_path)
+    remove_stale(str(project))
+    assert sorted(path.name for path in project.iterdir()) == ["inside", "link"]
+    assert (tmp_path / "outside").read_text() == "mine"

@@ -68,7 +68,7 @@ def test_no_value_is_made_up_for_a_trace(
     said = capsys.readouterr().out
     assert "its trace is not recorded: at 0.1 s `panel.c` is in `watching`, not in" in said
     assert "whatever measurements were tried" in said
-    assert not list((tmp_path / "traces").iterdir())
+    assert not (tmp_path / "traces").exists()
 
 
 def test_a_trace_with_repeated_steps_is_recorded_if_it_is_not_too_long(
@@ -229,4 +229,4 @@ def test_a_violation_that_no_run_shows_is_told_with_the_reason(
     (required,) = explored(spec, tmp_path / "traces", capsys)["requirements"]
     assert (required["verdict"], required["recording"]) == ("open", None)
     assert required["lacks"].endswith("whatever measurements were tried")
-    assert not list((tmp_path / "traces").iterdir())
+    assert not (tmp_path / "traces").exists()

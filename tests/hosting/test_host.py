@@ -5,13 +5,16 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from contextlib import suppress
 from pathlib import Path
+from struct import pack
 from typing import Any
 
 import numpy as np
 import pytest
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
+from specc_runtime.hosting.wire import packed
 from specc_runtime.options import UsageError
 from specc_runtime.plant import NO_SAMPLE, Sample
 from specc_runtime.plants.errors import PlantError
@@ -263,6 +266,26 @@ def test_an_element_that_is_not_renewed_is_a_fault(tmp_path: Path) -> None:
     os.kill(hosted._host._process.pid, signal.SIGCONT)
     hosted.close()
     assert str(why).startswith("there has been no new value for ")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        pack("<I", 7) + b"garbage",
+        pack("<I", 0xFFFFFFFF),
+        pack("<I", len(packed(1))) + packed(1),
+        pack("<I", len(packed(()))) + packed(()),
+        pack("<I", len(packed(("failed",)))) + packed(("failed",)),
+        pack("<I", len(packed(("asked", "x")))) + packed(("asked", "x")),
+    ],
+)
+def test_a_host_that_sends_no_message_ends_the_run(words: bytes, tmp_path: Path) -> None:
+    hosted = plant(tmp_path)
+    hosted._host.channel._incoming += words
+    assert "the device host sent what is no message (" in str(raised(hosted))
+    with suppress(PlantError):
+        hosted.close()
+    assert hosted._host._process.poll() is not None
 
 
 @pytest.mark.long

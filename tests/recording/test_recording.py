@@ -77,9 +77,10 @@ def test_messages_have_the_schemas_that_the_file_says(recorded: Path) -> None:
             assert schema is not None and schema.encoding == "jsonschema"
             assert channel.message_encoding == "json"
             kinds.add(schema.name)
-            if message.log_time < 10**9:
+            if message.log_time < 10**9 or channel.topic == "/snapshot":
                 _checker(schema.data).validate(json.loads(message.data))
-    assert {"foxglove.FrameTransforms", "foxglove.SceneUpdate", "specc.Step.belt.c"} <= kinds
+    assert {"foxglove.FrameTransforms", "specc.Snapshot", "specc.Step.belt.c"} <= kinds
+    assert "foxglove.SceneUpdate" in kinds
 
 
 @cache
@@ -94,6 +95,38 @@ def _closed(form: dict[str, Any]) -> dict[str, Any]:
     """A schema that allows no more than it names."""
     form = {key: _closed(part) if type(part) is dict else part for key, part in form.items()}
     return form | {"additionalProperties": False} if "properties" in form else form
+
+
+@pytest.mark.no_replay("replayed here")
+@pytest.mark.parametrize(
+    ("where", "spec"),
+    [
+        (".", "cells/gate/gate.yaml"),
+        ("cells", "gate/gate.yaml"),
+        ("cells/gate", "../gate/./gate.yaml"),
+        ("elsewhere", "../cells/gate/gate.yaml"),
+    ],
+)
+def test_names_of_attached_files_stay_in_a_folder(where: str, spec: str, tmp_path: Path) -> None:
+    (tmp_path / "pyproject.toml").write_text("[tool.specc]\nignore = ['W']\n")
+    for folder in ("cells/gate/plants", "parts", "elsewhere"):
+        (tmp_path / folder).mkdir(parents=True)
+    text = CONVEYOR.read_text(encoding="utf-8")
+    (tmp_path / "cells/gate/gate.yaml").write_text(f"use: [../../parts/lib.yaml]\n{text}")
+    (tmp_path / "parts/lib.yaml").write_text("specc: 1\nconstants: {spare: 1}\n")
+    (tmp_path / "cells/gate/plants/conveyor_gate.xml").write_bytes(
+        (CONVEYOR.parent / "plants/conveyor_gate.xml").read_bytes()
+    )
+    file = tmp_path / "run.mcap"
+    done = specc("run", spec, "--duration", 2, "--record", file, cwd=tmp_path / where)
+    assert done.returncode == 0, done.stderr
+    with file.open("rb") as opened:
+        found = [item.name for item in make_reader(opened).iter_attachments()]
+    assert found == ["cells/gate/gate.yaml", "parts/lib.yaml"]
+    done = specc("replay", file, "--spec", spec, cwd=tmp_path / where)
+    assert done.returncode == 0, done.stderr
+    done = specc("run", spec, "--from", f"{file}@1.5", "--duration", 2, cwd=tmp_path / where)
+    assert done.returncode == 0 and "--from" not in done.stderr
 
 
 def test_specification_and_report_are_inside(recorded: Path) -> None:

@@ -146,6 +146,30 @@ def test_a_push_under_way_is_that_of_the_new_specification(
     assert done.returncode == code, done.stderr
 
 
+def test_constants_of_the_recorded_run_stay_unless_set_otherwise(tmp_path: Path) -> None:
+    (tmp_path / "cart.xml").write_text(MODEL)
+    spec, file = tmp_path / "cart.yaml", tmp_path / "run.mcap"
+    report, again = tmp_path / "a.json", tmp_path / "b.json"
+    cruise = "constants: {cruise: '1[m/s]', limit: '9[m]'}\nframes:"
+    spec.write_text(
+        SPEC.replace("frames:", cruise)
+        + "require: [{that: 'always(plant.s < limit)', because: it is asked}]\n"
+    )
+    given = ("--set", "limit=0.05[m]", "--duration", 2)
+    assert specc("run", spec, *given, "--record", file, "--report", report).returncode == 1
+    past = ("--from", f"{file}@1.5", "--duration", 2, "--report", again)
+    done = specc("run", spec, *past)
+    assert done.returncode == 1 and "--from" not in done.stderr
+    assert report_of(again)["requirements"] == report_of(report)["requirements"]
+    done = specc("run", spec, *past, "--set", "cruise=2[m/s]")
+    told = "recorded run: limit=0.05[m]; for this one: limit=0.05[m], cruise=2[m/s]\n"
+    assert f"--from: set for the {told}" in done.stderr
+    spec.write_text(spec.read_text().replace("limit", "bound"))
+    done = specc("run", spec, *past)
+    assert f"specc: --from: {spec} has no limit, which the recorded run has set\n" in done.stderr
+    assert done.returncode == 0
+
+
 RECEPTORS = """    real_receptors: {odo: {y: {d: "real[m]"}}}
     virtual_receptors:
       fast: {uses: [odo], rate: 50 Hz, x: {odo: {d: "real[m]"}}, y: {c: {d: "real[m]"}},

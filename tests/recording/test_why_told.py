@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from mcap.writer import Writer
+from specc_runtime.recording.moment import violations
 
 from specc.cli.main import main
 from specc.model import expr as m
@@ -189,6 +190,93 @@ def test_runs_that_go_wrong_name_the_command(
     assert asked.returncode == 0 and told in asked.stdout, asked.stdout
     quiet = specc("run", spec, "--duration", 2.5)
     assert "why: " not in quiet.stderr
+
+
+HALTING = "always(state(gate.c) == halting implies within(patience, state(gate.c) == opening))"
+
+
+MOVING = "always(state(gate.c) == opening implies belt.E.drive.v_m < 0.1[rad/s])"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (
+            'patience: {is: "3[s]"',
+            'patience: {is: "0.5[s]"',
+            [
+                f"violated at 1.5 s: {HALTING}  (gate.yaml:142)",
+                "  because: a parcel in the beam is let through soon",
+                "  at 1.5 s: state(gate.c) == halting held",
+                "  state(gate.c) == opening had to hold by 2 s, 0.5 s later, and did not",
+                "  at 1.5 s: state(gate.c) = halting",
+                "  at 2 s: state(gate.c) = halting",
+            ],
+        ),
+        (
+            HALTING,
+            "always(state(gate.c) == halting implies throughout(1[s], belt.drive.v_p > 0))",
+            [
+                "  at 1.5 s: state(gate.c) == halting held",
+                "  belt.drive.v_p > 0 had to hold until 2.5 s, for 1 s, and did not all the time",
+                "  at 1.5 s: state(gate.c) = halting",
+                "  at 1.5 s: belt.drive.v_p = 0.5 rad/s",
+                "  at 2.5 s: state(gate.c) = opening",
+                "  at 2.5 s: belt.drive.v_p = 0 rad/s",
+            ],
+        ),
+        (
+            MOVING,
+            "always(state(gate.c) != opening)",
+            [
+                "violated at 2.25 s: always(state(gate.c) != opening)  (gate.yaml:140)",
+                "  because: the barrier moves up only beside a belt that stands",
+                "  at 2.25 s: state(gate.c) != opening did not hold",
+                "  at 2.25 s: state(gate.c) = opening",
+            ],
+        ),
+    ],
+)
+def test_a_violated_requirement_is_explained(
+    old: str, new: str, told: list[str], tmp_path: Path
+) -> None:
+    spec, file = _changed(tmp_path, (old, new)), tmp_path / "run.mcap"
+    specc("run", spec, "--duration", 4, "--record", file)
+    done = specc("why", f"{file}@2.6", "--spec", spec)
+    lines = done.stdout.replace(f"{tmp_path}/", "").splitlines()
+    assert done.returncode == 0 and lines[5:][-len(told) :] == told, done.stdout
+    before = specc("why", f"{file}@1.4", "--spec", spec)
+    assert "violated" not in before.stdout
+    other = _changed(
+        tmp_path / "other",
+        (HALTING, "always(belt.c.x.drive.v < 9[rad/s])"),
+        (MOVING, "always(belt.c.x.drive.v < 8[rad/s])"),
+    )
+    lines = specc("why", f"{file}@2.6", "--spec", other).stdout.splitlines()
+    assert lines[5].startswith("violated at ")
+    assert lines[6] == f"  {other} has no such requirement"
+
+
+@pytest.mark.parametrize(
+    "report",
+    [
+        "{",
+        "[]",
+        '{"requirements": 1}',
+        '{"requirements": [1]}',
+        '{"requirements": [{"verdict": "violated"}]}',
+        '{"requirements": [{"verdict": "violated", "that": 1, "time_s": "x"}]}',
+        '{"requirements": [{"verdict": "violated", "that": "x", "time_s": -1}]}',
+        '{"requirements": [{"verdict": "violated", "that": "x", "time_s": 1e308}]}',
+    ],
+)
+def test_verdicts_of_strangers(report: str, tmp_path: Path) -> None:
+    file = tmp_path / "forged.mcap"
+    with file.open("wb") as opened:
+        (writer := Writer(opened)).start()
+        writer.add_metadata("report", {"report": report})
+        writer.finish()
+    assert violations(file, 5.0) == []
 
 
 _STEP = {

@@ -16,6 +16,8 @@ from specc_runtime.track import outcome_of
 
 from tests.commands import forgotten
 from tests.runtime.apart import FAR, SPEC, Run, built, children, misdeed
+from tests.runtime.misdeeds import BABBLE
+from tests.seeds import short
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +70,20 @@ def test_a_process_that_ends_is_a_fault(package: Path) -> None:
         f"subsystem {FAR}",
     )
     assert fault["message"] == "its process ended with exit code 3"
+    assert "near_n" in fault["inputs"]
+
+
+@pytest.mark.parametrize("number", short(range(len(BABBLE)), 0, 5))
+def test_a_process_that_sends_no_message_is_a_fault(number: int, package: Path) -> None:
+    """The watchdog, which has a socket of its own, gets no answer either."""
+    before = children()
+    with misdeed(f"babble {number}"), Run(package, FAR) as run:
+        run.to(200)
+        assert run.processes.under_way() == []
+    assert children() == before
+    (fault,) = run.faults
+    assert (fault["fault"], fault["culprit"]) == ("ProcessEnded", f"subsystem {FAR}")
+    assert "its process was ended: it sent what is no message (" in str(fault["message"])
     assert "near_n" in fault["inputs"]
 
 

@@ -216,6 +216,15 @@ def test_ctrl_c_ends_a_run_whose_process_hangs(name: str, package: Path, tmp_pat
     assert fault["message"].startswith("Abandoned: still computing 0.5 s")
 
 
+def test_garbage_ends_a_run_with_a_fault_and_its_report(package: Path, tmp_path: Path) -> None:
+    with misdeed("babble 0"), _begun(package, tmp_path / "r.json") as run:
+        _, said = run.communicate(timeout=60)
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert (run.returncode, report["ended"]) == (1, "fault"), said
+    assert [fault["fault"] for fault in report["faults"]] == ["ProcessEnded"]
+    assert "Traceback" not in said
+
+
 def test_a_budget_places_a_subsystem_in_real_time(tmp_path: Path) -> None:
     """Its slow steps are late, nobody else is made to wait, and replay finds no difference."""
     spec = tmp_path / "apart.yaml"

@@ -19,6 +19,7 @@ from specc_runtime.hosting.keeper import CLOSE_S, WILL_S
 from specc_runtime.hosting.memory import KEPT
 from specc_runtime.hosting.starting import Host
 from specc_runtime.hosting.views import Convert, value_of
+from specc_runtime.hosting.wire import NotPlain, garbled
 from specc_runtime.plant import NO_SAMPLE, Deferred, Sample
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.system import System
@@ -276,6 +277,8 @@ class HostedPlant:
         try:
             while not channel.is_over and self._host.wait(until_s):
                 closed += "".join(data[0] for kind, *data in channel.received() if kind == "closed")
+        except (NotPlain, TypeError, LookupError) as error:
+            closed = garbled(error)
         finally:
             self._host.close()
         if closed:
@@ -285,18 +288,24 @@ class HostedPlant:
 
     def _hear(self) -> None:
         channel = self._host.channel
-        for kind, *data in channel.received():
-            if kind == "failed":
-                self._failures.setdefault(data[0], data[1])
-            elif kind == "taken":
-                self._taken[data[0]] = data[1]
-            elif kind == "asked" and self._asked is None:
-                self._asked = signal.Signals(data[0]).name, time.monotonic() + ASKED_S
-            elif kind == "willed" and self._ended is None and not self._is_leaving:
-                self._ended = PlantError(self._silent(*data))
+        try:
+            for kind, *data in channel.received():
+                self._note(kind, data)
+        except (NotPlain, TypeError, ValueError, LookupError, AttributeError) as error:
+            self._ended = PlantError(garbled(error))
         channel.flush()
         if channel.is_over:
             self._ended = PlantError(f"the device host ended: {self._host.ending()}")
+
+    def _note(self, kind: str, data: Sequence[Any]) -> None:
+        if kind == "failed":
+            self._failures.setdefault(data[0], data[1])
+        elif kind == "taken":
+            self._taken[data[0]] = data[1]
+        elif kind == "asked" and self._asked is None:
+            self._asked = signal.Signals(data[0]).name, time.monotonic() + ASKED_S
+        elif kind == "willed" and self._ended is None and not self._is_leaving:
+            self._ended = PlantError(self._silent(*data))
 
     def _silent(self, device: str, silent_s: float, outcome: Outcome) -> str:
         missing = ", ".join(name for name, (by, _) in outcome.items() if not by)

@@ -17,7 +17,7 @@ from typing import Any
 from specc_runtime.blocks import Block, anonymous_file
 from specc_runtime.faults import said
 from specc_runtime.hosting.memory import Memory
-from specc_runtime.hosting.wire import HostChannel
+from specc_runtime.hosting.wire import HostChannel, NotPlain, garbled
 from specc_runtime.options import UsageError
 from specc_runtime.plants.errors import PlantError
 
@@ -70,11 +70,14 @@ class Host:
         while True:
             if not self.wait(until_s):
                 raise PlantError(f"the devices are not open in time{self.tail()}")
-            for kind, *data in self.channel.received():
-                if kind == "opened":
-                    return bool(data[0])
-                if kind == "refused":
-                    raise PlantError(f"cannot open the devices: {data[0]}{self.tail()}")
+            try:
+                for kind, *data in self.channel.received():
+                    if kind == "opened":
+                        return bool(data[0])
+                    if kind == "refused":
+                        raise PlantError(f"cannot open the devices: {data[0]}{self.tail()}")
+            except (NotPlain, LookupError) as error:
+                raise PlantError(garbled(error)) from error
             if self.channel.is_over:
                 raise PlantError(f"the device host ended before it began: {self.ending()}")
 

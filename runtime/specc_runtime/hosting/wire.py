@@ -26,6 +26,14 @@ class NotPlain(Exception):
     """Bytes that are no plain data."""
 
 
+def garbled(error: Exception) -> str:
+    """What is said of a host whose messages cannot be understood."""
+    return (
+        f"the device host sent what is no message ({type(error).__name__}: {error}); "
+        "a driver has written to a socket that is not its own"
+    )
+
+
 class _PlainUnpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) == (Array.__module__, Array.__name__):
@@ -120,7 +128,10 @@ class HostChannel:
         """The messages that have come, each once; raises `NotPlain`."""
         self._read()
         while body := self._next():
-            yield plain(body)
+            message = plain(body)
+            if not isinstance(message, tuple) or not message:
+                raise NotPlain(f"a value of the type {type(message).__name__}")
+            yield message
 
     def _read(self) -> None:
         try:
@@ -138,6 +149,8 @@ class HostChannel:
         if len(self._incoming) < _HEAD.size:
             return b""
         end = _HEAD.size + _HEAD.unpack_from(self._incoming)[0]
+        if end > _HEAD.size + _BACKLOG:
+            raise NotPlain("no message is as long")
         if end > len(self._incoming):
             return b""
         body = bytes(self._incoming[_HEAD.size : end])

@@ -6,6 +6,7 @@ reads what is being changed. What is read is copied, since blocks are used again
 
 from __future__ import annotations
 
+import os
 import pickle
 import select
 import socket
@@ -28,6 +29,10 @@ _ALIGNED = 64
 
 class Gone(Exception):
     """The process at the other end has ended."""
+
+
+class Garbled(Exception):
+    """What came is no message: something else has written to the socket."""
 
 
 class TooLarge(Exception):
@@ -87,7 +92,7 @@ class ProcessChannel:
         return ends[-1]
 
     def receive(self) -> Any:
-        """The next message, waited for. Raises Gone, and what unpickling raises."""
+        """The next message, waited for. Raises Gone, Garbled."""
         try:
             packet, descriptors, *_ = socket.recv_fds(self._socket, 2 * INLINE_BYTES, 1, _FLAGS)
             self.descriptors += descriptors
@@ -96,14 +101,19 @@ class ProcessChannel:
         if not packet:
             raise Gone
         kind, rest = packet[:1], packet[1:]
-        if kind == _INLINE:
-            return pickle.loads(rest)
-        stream, *large = self._get(*_LENGTH.unpack(rest))
-        return pickle.loads(stream, buffers=large)
+        try:
+            if kind == _INLINE:
+                return pickle.loads(rest)
+            stream, *large = self._get(*_LENGTH.unpack(rest))
+            return pickle.loads(stream, buffers=large)
+        except Exception as error:  # unpickling raises whatever it may
+            raise Garbled(f"{type(error).__name__}: {error}") from error
 
     def _get(self, size: int) -> list[bytes]:
+        if size > os.fstat(self._read.descriptor).st_size:  # who writes has made it grow
+            raise ValueError("it is longer than the memory that it is in")
         self._read.hold(size)
-        memory = self._read.bytes
+        memory = self._read.bytes[:size]
         width = _LENGTH.size
         (count,) = _LENGTH.unpack(memory[:width])
         table = memory[width : (1 + count) * width]

@@ -19,7 +19,7 @@ from specc_runtime.clock import WallClock
 from specc_runtime.faults import DeviceFailed, Fault, StepAbandoned, said
 from specc_runtime.hosting.memory import Extent
 from specc_runtime.plant import Deferred
-from specc_runtime.processes.channel import Gone
+from specc_runtime.processes.channel import Garbled, Gone
 from specc_runtime.processes.child import Left, Order, ResumePoint
 from specc_runtime.processes.crossing import Receiver, Sender
 from specc_runtime.processes.fault_data import fault_of
@@ -135,9 +135,14 @@ class ProcessRunner(Runner):
             self._begun = None
         if self._outcome is None:
             try:
-                self._outcome = self._taken(self._worker.channel.receive())
+                left = self._worker.channel.receive()
+                if not isinstance(left, Left):
+                    raise Garbled(f"a value of the type {type(left).__name__}")
+                self._outcome = self._taken(left)
             except Gone:
-                self._outcome = self._fault_of_end()
+                self._outcome = self._fault_of_end(self._worker.why_ended())
+            except Garbled as garbled:
+                self._outcome = self._fault_of_end(self._worker.ended_for(garbled))
         return self._outcome
 
     def _taken(self, left: Left) -> Outcome:
@@ -155,9 +160,9 @@ class ProcessRunner(Runner):
         is_of_device = issubclass(left.outcome.kind, DeviceFailed)
         return fault_of(left.outcome, {} if is_of_device else self._inputs())
 
-    def _fault_of_end(self) -> Fault:
+    def _fault_of_end(self, why: str) -> Fault:
         subsystem = self.subsystem
-        fault = ProcessEnded(subsystem.name, subsystem.state, self._worker.why_ended())
+        fault = ProcessEnded(subsystem.name, subsystem.state, why)
         fault.inputs = self._inputs()
         return fault
 

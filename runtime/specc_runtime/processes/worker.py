@@ -26,7 +26,7 @@ from specc_runtime.blocks import Block
 from specc_runtime.forms import Element, Layout
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options, UsageError
-from specc_runtime.processes.channel import Gone, ProcessChannel
+from specc_runtime.processes.channel import Garbled, Gone, ProcessChannel
 from specc_runtime.processes.child import LEFT, UNDER_WAY, Assignment
 from specc_runtime.processes.crossing import uncodable
 from specc_runtime.processes.fault_data import Told, fault_of
@@ -89,6 +89,8 @@ class Worker:
             answer = self.channel.receive()
         except Gone:
             answer = self.why_ended()
+        except Garbled as garbled:
+            answer = self.ended_for(garbled)
         if isinstance(answer, Told):
             raise fault_of(answer, {})
         if answer is not None:
@@ -110,10 +112,12 @@ class Worker:
             self._asked += 1
             self._questions.send(pickle.dumps((self._asked, question)))
             while select.select([self._questions], (), (), ANSWER_S)[0]:
-                data = self._questions.recv(65_536)
-                number, answer = pickle.loads(data) if data else (self._asked, None)
-                if number == self._asked:  # else it came too late
-                    return answer
+                if not (data := self._questions.recv(65_536)):
+                    return None
+                with suppress(Exception):  # something else has written to the socket
+                    number, answer = pickle.loads(data)
+                    if number == self._asked:  # else it came too late
+                        return answer
         return None
 
     def why_ended(self) -> str:
@@ -127,6 +131,14 @@ class Worker:
         name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
         why = ", as the system does when memory is short" if -code == signal.SIGKILL else ""
         return f"its process was ended by {name}{why}"
+
+    def ended_for(self, garbled: Garbled) -> str:
+        """End it, since what it sends cannot be understood; how that came, in words."""
+        self.kill()
+        return (
+            f"its process was ended: it sent what is no message ({garbled}); "
+            "an operator has written to a socket that is not its own"
+        )
 
     def kill(self) -> None:
         """End it, and what it has begun, in whatever it does. Nothing of it is waited for."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
@@ -68,11 +69,13 @@ class Bar:
                 rendering=self._rendering.told(),
                 states=_states(view),
             )
-            self._progress.refresh()
+            with suppress(OSError):  # the terminal was closed: a signal ends the run
+                self._progress.refresh()
 
     def close(self) -> None:
         """See `Companion`."""
-        self._progress.stop()
+        with suppress(OSError):
+            self._progress.stop()
 
 
 class Lines:

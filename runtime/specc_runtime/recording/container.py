@@ -11,10 +11,12 @@ from __future__ import annotations
 
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, repeat
 from math import inf
+from pathlib import Path
 from struct import Struct, pack
+from tempfile import SpooledTemporaryFile
 from typing import IO
 
 import zstandard
@@ -38,6 +40,8 @@ _MESSAGE_BYTES = _MESSAGE.size - 9
 _LEVEL = 1
 """Level of zstandard: digits become smaller than at higher levels, in 2/3 of the time."""
 
+_INDEX_BYTES = 1 << 20
+"""Of the index of chunks in memory; of more there is a file without a name until the end."""
 _COPIES = 2
 """Copies in the file of each record that occurs once."""
 NOTHING: Mapping[str, str] = {}
@@ -47,9 +51,12 @@ Message = tuple[int, int, int, bytes] | tuple[int, int, int, bytes, int]
 
 
 class Container:
-    """Writes to a file that is open for binary writing; errors of the file pass through."""
+    """Writes to a file that is open for binary writing; errors of the file pass through.
 
-    def __init__(self, file: IO[bytes], library: str) -> None:
+    What is in memory does not grow with the file: its index is in another one, in a `folder`.
+    """
+
+    def __init__(self, file: IO[bytes], library: str, folder: Path | None = None) -> None:
         self._file = file
         self._spans = 0
         self._schemas: list[records.Schema] = []
@@ -57,7 +64,12 @@ class Container:
         self._told: Counter[int] = Counter()
         """Number of copies of each channel in the file."""
         self._once: list[bytes] = []
-        self._indexes: list[records.ChunkIndex] = []
+        self._chunks = SpooledTemporaryFile[bytes](
+            _INDEX_BYTES, dir=None if folder is None else str(folder)
+        )
+        """The records of the index of chunks."""
+        self._chunk_count = 0
+        self._first_ns, self._last_ns = inf, 0
         self._others: list[records.MetadataIndex | records.AttachmentIndex] = []
         self._counts: Counter[int] = Counter()
         self._compressor = zstandard.ZstdCompressor(_LEVEL, write_checksum=True)
@@ -122,19 +134,20 @@ class Container:
             self._counts[channel] += len(within) // 2
         begin = self._write_span(b"".join(span))
         offsets = {channel: begin + at for channel, at in zip(places, starts, strict=True)}
-        self._indexes.append(
-            records.ChunkIndex(
-                chunk_length=len(chunk),
-                chunk_start_offset=begin,
-                compression="zstd",
-                compressed_size=len(packed),
-                message_end_time=last,
-                message_index_length=sum(map(len, span[1:])),
-                message_index_offsets=offsets,
-                message_start_time=first,
-                uncompressed_size=len(plain),
-            )
+        index = records.ChunkIndex(
+            chunk_length=len(chunk),
+            chunk_start_offset=begin,
+            compression="zstd",
+            compressed_size=len(packed),
+            message_end_time=last,
+            message_index_length=sum(map(len, span[1:])),
+            message_index_offsets=offsets,
+            message_start_time=first,
+            uncompressed_size=len(plain),
         )
+        self._chunks.write(_written(index))
+        self._chunk_count += 1
+        self._first_ns, self._last_ns = min(self._first_ns, first), max(self._last_ns, last)
 
     def _forms(self, channels: Iterable[int]) -> bytes:
         """The channels that still need a copy in the file, with their schemas."""
@@ -155,17 +168,20 @@ class Container:
         self._write_span(FRAME.pack(COPIES, len(copies)) + copies)
         self._file.write(_written(records.DataEnd(0)))
         begin = self._file.tell()
-        builder = RecordBuilder()
-        for record in (*self._schemas, *self._channels, self._statistics(), *self._indexes):
-            record.write(builder)
-        for other in self._others:
-            other.write(builder)
-        summary = builder.end()
-        self._file.write(summary)
-        records.Footer(begin, 0, 0).write(builder)
-        footer = builder.end()
-        crc = zlib.crc32(footer[:-4], zlib.crc32(summary))
+        crc = 0
+        for part in self._summary():
+            self._file.write(part)
+            crc = zlib.crc32(part, crc)
+        crc = zlib.crc32(_written(records.Footer(begin, 0, 0))[:-4], crc)
         self._file.write(_written(records.Footer(begin, 0, crc)) + MAGIC)
+
+    def _summary(self) -> Iterator[bytes]:
+        yield from map(_written, (*self._schemas, *self._channels, self._statistics()))
+        with self._chunks as chunks:
+            chunks.seek(0)
+            while part := chunks.read(_INDEX_BYTES):
+                yield part
+        yield from map(_written, self._others)
 
     def _statistics(self) -> records.Statistics:
         kinds = Counter(type(other) for other in self._others)
@@ -173,10 +189,10 @@ class Container:
             attachment_count=kinds[records.AttachmentIndex],
             channel_count=len(self._channels),
             channel_message_counts=dict(self._counts),
-            chunk_count=len(self._indexes),
+            chunk_count=self._chunk_count,
             message_count=self._counts.total(),
-            message_end_time=max((i.message_end_time for i in self._indexes), default=0),
-            message_start_time=min((i.message_start_time for i in self._indexes), default=0),
+            message_end_time=self._last_ns,
+            message_start_time=int(self._first_ns) if self._chunk_count else 0,
             metadata_count=kinds[records.MetadataIndex],
             schema_count=len(self._schemas),
         )

@@ -90,7 +90,7 @@ class Log:
         self._thread.start()
 
     def _begin(self) -> None:
-        self._container = Container(self._file, LIBRARY)
+        self._container = Container(self._file, LIBRARY, self.path.parent)
 
     def note(self, name: str, data: Mapping[str, str]) -> None:
         """Write metadata of the run: names and texts."""

@@ -18,9 +18,10 @@ from specc_runtime.recording.messages import (
     step_of,
     steps_of,
 )
-from specc_runtime.recording.reading import RecordFile, Unusable
-from specc_runtime.recording.snapshots import WRONG, every_snapshot
+from specc_runtime.recording.reading import Metadata, RecordFile, Unusable
+from specc_runtime.recording.snapshots import SNAPSHOTS, WRONG, every_snapshot
 from specc_runtime.recording.steps import topic_of
+from specc_runtime.recording.text import loaded
 from specc_runtime.sampling import PLANT
 
 _EARLIER_S = 1e-6
@@ -125,6 +126,29 @@ def seen_at(file: Path, time_s: float, only: str, reading: RecordFile) -> list[S
             one.finish()
     _fill(file, [one for one in found.values() if one.entered_s is None or one.memory is None])
     return list(found.values())
+
+
+def last_steps(file: Path, time_s: float) -> dict[str, Mapping[str, Any]]:
+    """The last step of each subsystem until then; none for a moment that is not in the file."""
+    try:
+        return {one.name: one.step for one in seen_at(file, time_s, "", RecordFile(file))}
+    except Unusable:
+        return {}
+
+
+def violations(file: Path, time_s: float) -> list[tuple[str, float]]:
+    """Requirements that were violated by then, and since when, as the report in the file says."""
+    report: Mapping[str, str] = {}
+    for record in RecordFile(file, {SNAPSHOTS}):
+        if isinstance(record, Metadata) and record.name == "report":
+            report = record.metadata
+    try:
+        entries = loaded(report["report"].encode())["requirements"]
+        violated = [e for e in entries if e["verdict"] == "violated"]
+        found = [(str(e["that"]), float(e["time_s"])) for e in violated if e["time_s"] is not None]
+    except WRONG:  # there is none, or it is not one of a run
+        return []
+    return [(that, since_s) for that, since_s in found if 0 <= since_s <= time_s + _EARLIER_S]
 
 
 @contextmanager

@@ -193,7 +193,7 @@ class Recovered:
                 check_unowned(file, out)
         with replacing(out) as aside:
             with aside.open("wb") as file:
-                container = Container(file, LIBRARY)
+                container = Container(file, LIBRARY, out.parent)
                 write_chunks(container, self._copied(reading, container))
                 container.finish()
             if not self.messages and (reading.cut or reading.damaged):

@@ -36,15 +36,19 @@ from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 
 SNAPSHOTS, PIECES = "/snapshot", "/snapshot/values"
+_MAPPINGS = (
+    *("subsystems", "stamps", "late", "ages", "sensors", "commands", "tallies", "task"),
+    *("unobserved", "scene"),
+)
 _SCHEMA = object_schema(
     {
         "tick": {"type": "integer"},
         "time": {"type": "number"},
         "missing": {"type": "string", "description": "why there is no snapshot at this time"},
-        **{
-            name: {"type": "object"}
-            for name in ("subsystems", "commands", "sensors", "task", "plant", "requirements")
-        },
+        "records": {"type": "string"},
+        **{name: {"type": "object"} for name in _MAPPINGS},
+        **{name: {"type": "array"} for name in ("requirements", "triggers", "disturbances")},
+        "plant": {"description": "what it remembers, which is its own affair"},
     }
 )
 _LATEST = 1000
@@ -65,9 +69,9 @@ WRONG = (
 
 
 class Snapshots(Shelf):
-    """Writes snapshots, and their values stored aside, each at most twice."""
+    """Writes snapshots, and their values stored aside: again unless among the last so many."""
 
-    _window = inf
+    _window = 2048
 
     def __init__(self, log: Log, system: System, layouts: Mapping[str, Layout]) -> None:
         super().__init__(log, exact=True)

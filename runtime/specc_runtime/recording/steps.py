@@ -19,6 +19,7 @@ from specc_runtime.subsystem import Subsystem, Transition
 STEP_SCHEMA, TRUTH_SCHEMA = "specc.Step.", "specc.Truth"
 Late = tuple[int, float] | tuple[()]
 _LATE = b'"skipped":%d,"visible":%b,'
+_MOST_PASSAGES = 4096
 _ROUNDING_S = 1e-6  # times are multiples of a rounded tick
 _BOOLEANS = {"type": "object", "additionalProperties": {"type": "boolean"}}
 _NUMBERS = {"type": "object", "additionalProperties": {"type": "number"}}
@@ -30,7 +31,7 @@ def topic_of(subsystem: str) -> str:
 
 
 class _Passages(dict[tuple[Any, ...], bytes]):
-    """The texts of states, row and fresh inputs; there are few different ones."""
+    """The texts of states, row and fresh inputs; mostly there are few different ones."""
 
     def __init__(self, table: Sequence[Transition], layout: Layout, flags: Sequence[str]) -> None:
         super().__init__()
@@ -42,6 +43,8 @@ class _Passages(dict[tuple[Any, ...], bytes]):
         before, row, state, fresh = passage
         told = passage_of(self._table, self._ends, before, row, state)
         told["fresh"] = dict(zip(self._flags, fresh, strict=True))
+        if len(self) >= _MOST_PASSAGES:
+            self.clear()
         text = self[passage] = dumped(told)[1:-1]
         return text
 

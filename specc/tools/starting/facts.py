@@ -8,9 +8,9 @@ import signal
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
+from specc.atomic_files import folder_aside
 from specc.frozen import frozen
 from specc.refusal import Refused
 
@@ -126,7 +126,7 @@ def _asked(path: str) -> dict[str, Any]:
     # As in this process, but nothing from the working directory.
     found = os.pathsep.join(filter(None, sys.path))
     environment = {**os.environ, "PYTHONPATH": found, **dict.fromkeys(_THREADS, "1")}
-    with TemporaryDirectory(prefix="specc-") as scratch:
+    with folder_aside() as scratch:
         try:
             done = subprocess.run(
                 [sys.executable, "-m", "specc_runtime.describing", path, str(os.getpid())],

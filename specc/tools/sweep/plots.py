@@ -10,6 +10,7 @@ from pathlib import Path
 from textwrap import fill, shorten
 from typing import Any
 
+from specc.atomic_files import put
 from specc.reachable import grouped
 from specc.tools.canvas import content, figure
 from specc.tools.sweep.running import STEPS
@@ -62,7 +63,7 @@ def _stem(column: str, drawn: Sequence[Path]) -> str:
 def _saved(made: Any, stem: Path) -> Iterator[Path]:
     for form in ("png", "svg"):
         path = stem.with_name(f"{stem.name}.{form}")
-        path.write_bytes(content(made, form))
+        put(path, content(made, form))
         yield path
 
 

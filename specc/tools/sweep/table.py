@@ -19,7 +19,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from specc.atomic_files import put
+from specc.atomic_files import PREFIX, put
 from specc.diagnostics.phrases import counted, listed
 from specc.tools.sweep.running import LIMIT, Figures
 from specc.tools.sweep.settings import SweepError, SweepSetting, meaning
@@ -94,7 +94,7 @@ class Folder:
         # A sweep that was ended before it said what it is of left no more than an empty log.
         for file in self.path.iterdir():
             begun = file.name == LOG and file.stat().st_size == 0
-            if not begun and not file.name.startswith(f".{ABOUT}."):
+            if not begun and not file.name.startswith(PREFIX):
                 yield file.name
 
     def _leading_elsewhere(self) -> Iterator[str]:

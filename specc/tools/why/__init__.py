@@ -3,5 +3,6 @@
 from specc.lang.values import Gone
 from specc.tools.why.moment import Moment, NotKnown, value_of
 from specc.tools.why.reasons import Reasons, shown
+from specc.tools.why.required import reasons_of_violation
 
-__all__ = ["Gone", "Moment", "NotKnown", "Reasons", "shown", "value_of"]
+__all__ = ["Gone", "Moment", "NotKnown", "Reasons", "reasons_of_violation", "shown", "value_of"]
