@@ -69,7 +69,11 @@ def _wrong_topic(bound: BoundElement) -> tuple[str, str] | None:
         return f"`part` of `{name}` is for actions", "add `action:`, or delete `part`"
     if binding.joints and short(binding.message) != JOINT_STATE:
         return f"`joints` are for messages of type {JOINT_STATE}", "delete `joints`"
-    depth = int(dict(binding.qos).get("depth", 1))
+    qos = dict(binding.qos)
+    if (qos.get("durability"), qos.get("reliability")) == ("transient_local", "best_effort"):
+        why = "the last message of a `transient_local` topic goes to reliable readers only"
+        return why, "delete `reliability: best_effort`"
+    depth = int(qos.get("depth", 1))
     if not 0 < depth <= _MOST_KEPT:
         return f"a queue has no depth of {depth}", f"write `depth:` from 1 to {_MOST_KEPT}"
     return None

@@ -28,7 +28,7 @@ Data = dict[str, Any]
 
 
 def published(name: str, type_: str, **more: Any) -> Data:
-    more.setdefault("message", HEADER)
+    more = {"message": HEADER, "count": 1, **more}
     return {"name": name, "types": [type_], "publishers": ["/driver"], **more}
 
 
@@ -222,7 +222,7 @@ def test_a_joint_is_commanded_once() -> None:
     ("topic", "said"),
     [
         (published("/x", "cell_msgs/msg/Lamp"), "bound with a function under `through`"),
-        (published("/x", "std_msgs/msg/Bool", message={}), "no message came"),
+        (published("/x", "std_msgs/msg/Bool", count=0), "no message came"),
         (COMMANDS, "nothing says how many numbers it takes"),
         (read("/x", "sensor_msgs/msg/Imu"), "its messages have several values"),
         (joints("/x", "a{1..9}"), "joints have unusual names"),

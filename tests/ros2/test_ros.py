@@ -97,6 +97,20 @@ def test_transforms_are_poses(
     assert "tf knows no transform from base_link to tool1 (a.R.t.T)" in capfd.readouterr().err
 
 
+def test_the_last_message_of_a_latched_topic_is_read(
+    arm: Start, ros: str, spec: Spec, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arm("latched", "/e_stop", program="nodes.py")
+    assert main(["run", str(spec(name="latched")), "--cycles", "1"]) == 0
+    volatile = spec((", qos: {durability: transient_local}", ""), ("20 s", SHORT), name="latched")
+    assert main(["run", str(volatile), "--cycles", "1"]) == 2
+    assert "/e_stop (a.R.stop.on) is latched, and its message" in capfd.readouterr().err
+    found = tmp_path / "found.yaml"
+    assert main(["init", "--ros2", str(found), "--python", ros, "--wait", "4"]) == 0
+    bind = data(found.read_text(encoding="utf-8"))["plant"]["bind"]
+    assert bind["found.R.e_stop.value"]["qos"] == {"durability": "transient_local"}
+
+
 SIMULATED = ("wait: 5 s", "wait: 20 s, use_sim_time: true")
 
 

@@ -99,7 +99,7 @@ def checked(topic: Topic) -> None:
         raise UnfitTopic(
             "of another type: it is bound with a function under `through`, docs/ros2.md"
         )
-    if not topic.commanded and not topic.message:
+    if not topic.commanded and not topic.count:
         raise UnfitTopic("no message came, and a run begins when each topic has had one")
 
 
@@ -253,7 +253,7 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
         return common(one.split("/")[:-1], other.split("/")[:-1])
 
     every = [each for each in topics if len(each.types) == 1]
-    states = {t.name: t for t in every if t.type == JOINT_STATE and not t.commanded and t.message}
+    states = {t.name: t for t in every if t.type == JOINT_STATE and not t.commanded and t.count}
     pairs = [
         (-shared(state.name, topic.name), -_kind(topic), topic.name, state.name)
         for state in states.values()

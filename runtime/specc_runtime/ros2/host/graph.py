@@ -14,7 +14,7 @@ from rclpy.serialization import deserialize_message
 from specc_runtime.hosting.devices import DeviceError
 from specc_runtime.ros2.host.node import NodeDevices
 from specc_runtime.ros2.host.plain import interface
-from specc_runtime.ros2.host.qos import profile
+from specc_runtime.ros2.host.qos import is_latched, profile
 
 GRAPH = "graph"
 """The name of the one element."""
@@ -84,7 +84,7 @@ def _listen(node: Node, name: str, type_name: str, heard: dict[str, _Heard]) -> 
     except DeviceError:
         return
     heard[name] = _Heard()
-    kept = all(end.qos_profile.durability == _KEPT for end in ends)
+    kept = all(is_latched(end.qos_profile) for end in ends)
     qos = profile({"durability": "transient_local"} if kept else {}, commanded=False)
     # As bytes, since images would take all the time there is.
     node.create_subscription(cls, name, heard[name].take, qos, raw=True)
@@ -99,8 +99,7 @@ def _told(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> 
         "types": [each[:_LONGEST] for each in types],
         "publishers": _nodes(publishers),
         "readers": _nodes(readers),
-        "published_kept": bool(publishers)
-        and all(e.qos_profile.durability == _KEPT for e in publishers),
+        "published_kept": bool(publishers) and all(is_latched(e.qos_profile) for e in publishers),
         "read_kept": any(e.qos_profile.durability == _KEPT for e in readers),
     }
     came = heard.get(name)

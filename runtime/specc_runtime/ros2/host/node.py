@@ -16,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from specc_runtime.hosting.devices import DeviceError
 from specc_runtime.ros2.host.actions import Action
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
-from specc_runtime.ros2.host.qos import mismatch, profile
+from specc_runtime.ros2.host.qos import is_latched, mismatch, profile
 from specc_runtime.ros2.host.stamps import measured_at
 from specc_runtime.ros2.host.transforms import Transforms
 
@@ -290,4 +290,11 @@ def _why_silent(node: Node, topic: dict[str, Any]) -> str:
         ends = (own, end.qos_profile) if commanded else (end.qos_profile, own)
         if why := mismatch(*ends):
             return f"the quality of service of {full} ({topic['name']}) does not match: {why}"
+    if topic.get("qos", {}).get("durability") != "transient_local" and all(
+        is_latched(end.qos_profile) for end in others
+    ):
+        return (
+            f"{full} ({topic['name']}) is latched, and its message was sent before this run began: "
+            "bind it with `qos: {durability: transient_local}`"
+        )
     return f"{full} ({topic['name']}) has {len(others)} publishers and no message"
