@@ -6,13 +6,18 @@ The first argument names the node, the others are its own.
 from __future__ import annotations
 
 import sys
+import time
 from contextlib import suppress
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Bool
+from test_msgs.action import Fibonacci
 
 
 def latched(topic: str) -> list[Node]:
@@ -23,14 +28,57 @@ def latched(topic: str) -> list[Node]:
     return [node]
 
 
-NODES = {"latched": latched}
+def server(action: str, *outcomes: str) -> list[Node]:
+    """Has an outcome for each goal, the last one for all that follow, and says when it is there.
+
+    `reject` and `abort` come at once, `succeed` after 0.2 s, `wait` until somebody cancels.
+    """
+    node, left = rclpy.create_node("gripper"), list(outcomes)
+
+    def asked(_: Fibonacci.Goal) -> GoalResponse:
+        is_rejected = left[0] == "reject"
+        if is_rejected:
+            print(left.pop(0) if len(left) > 1 else left[0], flush=True)
+        return GoalResponse.REJECT if is_rejected else GoalResponse.ACCEPT
+
+    def pursue(handle: ServerGoalHandle) -> Fibonacci.Result:
+        outcome = left.pop(0) if len(left) > 1 else left[0]
+        print(outcome, handle.request.order, flush=True)
+        if outcome == "abort":
+            handle.abort()
+        else:
+            steps = 4 if outcome == "succeed" else 10**6
+            while steps and not handle.is_cancel_requested:
+                time.sleep(0.05)
+                steps -= 1
+            handle.succeed() if not steps else handle.canceled()
+        print(GOAL_STATUS[handle.status], flush=True)
+        return Fibonacci.Result(sequence=[handle.request.order])
+
+    SERVERS.append(
+        ActionServer(
+            node,
+            Fibonacci,
+            action,
+            pursue,
+            goal_callback=asked,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            callback_group=ReentrantCallbackGroup(),
+        )
+    )
+    return [node]
+
+
+GOAL_STATUS = {4: "succeeded", 5: "canceled", 6: "aborted"}
+SERVERS: list[ActionServer] = []
+NODES = {"latched": latched, "server": server}
 
 
 def main() -> None:
     """Run until somebody ends the process."""
     rclpy.init()
     name, *given = sys.argv[1:]
-    executor = SingleThreadedExecutor()
+    executor = MultiThreadedExecutor(num_threads=4)
     for node in NODES[name](*given):
         executor.add_node(node)
     print("ready", flush=True)

@@ -86,6 +86,30 @@ def test_an_action_is_pursued_cancelled_and_replayed(
     assert "hand.c: " in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("name", "goal", "outcomes"),
+    [
+        ("retry", 200, ["reject", "abort", "reject", "succeed"]),
+        ("retry_sent", -1, ["reject", "reject", "abort", "succeed"]),
+    ],
+)
+def test_a_goal_is_sent_again_until_it_succeeds(
+    arm: Start, spec: Spec, name: str, goal: int, outcomes: list[str]
+) -> None:
+    server = arm("server", "/grasp", *outcomes, program="nodes.py")
+    assert main(["run", str(spec(name=name)), "--cycles", "1"]) == 0
+    said = {"abort": [f"abort {goal}", "aborted"], "succeed": [f"succeed {goal}", "succeeded"]}
+    wanted = [line for each in outcomes for line in said.get(each, [each])]
+    assert end(server).splitlines()[: len(wanted)] == wanted  # the next cycle has begun
+
+
+def test_a_goal_after_one_that_took_too_long_knows_its_own_status(arm: Start, spec: Spec) -> None:
+    server = arm("server", "/grasp", "wait", "wait", "succeed", program="nodes.py")
+    assert main(["run", str(spec(name="retry_timed")), "--cycles", "1"]) == 0
+    cancelled = ["wait 200", "canceled"]
+    assert end(server).splitlines()[:6] == [*cancelled, *cancelled, "succeed 200", "succeeded"]
+
+
 def test_transforms_are_poses(
     arm: Start, spec: Spec, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -172,6 +196,15 @@ def test_a_goal_is_cancelled_when_the_run_ends(arm: Start, spec: Spec, how: str)
             assert says(gripper, "began 10000")
             run.kill()
     assert says(gripper, "canceled")
+
+
+def test_a_goal_without_a_safe_output_is_cancelled_when_the_run_ends(
+    arm: Start, spec: Spec
+) -> None:
+    server = arm("server", "/grasp", "wait", program="nodes.py")
+    path = spec(('{type: "optional[int]", safe: None}', '"optional[int]"'), name="gripper")
+    assert main(["run", str(path), "--duration", "2"]) == 0
+    assert says(server, "canceled")
 
 
 def test_a_goal_that_is_not_accepted_yet_does_not_outlive_the_run(arm: Start, spec: Spec) -> None:

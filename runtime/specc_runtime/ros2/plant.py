@@ -13,8 +13,10 @@ from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.wire import plain
 from specc_runtime.plants.errors import PlantError
-from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2
+from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2, Ros2Topic
 from specc_runtime.ros2.clock import RosClock
+from specc_runtime.ros2.goals import goals_of
+from specc_runtime.ros2.host import LAST
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
 from specc_runtime.system import PlantSpec, System
@@ -37,14 +39,33 @@ class Ros2Plant(HostedPlant):
         decode: Mapping[str, Convert],
         encode: Mapping[str, Convert],
     ) -> None:
-        super().__init__(system, setup, decode=decode, encode=encode)
         assert system.plant is not None and system.plant.ros2 is not None
+        topics = system.plant.ros2.topics
+        given_back = frozenset(t.name for t in topics if is_given_back(t))
+        super().__init__(system, setup, decode=decode, encode=encode, optional=given_back)
+        self._goals = goals_of(topics)
+        self._eager |= self._goals.keys()
         self._is_simulated = system.plant.ros2.use_sim_time
         self._clock_s = 0.0
         self._pace: RosClock | None = None
         self._observed = {*self._observed, *_told_only(system.plant.ros2)}
         published = system.plant.ros2.published
         self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
+
+    def sample(self, name: str) -> Any:
+        """See `HostedPlant`; of an action, what belongs to its present goal."""
+        goals = self._goals.get(name)
+        return super().sample(name) if goals is None else goals.sample(name, super().sample)
+
+    def _ordered(self, name: str, value: Any) -> Any:
+        goals = self._goals.get(name)
+        if goals is None or self._is_leaving:
+            return self._encoded(name, value)
+        return goals.take(value), super()._encoded(name, value)
+
+    def _encoded(self, name: str, value: Any) -> Any:
+        fields = super()._encoded(name, value)
+        return (LAST, fields) if name in self._goals else fields
 
     def clock_of_run(self, clock: WallClock, is_over: Callable[[], bool]) -> WallClock:
         """The clock of the run: `clock` until the end, or simulated time where ROS has that."""
@@ -97,7 +118,11 @@ def ros2_plant(system: System) -> HostedPlant:
     decode, encode = conversions(spec)
     # What nobody reads need not come.
     read = {item.sensor for item in spec.inputs}
-    topics = tuple(topic for topic in spec.ros2.topics if topic.commanded or topic.name in read)
+    topics = tuple(
+        topic
+        for topic in spec.ros2.topics
+        if topic.commanded or (topic.name in read and not is_given_back(topic))
+    )
     ros2 = replace(spec.ros2, topics=topics)
     besides = (CLOCK,) if ros2.use_sim_time else ()
     setup = Setup(
@@ -118,12 +143,12 @@ def conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Co
         made = None if function is None else partial(_made, topic.name, function)
         if topic.commanded:
             encode[topic.name] = _after(made, partial(message_of, topic))
+            if topic.part:
+                encode[topic.name] = _unless_none(encode[topic.name])
         else:
             decode[topic.name] = _after(partial(value_of, topic), made)
-        if topic.part:  # no goal, no feedback and no result yet are None
-            for either in (encode, decode):
-                if convert := either.get(topic.name):
-                    either[topic.name] = _unless_none(convert)
+            if topic.part:
+                decode[topic.name] = _numbered(_unless_none(decode[topic.name]))
     return decode, encode
 
 
@@ -146,5 +171,16 @@ def _told_only(ros2: Ros2) -> set[str]:
     return {each.topic.name for each in ros2.published} | {CHANGES.name}
 
 
+def is_given_back(topic: Ros2Topic) -> bool:
+    """Whether an element is the goal that an action has; the agent knows it without the node."""
+    return topic.part == "goal" and not topic.commanded
+
+
+def _numbered(convert: Convert) -> Convert:
+    """Convert what is reported of a goal, beside the number of that."""
+    return lambda reported: (reported[0], convert(reported[1]))
+
+
 def _unless_none(convert: Convert) -> Convert:
+    """No goal, and no feedback and no result yet, are None."""
     return lambda value: None if value is None else convert(value)

@@ -94,10 +94,14 @@ class NodeDevices:
         samples, self._samples = self._samples, []
         return samples
 
-    def send(self, name: str, value: object) -> None:
-        """Publish a command, or pursue a goal. Raises DeviceError for what does not fit."""
+    def send(self, name: str, value: Any) -> None:
+        """Publish a command, or pursue a goal, which comes with its number.
+
+        Raises DeviceError for what does not fit.
+        """
         if name in self._goals:
-            self._goals[name].pursue(value)
+            number, fields = value
+            self._goals[name].pursue(number, fields)
             return
         publisher = self._publishers[name]
         message = fill(publisher.msg_type(), value)
@@ -112,6 +116,8 @@ class NodeDevices:
         """Leave the graph; may be called twice, and without `open`."""
         if self._executor is not None:
             until_s = time.monotonic() + _SETTLED_S
+            for action in self._actions.values():
+                action.end()
             while time.monotonic() < until_s and not self._is_settled():
                 self._executor.spin_once(timeout_sec=_STEP_S)
             self._executor.shutdown(timeout_sec=1.0)
