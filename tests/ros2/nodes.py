@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 import time
 from contextlib import suppress
+from functools import partial
 
 import rclpy
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -15,8 +16,10 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import Bool
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Float64MultiArray
 from test_msgs.action import Fibonacci
 
 
@@ -69,9 +72,38 @@ def server(action: str, *outcomes: str) -> list[Node]:
     return [node]
 
 
+def joints(*drivers: str) -> list[Node]:
+    """Publishers of `/joint_states`: each text is `NODE=JOINT,...@HZ`, where each joint is at the
+    number in its name. The first one reads commands, and says so once.
+    """
+    made, is_told = [], []
+
+    def commanded(_: Float64MultiArray) -> None:
+        if not is_told:
+            print("commanded", flush=True)
+        is_told.append(True)
+
+    for text in drivers:
+        (name, _, rest) = text.partition("=")
+        names, _, hz = rest.partition("@")
+        node, joints = rclpy.create_node(name), names.split(",")
+        publisher = node.create_publisher(JointState, "/joint_states", 10)
+        node.create_timer(1 / float(hz), partial(_tell_joints, node, publisher, joints))
+        made.append(node)
+    topic = "/forward_position_controller/commands"
+    made[0].create_subscription(Float64MultiArray, topic, commanded, 10)
+    return made
+
+
+def _tell_joints(node: Node, publisher: Publisher, names: list[str]) -> None:
+    message = JointState(name=names, position=[float(name[-1]) for name in names])
+    message.header.stamp = node.get_clock().now().to_msg()
+    publisher.publish(message)
+
+
 GOAL_STATUS = {4: "succeeded", 5: "canceled", 6: "aborted"}
 SERVERS: list[ActionServer] = []
-NODES = {"latched": latched, "server": server}
+NODES = {"latched": latched, "server": server, "joints": joints}
 
 
 def main() -> None:

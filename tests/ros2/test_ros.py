@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from threading import Timer
 from typing import Any
 
 import pytest
@@ -133,6 +134,29 @@ def test_the_last_message_of_a_latched_topic_is_read(
     assert main(["init", "--ros2", str(found), "--python", ros, "--wait", "4"]) == 0
     bind = data(found.read_text(encoding="utf-8"))["plant"]["bind"]
     assert bind["found.R.e_stop.value"]["qos"] == {"durability": "transient_local"}
+
+
+SLOW_AND_FAST = ["arm=q1,q2,q3@50", "gripper=f4,lamp5@4"]
+
+
+def test_joints_of_several_publishers_are_one_element(arm: Start, spec: Spec) -> None:
+    arm("joints", *SLOW_AND_FAST, program="nodes.py")
+    assert main(["run", str(spec(name="joined")), "--cycles", "1"]) == 0
+
+
+def test_a_publisher_of_some_joints_that_is_lost_is_named(
+    arm: Start, spec: Spec, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arm("joints", SLOW_AND_FAST[0], program="nodes.py")
+    lost = arm("joints", SLOW_AND_FAST[1], program="nodes.py")
+    path = spec(
+        ("max_gap: 5 s", "max_gap: 1 s"), ("elapsed > 1[s]", "elapsed > 60[s]"), name="joined"
+    )
+    ending = Timer(6.0, end, (lost,))
+    ending.start()
+    assert main(["run", str(path), "--cycles", "1"]) == 1
+    assert "has had no message with joint f4 for 1." in "".join(capfd.readouterr())
+    ending.join()
 
 
 SIMULATED = ("wait: 5 s", "wait: 20 s, use_sim_time: true")

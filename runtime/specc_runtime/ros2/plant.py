@@ -124,10 +124,12 @@ def ros2_plant(system: System) -> HostedPlant:
         if topic.commanded or (topic.name in read and not is_given_back(topic))
     )
     ros2 = replace(spec.ros2, topics=topics)
+    gaps = {sensor.name: sensor.max_gap_s for sensor in spec.sensors}
+    config = ros2.config
+    for topic in config["topics"]:
+        topic["max_gap_s"] = gaps.get(topic["name"])
     besides = (CLOCK,) if ros2.use_sim_time else ()
-    setup = Setup(
-        NODE, ros2.config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides
-    )
+    setup = Setup(NODE, config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides)
     return Ros2Plant(system, setup, decode=decode, encode=encode)
 
 

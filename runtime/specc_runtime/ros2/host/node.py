@@ -15,6 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from specc_runtime.hosting.devices import DeviceError
 from specc_runtime.ros2.host.actions import Action
+from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
 from specc_runtime.ros2.host.qos import is_latched, mismatch, profile
 from specc_runtime.ros2.host.stamps import measured_at
@@ -26,6 +27,8 @@ _STEP_S = 0.05
 _SETTLED_S = 1.0
 """How long the servers of actions have at the end for their answers."""
 _CLOCK = "/clock"
+_JOINT_STATES = 10
+"""Messages of joint states that wait, since several publishers may have a part of the joints."""
 _MOST_AT_ONCE = 64
 """Messages that one `poll` takes, so that it returns though they come without end."""
 
@@ -35,8 +38,10 @@ class NodeDevices:
 
     The configuration has `node`, its name; `namespace`; `use_sim_time`; `wait_s`; and `topics`,
     each with the `name` of its element, `topic`, `type`, whether it is `commanded`, `qos`, and
-    `joints`: a message that has none of them is somebody else's. Where it is a `part` of an action,
-    `topic` and `type` are those of the action. Those that are `published` are for whoever looks.
+    `joints`: a message that has none of them is somebody else's. Messages may have some of the
+    joints each if `field` says where their numbers are, none missing for longer than `max_gap_s`.
+    Where it is a `part` of an action, `topic` and `type` are those of the action. Those that are
+    `published` are for whoever looks.
     """
 
     def __init__(self) -> None:
@@ -51,6 +56,10 @@ class NodeDevices:
         self._waiting: dict[str, dict[str, Any]] = {}
         self._strangers: dict[str, list[str]] = {}
         """By elements: the joints of messages that were passed over."""
+        self._joints: dict[str, JointNumbers] = {}
+        """By elements."""
+        self._received = 0
+        """Messages."""
         self._is_simulated = False
         self._node: Node | None = None
         self._executor: SingleThreadedExecutor | None = None
@@ -86,9 +95,9 @@ class NodeDevices:
         assert self._executor is not None, "poll comes after open"
         self._executor.spin_once(timeout_sec=timeout_s)
         for _ in range(_MOST_AT_ONCE):
-            before = len(self._samples)
+            before = self._received
             self._executor.spin_once(timeout_sec=0)
-            if len(self._samples) == before:
+            if self._received == before:
                 break
         self._look()
         samples, self._samples = self._samples, []
@@ -151,6 +160,7 @@ class NodeDevices:
 
     def _follow_clock(self, node: Node) -> None:
         def receive(message: Any) -> None:
+            self._received += 1
             now_s = message.clock.sec + message.clock.nanosec * 1e-9
             self._samples.append((_CLOCK, now_s, time.monotonic()))
             self._waiting.pop(_CLOCK, None)
@@ -164,20 +174,37 @@ class NodeDevices:
         """Ask those that tell nothing by themselves."""
         for action in self._actions.values():
             action.look()
+        for name, joints in self._joints.items():
+            if joints.is_changed and not joints.missing:
+                self._tell_joints(name, joints)
         if self._transforms is not None and self._ros_s():
             self._transforms.look()
 
+    def _tell_joints(self, name: str, joints: JointNumbers) -> None:
+        now_s = self._of_devices(time.monotonic())
+        value: Any
+        try:
+            value, measured_s = joints.joined(now_s)
+        except DeviceError as error:
+            value, measured_s = error, now_s
+        self._report(name, value, measured_s)
+
     def _put(self, name: str, value: Any, measured_s: float | None = None) -> None:
-        """Report a value, measured then or now.
+        """Report a value, measured then or now by the clock of the machine."""
+        measured_s = time.monotonic() if measured_s is None else measured_s
+        self._report(name, value, self._of_devices(measured_s))
+
+    def _report(self, name: str, value: Any, measured_s: float) -> None:
+        """Report a value, measured then by the clock of the devices."""
+        self._samples.append((name, value, measured_s))
+        self._waiting.pop(name, None)
+
+    def _of_devices(self, time_s: float) -> float:
+        """A time of the machine's clock by that of the devices.
 
         Simulated time goes on at any pace: then it is told when that was on the clock of ROS.
         """
-        now_s = time.monotonic()
-        measured_s = now_s if measured_s is None else measured_s
-        if self._is_simulated:
-            measured_s += self._ros_s() - now_s
-        self._samples.append((name, value, measured_s))
-        self._waiting.pop(name, None)
+        return time_s + self._ros_s() - time.monotonic() if self._is_simulated else time_s
 
     def _ros_s(self) -> float:
         assert self._node is not None, "nothing comes before open"
@@ -191,19 +218,25 @@ class NodeDevices:
 
     def _subscribe(self, node: Node, topic: dict[str, Any]) -> None:
         cls = interface(topic["type"])
-        qos = profile(topic.get("qos", {}), commanded=False)
+        if topic["field"]:
+            joints, gap_s = topic["joints"], topic["max_gap_s"]
+            name, where = topic["name"], node.resolve_topic_name(topic["topic"])
+            self._joints[name] = JointNumbers(where, joints, topic["field"], gap_s)
+        depth = _JOINT_STATES if topic["joints"] else 1
+        qos = profile(topic.get("qos", {}), commanded=False, depth=depth)
         with _opening(topic):
             node.create_subscription(cls, topic["topic"], self._receiver(topic), qos)
         self._waiting[topic["name"]] = topic
 
     def _receiver(self, topic: dict[str, Any]) -> Callable[[Any], None]:
         name, where = topic["name"], topic["topic"]
-        joints = frozenset(topic.get("joints", ()))
+        wanted, joints = frozenset(topic.get("joints", ())), self._joints.get(name)
         kept = topic.get("qos", {}).get("durability") == "transient_local"
 
         def receive(message: Any) -> None:
+            self._received += 1
             now_s, ros_s = time.monotonic(), self._ros_s()
-            if joints and joints.isdisjoint(others := getattr(message, "name", joints)):
+            if wanted and wanted.isdisjoint(others := getattr(message, "name", wanted)):
                 self._strangers[name] = list(others)
                 return
             stamp = getattr(getattr(message, "header", None), "stamp", None)
@@ -215,7 +248,9 @@ class NodeDevices:
                 at_s = measured_at(stamp, ros_s, now_s, where, kept=kept)
             except DeviceError as error:  # of this element, and of no other
                 self._put(name, error, now_s)
-            else:
+                return
+            times_s = map(self._of_devices, (at_s, now_s))
+            if joints is None or not joints.take(message, *times_s):
                 self._put(name, plain(message), at_s)
 
         return receive
@@ -233,12 +268,15 @@ class NodeDevices:
             self._waiting = {n: t for n, t in self._waiting.items() if not self._is_met(n)}
 
     def _why_silent(self, node: Node, topic: dict[str, Any]) -> str:
-        strangers = self._strangers.get(topic["name"])
-        if strangers is None:
-            return _why_silent(node, topic)
-        full, wanted = node.resolve_topic_name(topic["topic"]), ", ".join(topic["joints"])
-        known = ", ".join(strangers)
-        return f"{full} ({topic['name']}) has none of the joints {wanted}: it has {known}"
+        name, full = topic["name"], node.resolve_topic_name(topic["topic"])
+        joints, strangers = self._joints.get(name), self._strangers.get(name, [])
+        if joints is not None and joints.known:
+            lacking, known = ", ".join(joints.missing), ", ".join([*joints.known, *strangers])
+            return f"{full} has no joint {lacking}: it has {known} ({name})"
+        if strangers:
+            wanted, known = ", ".join(topic["joints"]), ", ".join(strangers)
+            return f"{full} ({name}) has none of the joints {wanted}: it has {known}"
+        return _why_silent(node, topic)
 
     def _is_met(self, name: str) -> bool:
         """Whether somebody serves an action or reads a command; messages come by themselves."""

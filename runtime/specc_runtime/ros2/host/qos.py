@@ -14,8 +14,8 @@ from rclpy.qos import (
 )
 
 
-def profile(options: dict[str, Any], *, commanded: bool) -> QoSProfile:
-    """The profile of a topic: the latest message counts.
+def profile(options: dict[str, Any], *, commanded: bool, depth: int = 1) -> QoSProfile:
+    """The profile of a topic: the latest message counts, or as many as its `depth` says.
 
     Where nothing is said, what is read takes what any publisher offers, and what is sent goes to
     any subscription. ROS gives the last message of a latched topic to reliable readers only, so
@@ -26,7 +26,7 @@ def profile(options: dict[str, Any], *, commanded: bool) -> QoSProfile:
     reliable = options.get("reliability") or usual
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
-        depth=int(options.get("depth", 1)),
+        depth=int(options.get("depth", depth)),
         reliability=ReliabilityPolicy.RELIABLE
         if reliable == "reliable"
         else ReliabilityPolicy.BEST_EFFORT,
