@@ -201,6 +201,34 @@ def test_commands_go_with_the_joints_of_their_namespace() -> None:
     assert found["robot.E.right_arm.q_d"]["joints"] == ["elbow", "base", "wrist"]
 
 
+def part(*names: str, **more: Any) -> Data:
+    """What came of joint states with these joints, for tests of topics with several publishers."""
+    whole = joints("", *names, **more)
+    return {key: whole[key] for key in ("message", "count", *more)}
+
+
+def test_joints_are_grouped_by_the_messages_that_they_come_in() -> None:
+    states = joints("/joint_states", "finger", **HZ_10)
+    states["publishers"] = ["/arm_driver", "/gripper_driver"]
+    states["parts"] = [
+        part("finger", **HZ_10),
+        part("joint1", "joint2", "joint3", **HZ_10 | {"mean_s": 0.01, "longest_s": 0.011}),
+        part("joint2", "lift"),
+    ]
+    text, codes = proposed(graph(states, COMMANDS))
+    assert codes == ["W0413"]
+    bind = data(text)["plant"]["bind"]
+    assert {name: how.get("joints") for name, how in bind.items()} == {
+        "robot.E.arm.q": ["joint1", "joint2", "joint3"],
+        "robot.E.arm.q_d": None,
+        "robot.R.finger.q": ["finger"],
+    }
+    assert [how.get("max_gap") for how in bind.values()] == ["100 ms", None, "500 ms"]
+    said = " ".join(text.replace("\n#", " ").split())
+    assert "Left out: its joints come with others in larger messages." in said
+    assert "Joints of one message: joint2, lift." in said
+
+
 def test_a_joint_is_commanded_once() -> None:
     text, codes = proposed(
         graph(
@@ -301,6 +329,7 @@ def topic_of(of: random.Random) -> Data:
         "published_kept": of.random() < 0.2,
         "read_kept": of.random() < 0.2,
         "message": message(of) if of.random() < 0.8 else {},
+        "parts": [{"message": message(of)} for _ in range(of.choice([0, 0, 2, 3]))],
         "count": of.choice([0, 1, 3, 200]),
         "mean_s": of.choice([0.0, 0.001, 0.1, 1e4]) * of.random(),
         "longest_s": of.choice([0.0, 0.1, 1e5]) * of.random(),

@@ -8,7 +8,6 @@ from __future__ import annotations
 import sys
 import time
 from contextlib import suppress
-from functools import partial
 
 import rclpy
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -16,7 +15,6 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64MultiArray
@@ -74,7 +72,8 @@ def server(action: str, *outcomes: str) -> list[Node]:
 
 def joints(*drivers: str) -> list[Node]:
     """Publishers of `/joint_states`: each text is `NODE=JOINT,...@HZ`, where each joint is at the
-    number in its name. The first one reads commands, and says so once.
+    number in its name; `@HZxN` ends after N messages that somebody reads. The first one reads
+    commands, and says so once.
     """
     made, is_told = [], []
 
@@ -85,20 +84,29 @@ def joints(*drivers: str) -> list[Node]:
 
     for text in drivers:
         (name, _, rest) = text.partition("=")
-        names, _, hz = rest.partition("@")
-        node, joints = rclpy.create_node(name), names.split(",")
-        publisher = node.create_publisher(JointState, "/joint_states", 10)
-        node.create_timer(1 / float(hz), partial(_tell_joints, node, publisher, joints))
-        made.append(node)
+        names, _, rate = rest.partition("@")
+        hz, _, count = rate.partition("x")
+        made.append(Driver(name, names.split(","), float(hz), int(count or 10**9)))
     topic = "/forward_position_controller/commands"
     made[0].create_subscription(Float64MultiArray, topic, commanded, 10)
     return made
 
 
-def _tell_joints(node: Node, publisher: Publisher, names: list[str]) -> None:
-    message = JointState(name=names, position=[float(name[-1]) for name in names])
-    message.header.stamp = node.get_clock().now().to_msg()
-    publisher.publish(message)
+class Driver(Node):
+    """Publishes the states of some joints, a number of messages once somebody reads them."""
+
+    def __init__(self, name: str, joints: list[str], hz: float, count: int) -> None:
+        super().__init__(name)
+        self._joints, self._left = joints, count
+        self._states = self.create_publisher(JointState, "/joint_states", 10)
+        self.create_timer(1 / hz, self._tell)
+
+    def _tell(self) -> None:
+        if self._left:
+            message = JointState(name=self._joints, position=[float(j[-1]) for j in self._joints])
+            message.header.stamp = self.get_clock().now().to_msg()
+            self._states.publish(message)
+            self._left -= self._states.get_subscription_count()
 
 
 GOAL_STATUS = {4: "succeeded", 5: "canceled", 6: "aborted"}

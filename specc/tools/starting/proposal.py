@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 
 from specc.analysis.ros2 import JOINT_STATE
@@ -65,15 +65,27 @@ class Devices:
         self._names = SpecNames(PEERS)
         self._cameras: dict[str, ProposedDevice] = {}
         self._commanded_joints = set[str]()
-        topics = {t.name: t for t in graph.topics if not is_about_ros(t)}
+        topics = {t.order: t for t in self._apart(graph.topics) if not is_about_ros(t)}
         for state, command, element, unit in arms(topics.values()):
             for done in self._arm(state, command, element, unit):
-                del topics[done.name]
+                del topics[done.order]
         for topic in topics.values():
             if topic.publishers or topic.readers:
                 self._single(topic)
         for name, type_ in graph.actions:
             self._action(name, type_)
+
+    def _apart(self, topics: Iterable[Topic]) -> Iterator[Topic]:
+        """The topics, without parts whose joints are those of a larger part, too."""
+        read: dict[str, set[str]] = {}
+        for topic in topics:
+            joints = set(topic.order[-1])
+            if joints & read.setdefault(topic.name, set()):
+                unfit = UnfitTopic("its joints come with others in larger messages")
+                self._leave_out(unfit, topic.name, topic.types[0], _ends(topic))
+            else:
+                read[topic.name] |= joints
+                yield topic
 
     def _new(self, wish: str, title: str, *, acts: bool) -> ProposedDevice:
         """Raises Unfit if there are as many as a specification may have."""
@@ -122,7 +134,9 @@ class Devices:
             device = self._cameras.get(camera)
             if device is None or device.reports.keys() & found:
                 title = f"{topic.type} on {topic.name}"
-                device = self._new(camera or topic.name, title, acts=topic.commanded)
+                joints = topic.order[-1]
+                name = "".join(joints) if len(joints) == 1 else camera or topic.name
+                device = self._new(name, title, acts=topic.commanded)
         except UnfitTopic as unfit:
             self._leave_out(unfit, topic.name, topic.types[0], _ends(topic))
             return
@@ -200,7 +214,9 @@ def _ends(topic: Topic) -> str:
     """Who is at the ends of a topic."""
     ends = topic.readers if topic.commanded else topic.publishers
     by = few(list(map(_shown, ends)), _MOST_SHOWN)
-    return f"{'Read' if topic.commanded else 'Published'} by {by}."
+    said = f"{'Read' if topic.commanded else 'Published'} by {by}."
+    joints = few(list(map(_shown, topic.order[-1])), _MOST_SHOWN)
+    return f"{said} Joints of one message: {joints}." if joints else said
 
 
 def _shown(text: str) -> str:

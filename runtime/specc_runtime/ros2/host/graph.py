@@ -19,21 +19,39 @@ from specc_runtime.ros2.host.qos import is_latched, profile
 GRAPH = "graph"
 """The name of the one element."""
 _LOOK_S = 0.2
+_WAITING = 10
+"""Messages of a topic that wait: several publishers send at the same time."""
 _LONGEST = 200
 """Of a text of somebody else, in characters, and of a list of them."""
+_JOINT_STATE = "sensor_msgs/msg/JointState"
+_MOST_PARTS = 20
+"""Lists of joints that messages of one topic have."""
 _KEPT = DurabilityPolicy.TRANSIENT_LOCAL
 
 
 class _Heard:
-    """What came of one topic: the last message as bytes, how many there were, and when."""
+    """What came of one topic: the last message as bytes, how many there were, and when.
+
+    Of joint states also the same for each list of joints that came: `parts`.
+    """
 
     def __init__(self) -> None:
         self.last = b""
         self.times_s: list[float] = []
+        self.parts: dict[tuple[str, ...], _Heard] = {}
 
     def take(self, data: bytes) -> None:
         self.last = data
         self.times_s.append(time.monotonic())
+
+    def take_joints(self, data: bytes) -> None:
+        self.take(data)
+        try:
+            names = tuple(deserialize_message(data, interface(_JOINT_STATE)).name)
+        except Exception:  # noqa: BLE001  # the bytes are a stranger's
+            return
+        if names in self.parts or len(self.parts) < _MOST_PARTS:
+            self.parts.setdefault(names, _Heard()).take(data)
 
     @property
     def times(self) -> dict[str, Any]:
@@ -85,9 +103,12 @@ def _listen(node: Node, name: str, type_name: str, heard: dict[str, _Heard]) -> 
         return
     heard[name] = _Heard()
     kept = all(is_latched(end.qos_profile) for end in ends)
-    qos = profile({"durability": "transient_local"} if kept else {}, commanded=False)
+    qos = profile(
+        {"durability": "transient_local"} if kept else {}, commanded=False, depth=_WAITING
+    )
+    take = heard[name].take_joints if type_name == _JOINT_STATE else heard[name].take
     # As bytes, since images would take all the time there is.
-    node.create_subscription(cls, name, heard[name].take, qos, raw=True)
+    node.create_subscription(cls, name, take, qos, raw=True)
 
 
 def _told(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> dict[str, Any]:
@@ -104,8 +125,13 @@ def _told(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> 
     }
     came = heard.get(name)
     if came is not None and came.last:
-        told |= {"message": _summary(came.last, types[0]), **came.times}
+        told |= _came(came, types[0])
+        told["parts"] = [_came(part, types[0]) for part in came.parts.values()]
     return told
+
+
+def _came(heard: _Heard, type_name: str) -> dict[str, Any]:
+    return {"message": _summary(heard.last, type_name), **heard.times}
 
 
 def _nodes(ends: list[Any]) -> list[str]:
