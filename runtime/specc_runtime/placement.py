@@ -10,7 +10,7 @@ from typing import Any
 from specc_runtime.options import Options, UsageError
 from specc_runtime.printing import say
 from specc_runtime.system import Scheduled, System
-from specc_runtime.timing import Quantiles
+from specc_runtime.timing import Quantiles, late_data
 
 _ROUNDING = 1 + 1e-9  # times are multiples of a rounded tick
 
@@ -85,11 +85,15 @@ def _fullest(system: System, apart: Collection[str]) -> tuple[float, tuple[str, 
 
 
 def steps_data(
-    system: System, apart: Collection[str], measured: Mapping[str, Quantiles]
+    system: System,
+    scheduling: Mapping[str, str],
+    measured: Mapping[str, Quantiles],
+    lateness: Mapping[str, Quantiles],
 ) -> dict[str, Any]:
-    """For each subsystem its budget beside how long its steps took, µs, and where they were made.
+    """For each subsystem its budget beside how long its steps took, µs, where, and how late.
 
-    The first steps, with all that they load, do not count.
+    `scheduling` has the scheduling class of each process, and of the main thread for "". The
+    first steps, with all that they load, do not count.
     """
     found = {}
     for scheduled in system.subsystems:
@@ -99,6 +103,8 @@ def steps_data(
             "budget_us": None if budget_s is None else 1e6 * budget_s,
             "p99_us": 1e6 * took.at(0.99),
             "max_us": 1e6 * took.longest_s,
-            "process": name in apart,
+            "process": name in scheduling,
+            "scheduling": scheduling.get(name, scheduling[""]),
+            "late_us": late_data(lateness.get(name, Quantiles())),
         }
     return found

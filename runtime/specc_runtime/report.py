@@ -23,7 +23,7 @@ from specc_runtime.options import Options, UsageError
 from specc_runtime.records import StepRecord
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System
-from specc_runtime.timing import Quantiles
+from specc_runtime.timing import Quantiles, late_data
 
 _RECENT = 5
 """Transitions that are told of each subsystem, the last ones."""
@@ -275,11 +275,9 @@ def subsystem_data(tally: Tally, busy_s: float, simulated_s: float) -> dict[str,
 def real_time_data(
     lateness: Quantiles, skipped: Mapping[str, int], first: tuple[str, int, float] | None
 ) -> dict[str, Any]:
-    """The entry of a run in real time: how late ticks began, and the periods without a step."""
-    late = {f"p{share}": 1e6 * lateness.at(share / 100) for share in (50, 99)}
+    """The entry of a run in real time: how late ticks were, and the periods without a step."""
     return {
-        "ticks": lateness.count,
-        "late_us": {**late, "max": 1e6 * lateness.longest_s},
+        "late_us": late_data(lateness),
         "skipped": dict(skipped),
         "first_skipped": first and dict(zip(("subsystem", "stamp", "time_s"), first, strict=True)),
     }

@@ -32,6 +32,7 @@ from specc_runtime.report import (
 )
 from specc_runtime.safety import LastOutput
 from specc_runtime.savable import restored, saved_by
+from specc_runtime.scheduling import class_of
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 from specc_runtime.task import Judge, drawn
@@ -66,7 +67,10 @@ class Session:
         self._system = system
         self._clock = clock
         self._punctuality = Punctuality()
-        over, ready = lambda: interruption.requested, self._punctuality.begin
+        self._processes = processes or Processes()
+        self._scheduling = {"": "", **dict.fromkeys(options.apart, "")}
+        """The scheduling classes of the main thread and of processes, by subsystems."""
+        over, ready = lambda: interruption.requested, self._be_punctual
         self._timing = timing(options, plant, clock, over, ready)
         self._wall_s = 0.0
         self._begin_s = clock.now_s()
@@ -94,6 +98,10 @@ class Session:
         self._disturbances = Disturbances(
             disturb, system.triggers, plant, self._executor, options.seed
         )
+
+    def _be_punctual(self) -> None:
+        self._punctuality.begin()
+        self._scheduling |= {"": class_of(), **self._processes.scheduling}
 
     def _rest(self) -> None:
         """Nothing is under way: let the recorder keep all that there is, once."""
@@ -255,8 +263,12 @@ class Session:
         if not isinstance(followed, RealTime):
             return {}
         return {
+            "tick_us": 1e6 * self._system.tick_s,
+            "ticks": followed.ticks,
             **real_time_data(followed.lateness, executor.skipped, executor.first_skipped),
-            "steps": steps_data(self._system, self._options.apart, executor.durations),
+            "steps": steps_data(
+                self._system, self._scheduling, executor.durations, executor.lateness
+            ),
             "punctual": self._punctuality.told,
         }
 

@@ -6,11 +6,13 @@ import ctypes
 import errno
 import gc
 import os
+import threading
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from specc_runtime.punctuality import DONE, Punctuality, in_words
+from specc_runtime.scheduling import MAIN, THREADS
 
 CALLS: list[tuple[Any, ...]] = []
 FROZEN = [0]
@@ -46,6 +48,27 @@ def test_all_that_is_permitted_is_done_and_undone(calls: list[tuple[Any, ...]]) 
     assert calls[-2:] == [(0, before), ("unlock",)]
     punctuality.end()
     assert calls[-2:] == [(0, before), ("unlock",)]
+
+
+def test_other_threads_go_before_ordinary_ones_and_behind_the_main_one(
+    calls: list[tuple[Any, ...]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over, asked = threading.Event(), []
+    other = threading.Thread(target=over.wait)
+    other.start()
+
+    def note(thread: int, policy: int, parameters: os.sched_param) -> None:
+        asked.append((thread, policy & ~os.SCHED_RESET_ON_FORK, parameters.sched_priority))
+
+    monkeypatch.setattr(os, "sched_setscheduler", note)
+    punctuality = Punctuality()
+    punctuality.begin()
+    assert asked[0] == (0, os.SCHED_FIFO, MAIN)
+    assert (other.native_id, os.SCHED_FIFO, THREADS) in asked
+    punctuality.end()
+    assert (other.native_id, os.SCHED_OTHER, 0) in asked and asked[-1][0] == 0
+    over.set()
+    other.join()
 
 
 def test_what_others_have_frozen_stays_so() -> None:

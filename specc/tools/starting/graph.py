@@ -22,7 +22,7 @@ class Topic:
 
     `*_kept`: the last message is kept for those who come late, or they ask for that. The others are
     the number of messages that came, and the mean and the longest time between them. It is a part
-    if messages of a topic of joint states have different joints: those with the joints of `message`.
+    if messages of a topic of joint states have different joints: those with these joints.
     """
 
     name: str
