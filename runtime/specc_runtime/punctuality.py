@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import faulthandler
 import gc
 import os
 import resource
@@ -97,6 +98,9 @@ def _take_priority() -> Callable[[], None]:
     try:
         changed.append(take(MAIN))
         changed += take_for_others(THREADS)
+        # Its thread is of ordinary priority, and whoever arms it again waits for that one and
+        # keeps the interpreter meanwhile. The watchdog does so soon; then it has its priority.
+        faulthandler.cancel_dump_traceback_later()
     except PermissionError:
         raise _NotPermitted("not permitted: needs CAP_SYS_NICE or an rtprio limit") from None
     except OSError as error:

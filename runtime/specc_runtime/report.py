@@ -197,8 +197,9 @@ class Report:
     specification says, `scene` the positions of joints that were drawn for the beginning, in m or
     rad, `disturbances` when each began, `requirements` what became of those of the system,
     `unobserved` why something could not be observed, `clipped` which elements were commanded what
-    their actuators cannot do, `stop_when` when the formula that ends the run held first, and
-    `real_time` how a run followed the clock; these eight are left out where there are none.
+    their actuators cannot do, `other_commanders` who else sent on topics that the run commands,
+    `stop_when` when the formula that ends the run held first, and
+    `real_time` how a run followed the clock; these nine are left out where there are none.
     """
 
     spec: str
@@ -222,6 +223,7 @@ class Report:
     disturbances: list[dict[str, Any]] = field(default_factory=list)
     unobserved: dict[str, str] = field(default_factory=dict)
     clipped: dict[str, dict[str, Any]] = field(default_factory=dict)
+    other_commanders: dict[str, dict[str, Any]] = field(default_factory=dict)
     stop_when: dict[str, Any] = field(default_factory=dict)
     real_time: dict[str, Any] = field(default_factory=dict)
 
@@ -230,7 +232,7 @@ class Report:
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
         seldom = (
             *("set", "scene", "requirements", "disturbances", "unobserved"),
-            *("clipped", "stop_when", "real_time"),
+            *("clipped", "other_commanders", "stop_when", "real_time"),
         )
         return {n: value for n, value in named.items() if value or n not in seldom}
 

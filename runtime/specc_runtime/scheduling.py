@@ -49,12 +49,12 @@ def take(priority: int, thread: int = 0, *, inherited: bool = False) -> ThreadCl
 
 
 def take_for_others(priority: int) -> list[ThreadClass]:
-    """The same for the other threads of Python, as far as it is permitted."""
+    """The same for the other threads of Python and what they begin, as far as it is permitted."""
     found = []
     for thread in threading.enumerate():
         if thread is not threading.current_thread() and thread.native_id is not None:
             with suppress(OSError):  # it has just ended
-                found.append(take(priority, thread.native_id))
+                found.append(take(priority, thread.native_id, inherited=True))
     return found
 
 

@@ -254,6 +254,7 @@ class Session:
             disturbances=self._disturbances.as_data(),
             unobserved=account.unobserved,
             clipped=clipped_data(self._plant, self._system.tick_s),
+            other_commanders=self._other_commanders(),
             stop_when=self._stop_data(),
             real_time=self._followed(),
         )
@@ -271,6 +272,11 @@ class Session:
             ),
             "punctual": self._punctuality.told,
         }
+
+    def _other_commanders(self) -> dict[str, Any]:
+        plant = self._system.plant
+        is_ros2 = plant is not None and plant.ros2 is not None
+        return dict(getattr(self._plant, "other_commanders", {})) if is_ros2 else {}
 
     def _stop_data(self) -> dict[str, Any]:
         """The entry of the report for the formula that ends the run, if there is one."""

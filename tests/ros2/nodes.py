@@ -70,6 +70,22 @@ def server(action: str, *outcomes: str) -> list[Node]:
     return [node]
 
 
+def commander(topic: str, when: str) -> list[Node]:
+    """Sends on a topic of commands: "now", or "later", once 20 messages of somebody have come."""
+    node, came = rclpy.create_node("teleop"), []
+    if when == "now":
+        node.create_publisher(Float64MultiArray, topic, 10)
+
+    def heard(_: Float64MultiArray) -> None:
+        came.append(True)
+        if len(came) == 20:
+            node.create_publisher(Float64MultiArray, topic, 10)
+
+    if when == "later":
+        node.create_subscription(Float64MultiArray, topic, heard, 10)
+    return [node]
+
+
 def joints(*drivers: str) -> list[Node]:
     """Publishers of `/joint_states`: each text is `NODE=JOINT,...@HZ`, where each joint is at the
     number in its name; `@HZxN` ends after N messages that somebody reads. The first one reads
@@ -111,7 +127,7 @@ class Driver(Node):
 
 GOAL_STATUS = {4: "succeeded", 5: "canceled", 6: "aborted"}
 SERVERS: list[ActionServer] = []
-NODES = {"latched": latched, "server": server, "joints": joints}
+NODES = {"commander": commander, "latched": latched, "server": server, "joints": joints}
 
 
 def main() -> None:

@@ -261,6 +261,24 @@ def test_the_end_of_the_server_of_a_goal_is_named(arm: Start, spec: Spec) -> Non
     assert "fault device hand.E.g.grip: nobody serves the action /grasp any more" in out
 
 
+@pytest.mark.parametrize("when", ["now", "later"])
+def test_another_node_that_commands_is_warned_of(
+    arm: Start, spec: Spec, when: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arm()
+    arm("commander", COMMANDS, when, program="nodes.py")
+    report = tmp_path / "report.json"
+    path = spec(("wait: 5 s", f"wait: {LONG}"))
+    assert main(["run", str(path), "--duration", "5", "--report", str(report)]) == 0
+    out, err = capfd.readouterr()
+    said = f"/teleop can send on {COMMANDS}, too, which commands irp.E.m.q_d"
+    assert err.count(f"warning: {said}") == 1
+    assert f"not alone: {said}" in out
+    (told,) = json.loads(report.read_text())["other_commanders"].values()
+    assert (told["topic"], told["nodes"]) == (COMMANDS, ["/teleop"])
+    assert told["first_s"] > 0.0 or when == "now"
+
+
 SHORT, LONG = "4 s", "20 s"
 """Of waiting: what is not there is missed after the short one; the rest comes in the long one."""
 WRENCH, COMMANDS = "topic: /ft_sensor/wrench", "/position_controller/commands"

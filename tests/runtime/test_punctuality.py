@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import faulthandler
 import gc
 import os
 import threading
@@ -53,17 +54,20 @@ def test_all_that_is_permitted_is_done_and_undone(calls: list[tuple[Any, ...]]) 
 def test_other_threads_go_before_ordinary_ones_and_behind_the_main_one(
     calls: list[tuple[Any, ...]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    over, asked = threading.Event(), []
+    over, asked = threading.Event(), list[tuple[int, ...]]()
     other = threading.Thread(target=over.wait)
     other.start()
 
     def note(thread: int, policy: int, parameters: os.sched_param) -> None:
-        asked.append((thread, policy & ~os.SCHED_RESET_ON_FORK, parameters.sched_priority))
+        asked.append((thread, policy, parameters.sched_priority))
 
     monkeypatch.setattr(os, "sched_setscheduler", note)
+    monkeypatch.setattr(faulthandler, "cancel_dump_traceback_later", lambda: asked.append((-1,)))
     punctuality = Punctuality()
     punctuality.begin()
-    assert asked[0] == (0, os.SCHED_FIFO, MAIN)
+    assert asked[0] == (0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, MAIN)
+    # What waits for the next stack dump with the interpreter in hand waits for a prompt thread.
+    assert asked[-1] == (-1,)
     assert (other.native_id, os.SCHED_FIFO, THREADS) in asked
     punctuality.end()
     assert (other.native_id, os.SCHED_OTHER, 0) in asked and asked[-1][0] == 0

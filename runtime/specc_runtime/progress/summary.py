@@ -58,6 +58,11 @@ def _show(report: Report, console: Console) -> None:
         console.print(line, highlight=False, soft_wrap=True)
     for name, clipped in report.clipped.items():
         console.print(_clipped(name, clipped), highlight=False, soft_wrap=True)
+    for name, others in report.other_commanders.items():
+        nodes = _safe(", ".join(others["nodes"]))
+        said = f"{nodes} can send on {_safe(others['topic'])}, too, which commands {_safe(name)}"
+        when = f"seen first at {others['first_s']:.3g} s"
+        console.print(f"[yellow]not alone[/]: {said}: {when}", highlight=False, soft_wrap=True)
     for disturbance in sorted(report.disturbances, key=_beginning_s):
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)

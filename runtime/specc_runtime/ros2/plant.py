@@ -13,10 +13,11 @@ from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.wire import plain
 from specc_runtime.plants.errors import PlantError
+from specc_runtime.printing import say
 from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2, Ros2Topic
 from specc_runtime.ros2.clock import RosClock
 from specc_runtime.ros2.goals import goals_of
-from specc_runtime.ros2.host import LAST
+from specc_runtime.ros2.host import LAST, OTHERS
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
 from specc_runtime.system import PlantSpec, System
@@ -47,10 +48,41 @@ class Ros2Plant(HostedPlant):
         self._eager |= self._goals.keys()
         self._is_simulated = system.plant.ros2.use_sim_time
         self._clock_s = 0.0
+        self._begin_s: float | None = None
+        self._others_seen = 0
+        self.other_commanders: dict[str, dict[str, Any]] = {}
+        """By elements: who else sends on its topic, and how long after the begin that was seen."""
         self._pace: RosClock | None = None
         self._observed = {*self._observed, *_told_only(system.plant.ros2)}
         published = system.plant.ros2.published
         self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
+        self._look_for_others()
+
+    def advance(self, duration_s: float) -> None:
+        """See `HostedPlant`."""
+        if self._begin_s is None:
+            self._begin_s = time.monotonic()
+        super().advance(duration_s)
+        self._look_for_others()
+
+    def _look_for_others(self) -> None:
+        """Say it if somebody else has begun to send on a topic that is commanded."""
+        reading = self._readings.get(OTHERS)
+        if reading is None or self._host.memory.number(reading.index) == self._others_seen:
+            return
+        raw = self._host.memory.read(reading.index)
+        if raw is None:
+            return
+        self._others_seen = raw.number
+        for name, (topic, nodes) in plain(bytes(raw.data)).items():
+            told = {"topic": topic, "nodes": nodes, "first_s": self._run_s()}
+            before = self.other_commanders.setdefault(name, told)
+            if before is told or before["nodes"] != nodes:
+                before["nodes"] = nodes
+                say(f"warning: {', '.join(nodes)} can send on {topic}, too, which commands {name}")
+
+    def _run_s(self) -> float:
+        return 0.0 if self._begin_s is None else time.monotonic() - self._begin_s
 
     def sample(self, name: str) -> Any:
         """See `HostedPlant`; of an action, what belongs to its present goal."""
@@ -129,6 +161,8 @@ def ros2_plant(system: System) -> HostedPlant:
     for topic in config["topics"]:
         topic["max_gap_s"] = gaps.get(topic["name"])
     besides = (CLOCK,) if ros2.use_sim_time else ()
+    if any(topic.commanded and not topic.part for topic in topics):
+        besides = (*besides, OTHERS)
     setup = Setup(NODE, config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides)
     return Ros2Plant(system, setup, decode=decode, encode=encode)
 

@@ -6,3 +6,5 @@ the host itself imports is there, and nothing else of `specc_runtime` needs to b
 
 LAST = -1
 """The number of a goal that is a safe output and outlives the run; others count from 1 on."""
+OTHERS = "/others"
+"""The name, among what the node reports, of those who send on topics that the run commands."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import rclpy
@@ -14,6 +15,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from specc_runtime.hosting.devices import DeviceError
+from specc_runtime.ros2.host import OTHERS
 from specc_runtime.ros2.host.actions import Action
 from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
@@ -26,9 +28,14 @@ Samples = list[tuple[str, object, float]]
 _STEP_S = 0.05
 _SETTLED_S = 1.0
 """How long the servers of actions have at the end for their answers."""
+_OTHERS_S = 1.0
+"""How often others are looked for who send on a topic that is commanded."""
 _CLOCK = "/clock"
 _JOINT_STATES = 10
 """Messages of joint states that wait, since several publishers may have a part of the joints."""
+_MOST_OTHERS = 10
+_UNKNOWN = "_NODE_NAME_UNKNOWN_"
+"""The name of a node that has just been discovered."""
 _MOST_AT_ONCE = 64
 """Messages that one `poll` takes, so that it returns though they come without end."""
 
@@ -58,6 +65,10 @@ class NodeDevices:
         """By elements: the joints of messages that were passed over."""
         self._joints: dict[str, JointNumbers] = {}
         """By elements."""
+        self._commanded: dict[str, Any] = {}
+        """Publishers of topics that are commanded, by elements."""
+        self._others: dict[str, tuple[str, list[str]]] = {}
+        self._others_due_s = 0.0
         self._received = 0
         """Messages."""
         self._is_simulated = False
@@ -81,6 +92,7 @@ class NodeDevices:
                 self._act(node, topic, config["topics"])
             elif topic["commanded"]:
                 self._advertise(node, topic)
+                self._commanded[topic["name"]] = self._publishers[topic["name"]]
                 self._waiting[topic["name"]] = topic
             else:
                 self._subscribe(node, topic)
@@ -89,6 +101,9 @@ class NodeDevices:
         for topic in config["published"]:
             self._advertise(node, topic)
         self._wait(node, float(config["wait_s"]))
+        if self._commanded:
+            self._look_for_others(node)
+            self._put(OTHERS, self._others)
 
     def poll(self, timeout_s: float) -> Samples:
         """New samples; waits for the first at most that long. Raises DeviceError."""
@@ -100,6 +115,10 @@ class NodeDevices:
             if self._received == before:
                 break
         self._look()
+        if self._commanded and time.monotonic() >= self._others_due_s:
+            assert self._node is not None, "poll comes after open"
+            if self._look_for_others(self._node):
+                self._put(OTHERS, self._others)
         samples, self._samples = self._samples, []
         return samples
 
@@ -179,6 +198,22 @@ class NodeDevices:
                 self._tell_joints(name, joints)
         if self._transforms is not None and self._ros_s():
             self._transforms.look()
+
+    def _look_for_others(self, node: Node) -> bool:
+        """Note who else sends on the topics that are commanded; whether there is somebody new."""
+        self._others_due_s = time.monotonic() + _OTHERS_S
+        before = dict(self._others)
+        own = Counter(publisher.topic_name for publisher in self._commanded.values())
+        for name, publisher in self._commanded.items():
+            topic = publisher.topic_name
+            ends = [_full_name(e) for e in node.get_publishers_info_by_topic(topic)]
+            for _ in range(own[topic]):  # another node may have the same name
+                with suppress(ValueError):
+                    ends.remove(node.get_fully_qualified_name())
+            known = self._others.get(name, (topic, []))[1]
+            if new := sorted({e for e in ends if e not in known and _UNKNOWN not in e}):
+                self._others[name] = topic, [*known, *new][:_MOST_OTHERS]
+        return self._others != before
 
     def _tell_joints(self, name: str, joints: JointNumbers) -> None:
         now_s = self._of_devices(time.monotonic())
@@ -284,6 +319,10 @@ class NodeDevices:
             return self._actions[name].is_there
         publisher = self._publishers.get(name)
         return publisher is not None and publisher.get_subscription_count() > 0
+
+
+def _full_name(end: Any) -> str:
+    return f"{end.node_namespace.rstrip('/')}/{end.node_name}"
 
 
 @contextmanager
