@@ -229,6 +229,26 @@ def test_joints_are_grouped_by_the_messages_that_they_come_in() -> None:
     assert "Joints of one message: joint2, lift." in said
 
 
+@pytest.mark.parametrize(
+    ("age_s", "limits"),
+    [(None, ["1 s", "1 s"]), (0.3, ["2 s", "2 s"]), (-40.0, ["", ""]), ("x", ["", ""])],
+)
+def test_the_age_of_what_is_read_is_limited(age_s: Any, limits: list[str]) -> None:
+    """For 20 Hz: `max_gap` of 500 ms, twice the age of a message that came, and periods."""
+    state = joints("/joint_states", "a", "b", count=9, mean_s=0.05, longest_s=0.06)
+    if age_s is not None:
+        state["message"]["age_s"] = age_s
+    text, codes = proposed(graph(state, COMMANDS))
+    assert codes == ["W0413"]
+    agent = data(text)["agents"]["robot"]
+    of_device, of_control = (
+        agent["virtual_effectors"]["arm"]["x"]["E"]["q"],
+        agent["control"]["x"]["arm"]["q"],
+    )
+    found = [q["max_age"] if isinstance(q, dict) else "" for q in (of_device, of_control)]
+    assert found == limits
+
+
 def test_a_joint_is_commanded_once() -> None:
     text, codes = proposed(
         graph(
@@ -308,6 +328,7 @@ def message(of: random.Random) -> Data:
     return {
         "header.frame_id": of.choice(["", "/base", "tool0", word(of)]),
         "child_frame_id": of.choice(["", "base", word(of)]),
+        "age_s": of.choice([0.0, 1e-3, 0.2, -0.5, 1e9]),
         "encoding": of.choice(["rgb8", "16UC1", "32FC1", "bayer_rggb8", word(of)]),
         "height": of.choice([0, 3, 480, 2**32 - 1]),
         "width": of.choice([1, 640]),

@@ -38,11 +38,14 @@ class _Heard:
     def __init__(self) -> None:
         self.last = b""
         self.times_s: list[float] = []
+        self.date_s = 0.0
+        """When the last message came, s since 1970."""
         self.parts: dict[tuple[str, ...], _Heard] = {}
 
     def take(self, data: bytes) -> None:
         self.last = data
         self.times_s.append(time.monotonic())
+        self.date_s = time.time()
 
     def take_joints(self, data: bytes) -> None:
         self.take(data)
@@ -131,7 +134,7 @@ def _told(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> 
 
 
 def _came(heard: _Heard, type_name: str) -> dict[str, Any]:
-    return {"message": _summary(heard.last, type_name), **heard.times}
+    return {"message": _summary(heard.last, type_name, heard.date_s), **heard.times}
 
 
 def _nodes(ends: list[Any]) -> list[str]:
@@ -139,8 +142,8 @@ def _nodes(ends: list[Any]) -> list[str]:
     return sorted(names)[:_LONGEST]
 
 
-def _summary(data: bytes, type_name: str) -> dict[str, Any]:
-    """Of a message what says how large its values are, and in which frames."""
+def _summary(data: bytes, type_name: str, date_s: float) -> dict[str, Any]:
+    """Of a message that came then: how large its values are, how old, and in which frames."""
     try:
         message: Any = deserialize_message(data, interface(type_name))
     except Exception:  # noqa: BLE001  # the bytes are a stranger's
@@ -149,6 +152,8 @@ def _summary(data: bytes, type_name: str) -> dict[str, Any]:
     header = getattr(message, "header", None)
     if header is not None:
         told["header.frame_id"] = header.frame_id[:_LONGEST]
+        if header.stamp.sec or header.stamp.nanosec:
+            told["age_s"] = date_s - (header.stamp.sec + header.stamp.nanosec * 1e-9)
     for name in ("child_frame_id", "encoding"):
         if hasattr(message, name):
             told[name] = getattr(message, name)[:_LONGEST]
