@@ -6,7 +6,6 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, cast
@@ -64,11 +63,8 @@ class Executor:
     ) -> None:
         """`plant` must be there, and reset, if the system has devices; `inline` forbids threads.
 
-        `processes` compute some of the subsystems.
-
-        `timing` says how the ticks follow a clock; without one time is simulated.
-
-        `at_rest` is called about every `REST_S` of simulated time, when nothing is under way.
+        `processes` compute some of the subsystems. `timing` says how the ticks follow a clock;
+        without one time is simulated. `at_rest` is called about every `REST_S` of simulated time, when nothing is under way.
 
         Raises ValueError if it is not, or lacks a method that the run calls, and for real time with
         code that does not test all rows.
@@ -161,13 +157,8 @@ class Executor:
     @property
     def lateness(self) -> dict[str, Quantiles]:
         """How late the periods of each subsystem are in a run in real time, but for the first."""
-        found = {}
-        for name, track in self._tracks.items():
-            if track.lateness is not None:
-                found[name] = late = copy.deepcopy(track.lateness)
-                over = range(track.stamp + 1, track.stamp + 1 + track.skipped_until(self.tick - 1))
-                late.add_overdue(self._now_s(), track.ticks * self._tick_s, over)
-        return found
+        until = self.tick - 1, self._now_s(), self._tick_s
+        return {name: track.late_until(*until) for name, track in self._tracks.items()}
 
     def advance(self) -> bool:
         """One base tick: commit, sample, step, let the plant move.

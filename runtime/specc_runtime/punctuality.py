@@ -21,7 +21,14 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from specc_runtime.scheduling import MAIN, THREADS, ThreadClass, take, take_for_others
+from specc_runtime.scheduling import (
+    MAIN,
+    THREADS,
+    ThreadClass,
+    class_of,
+    take,
+    take_for_others,
+)
 
 DONE = "done"
 _NEW_OBJECTS = 700
@@ -31,10 +38,15 @@ _CAP_IPC_LOCK = 14
 
 
 class Punctuality:
-    """What is done for a run: `told` has for each measure `DONE`, or why not."""
+    """What is done for a run: `told` has for each measure `DONE`, or why not.
 
-    def __init__(self) -> None:
+    `scheduling` has the classes of the main thread (of "") and of processes, by subsystems.
+    """
+
+    def __init__(self, of_processes: Callable[[], Mapping[str, str]] = dict) -> None:
         self.told: dict[str, str] = {}
+        self.scheduling: dict[str, str] = {}
+        self._of_processes = of_processes
         self._undo: list[Callable[[], None]] = []
 
     def begin(self) -> None:
@@ -52,6 +64,7 @@ class Punctuality:
                 self.told[measure] = DONE
             except _NotPermitted as why:
                 self.told[measure] = str(why)
+        self.scheduling = {"": class_of(), **self._of_processes()}
 
     def end(self) -> None:
         """Undo it: the process may go on."""

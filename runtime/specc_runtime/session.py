@@ -17,7 +17,7 @@ from specc_runtime.faults import Fault, JudgeFailed, PlantFailed
 from specc_runtime.forms import Misshapen
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options, UsageError
-from specc_runtime.placement import steps_data
+from specc_runtime.placement import followed_data
 from specc_runtime.plant import Plant
 from specc_runtime.processes.worker import Processes
 from specc_runtime.punctuality import Punctuality
@@ -26,17 +26,15 @@ from specc_runtime.report import (
     Ending,
     Report,
     peak_memory_mb,
-    real_time_data,
     subsystem_data,
     versions,
 )
 from specc_runtime.safety import LastOutput
 from specc_runtime.savable import restored, saved_by
-from specc_runtime.scheduling import class_of
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 from specc_runtime.task import Judge, drawn
-from specc_runtime.timing import RealTime, meeting, timing
+from specc_runtime.timing import meeting, timing
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
@@ -66,11 +64,8 @@ class Session:
         self._scene = drawn(system.task.starts, options.seed) if system.task else {}
         self._system = system
         self._clock = clock
-        self._punctuality = Punctuality()
-        self._processes = processes or Processes()
-        self._scheduling = {"": "", **dict.fromkeys(options.apart, "")}
-        """The scheduling classes of the main thread and of processes, by subsystems."""
-        over, ready = lambda: interruption.requested, self._be_punctual
+        self._punctuality = Punctuality(lambda: processes.scheduling if processes else {})
+        over, ready = lambda: interruption.requested, self._punctuality.begin
         self._timing = timing(options, plant, clock, over, ready)
         self._wall_s = 0.0
         self._begin_s = clock.now_s()
@@ -98,10 +93,6 @@ class Session:
         self._disturbances = Disturbances(
             disturb, system.triggers, plant, self._executor, options.seed
         )
-
-    def _be_punctual(self) -> None:
-        self._punctuality.begin()
-        self._scheduling |= {"": class_of(), **self._processes.scheduling}
 
     def _rest(self) -> None:
         """Nothing is under way: let the recorder keep all that there is, once."""
@@ -256,22 +247,10 @@ class Session:
             clipped=clipped_data(self._plant, self._system.tick_s),
             other_commanders=self._other_commanders(),
             stop_when=self._stop_data(),
-            real_time=self._followed(),
-        )
-
-    def _followed(self) -> dict[str, Any]:
-        followed, executor = self._timing, self._executor
-        if not isinstance(followed, RealTime):
-            return {}
-        return {
-            "tick_us": 1e6 * self._system.tick_s,
-            "ticks": followed.ticks,
-            **real_time_data(followed.lateness, executor.skipped, executor.first_skipped),
-            "steps": steps_data(
-                self._system, self._scheduling, executor.durations, executor.lateness
+            real_time=followed_data(
+                self._system, self._options.apart, self._timing, self._executor, self._punctuality
             ),
-            "punctual": self._punctuality.told,
-        }
+        )
 
     def _other_commanders(self) -> dict[str, Any]:
         plant = self._system.plant

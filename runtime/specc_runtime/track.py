@@ -98,6 +98,13 @@ class Track:
             periods = range(self.stamp + 1, tick // self.ticks + 1)
             self.lateness.add_overdue(now_s, self.ticks * tick_s, periods)
 
+    def late_until(self, tick: int, now_s: float, tick_s: float) -> Quantiles:
+        """The `lateness`, with periods up to that of this tick in which no step has begun."""
+        late = copy.deepcopy(self.lateness) or Quantiles()
+        over = range(self.stamp + 1, tick // self.ticks + 1)
+        late.add_overdue(now_s, self.ticks * tick_s, over)
+        return late
+
     def start(self, tick: int) -> None:
         """Begin the step of the period that this tick is in."""
         stamp = tick // self.ticks

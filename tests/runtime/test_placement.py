@@ -58,7 +58,7 @@ def test_measured_steps_stand_beside_budgets() -> None:
     for number in range(1, 1001):
         took.add(1e-6 * number)
     scheduling = {"": "SCHED_FIFO 20", "s1": "SCHED_FIFO 1"}
-    told = steps_data(system(0.5, None), scheduling, {"s0": took}, {"s0": took})
+    told = steps_data(system(0.5, None), ("s1",), {"s0": took}, {"s0": took}, scheduling)
     assert told["s0"]["budget_us"] == 500.0
     assert told["s0"]["p99_us"] == pytest.approx(990.0, rel=0.03)
     assert told["s0"]["max_us"] == pytest.approx(1000.0)
