@@ -64,7 +64,8 @@ class Executor:
         """`plant` must be there, and reset, if the system has devices; `inline` forbids threads.
 
         `processes` compute some of the subsystems. `timing` says how the ticks follow a clock;
-        without one time is simulated. `at_rest` is called about every `REST_S` of simulated time, when nothing is under way.
+        without one time is simulated. `at_rest` is called about every `REST_S` of simulated time,
+        when nothing is under way.
 
         Raises ValueError if it is not, or lacks a method that the run calls, and for real time with
         code that does not test all rows.

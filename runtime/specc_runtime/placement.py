@@ -1,4 +1,4 @@
-"""Where subsystems compute in real time, by their budgets; whether there is time for all, and was."""
+"""Where subsystems compute in real time, by their budgets; whether there is time, and was."""
 
 from __future__ import annotations
 
