@@ -2,9 +2,9 @@
 
 The flagship's subsystems have devices that answer at once with what the simulator measured first;
 recognition computes in a process of its own. The small system has a subsystem of 50 Hz beside one
-whose step takes 150 ms of Python at 10 Hz: in a process, in a thread as without a budget, or with
-no step at all. All loops have the same priority where that is permitted. A tick that is skipped
-counts as late.
+whose step takes 150 ms of Python at 10 Hz: in a process, on the main thread as without a budget, or
+with no step at all. All loops have the same priority where that is permitted. A tick that is
+skipped counts as late.
 
     python bench/punctuality.py --seconds 60
 """
@@ -232,12 +232,12 @@ def _measured(system: System, base: Path) -> dict[str, Any]:
 
 
 def small(scratch: Path) -> dict[str, Loop]:
-    """The fast subsystem beside the slow one, in a process or in a thread, or beside nothing."""
+    """The fast subsystem beside the slow one, in a process, on the main thread, or alone."""
     loops = {"bare": bare(0.02)}
     for name, operator, budget in (
         ("no slow step", "idle", ""),
         ("in a process", "busy", "budget: 100 ms"),
-        ("in a thread", "busy", ""),
+        ("on the main thread", "busy", ""),
     ):
         called = name.replace(" ", "_")
         text = SMALL.replace("SYSTEM", called).replace("OPERATOR", operator)

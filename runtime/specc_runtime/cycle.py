@@ -29,7 +29,14 @@ from specc_runtime.system import System
 from specc_runtime.timing import Quantiles, RealTime, SimulatedTime, Timing
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
-from specc_runtime.wiring import sensor_rates, sensors_read, timeline, tracks, worker_pool
+from specc_runtime.wiring import (
+    sensor_rates,
+    sensors_read,
+    switch_often,
+    timeline,
+    tracks,
+    worker_pool,
+)
 
 Mark = tuple[int, Commands, list[tuple[object, dict[str, Any]]]]
 """A moment of a run: its tick, the last commands, and what each part held, none of it copied."""
@@ -56,11 +63,9 @@ class Executor:
     ) -> None:
         """`plant` must be there, and reset, if the system has devices; `inline` forbids threads.
 
-        `processes` compute some of the subsystems.
-
-        `timing` says how the ticks follow a clock; without one time is simulated.
-
-        `at_rest` is called about every `REST_S` of simulated time, when nothing is under way.
+        `processes` compute some of the subsystems. `timing` says how the ticks follow a clock;
+        without one time is simulated. `at_rest` is called about every `REST_S` of simulated time,
+        when nothing is under way.
 
         Raises ValueError if it is not, or lacks a method that the run calls, and for real time with
         code that does not test all rows.
@@ -87,7 +92,9 @@ class Executor:
         hand_over(self._safe, plant, self._sensors, clock or WallClock())
         self._commands: Commands = {}
         due = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
-        self._pool = None if inline else worker_pool(system)
+        self._pool = None if inline or self._real else worker_pool(system)
+        if self._real or self._pool:
+            switch_often()
         self._processes = processes
         self._tracks = tracks(
             system,
@@ -148,6 +155,12 @@ class Executor:
         every = {name: track.runner.durations for name, track in self._tracks.items()}
         return {name: durations for name, durations in every.items() if durations is not None}
 
+    @property
+    def lateness(self) -> dict[str, Quantiles]:
+        """How late the periods of each subsystem are in a run in real time, but for the first."""
+        until = self.tick - 1, self._now_s(), self._tick_s
+        return {name: track.late_until(*until) for name, track in self._tracks.items()}
+
     def advance(self) -> bool:
         """One base tick: commit, sample, step, let the plant move.
 
@@ -171,7 +184,7 @@ class Executor:
         if not self._is_timed:
             self.wait()  # what a first step loads is not part of any period
             for track in self._tracks.values() if self._real else ():
-                track.runner.durations = Quantiles()
+                track.runner.durations, track.lateness = Quantiles(), Quantiles()
             self._timing.begin(tick, self._tick_s)
             self._is_timed = True
         return True
@@ -220,9 +233,10 @@ class Executor:
         for track in due:
             to_come.discard(track.name)
             if real is not None:
-                is_apart = self._due.is_apart(track, real.now_s)
-                if track.name in told_late or not is_apart:
+                now_s = real.now_s
+                if track.name in told_late or not self._due.is_apart(track, now_s):
                     continue
+                track.note_late(tick, now_s, self._tick_s)
             if track.ageing is not None:
                 track.ageing.begin(tick, late)
             track.start(tick)

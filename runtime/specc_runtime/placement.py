@@ -1,4 +1,4 @@
-"""Where subsystems compute in real time, by their budgets, and whether there is time for all."""
+"""Where subsystems compute in real time, by their budgets; whether there is time, and was."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from specc_runtime.cycle import Executor
 from specc_runtime.options import Options, UsageError
 from specc_runtime.printing import say
+from specc_runtime.punctuality import Punctuality
+from specc_runtime.report import real_time_data
 from specc_runtime.system import Scheduled, System
-from specc_runtime.timing import Quantiles
+from specc_runtime.timing import Quantiles, RealTime, Timing, late_data
 
 _ROUNDING = 1 + 1e-9  # times are multiples of a rounded tick
 
@@ -85,11 +88,16 @@ def _fullest(system: System, apart: Collection[str]) -> tuple[float, tuple[str, 
 
 
 def steps_data(
-    system: System, apart: Collection[str], measured: Mapping[str, Quantiles]
+    system: System,
+    apart: Collection[str],
+    measured: Mapping[str, Quantiles],
+    lateness: Mapping[str, Quantiles],
+    scheduling: Mapping[str, str],
 ) -> dict[str, Any]:
-    """For each subsystem its budget beside how long its steps took, µs, and where they were made.
+    """For each subsystem its budget beside how long its steps took, µs, where, and how late.
 
-    The first steps, with all that they load, do not count.
+    `scheduling` has the scheduling class of each process, and of the main thread for "". The
+    first steps, with all that they load, do not count.
     """
     found = {}
     for scheduled in system.subsystems:
@@ -100,5 +108,27 @@ def steps_data(
             "p99_us": 1e6 * took.at(0.99),
             "max_us": 1e6 * took.longest_s,
             "process": name in apart,
+            "scheduling": scheduling.get(name if name in apart else "", ""),
+            "late_us": late_data(lateness.get(name, Quantiles())),
         }
     return found
+
+
+def followed_data(
+    system: System,
+    apart: Collection[str],
+    timing: Timing,
+    executor: Executor,
+    punctuality: Punctuality,
+) -> dict[str, Any]:
+    """The entry of a report about a run in real time; empty for others."""
+    if not isinstance(timing, RealTime):
+        return {}
+    steps = executor.durations, executor.lateness, punctuality.scheduling
+    return {
+        "tick_us": 1e6 * system.tick_s,
+        "ticks": timing.ticks,
+        **real_time_data(timing.lateness, executor.skipped, executor.first_skipped),
+        "steps": steps_data(system, apart, *steps),
+        "punctual": punctuality.told,
+    }

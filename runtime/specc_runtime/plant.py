@@ -29,8 +29,8 @@ NO_SAMPLE: Final = NoSample.NO_SAMPLE
 class Sample(NamedTuple):
     """A value that was measured `age_s` seconds before the call of `sample` that returns it.
 
-    So a plant needs no clock but its own, simulated or not. What is older than the run counts as
-    measured when it began, a negative age as 0. The value may be a `Deferred`.
+    So a plant needs no clock but its own, simulated or not. A negative age counts as 0. The value
+    may be a `Deferred`.
     """
 
     value: Any

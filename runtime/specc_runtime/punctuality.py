@@ -1,15 +1,18 @@
 """What makes a run in real time punctual, as far as it is permitted, and is undone at its end.
 
-The main thread alone gets the priority: other threads, and processes that begin later, stay at the
-ordinary one (`SCHED_RESET_ON_FORK`). Memory is locked once the first steps have loaded all that
-they need, and blocks of memory for other processes are mapped; what comes later is locked as it is
-touched, so that no new mapping stalls the loop.
+The main thread gets the highest priority, and the other threads of the run a lower one: a thread of
+ordinary priority that is woken may wait for tens of milliseconds behind processes that have just
+begun, and the main thread waits for it while it holds the interpreter. Processes that begin later
+stay at the ordinary priority (`SCHED_RESET_ON_FORK`). Memory is locked once the first steps have
+loaded all that they need, and blocks of memory for other processes are mapped; what comes later is
+locked as it is touched, so that no new mapping stalls the loop.
 """
 
 from __future__ import annotations
 
 import ctypes
 import errno
+import faulthandler
 import gc
 import os
 import resource
@@ -18,8 +21,15 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-PRIORITY = 20
-"""Of the main thread: below the threads that serve interrupts, which have 50."""
+from specc_runtime.scheduling import (
+    MAIN,
+    THREADS,
+    ThreadClass,
+    class_of,
+    take,
+    take_for_others,
+)
+
 DONE = "done"
 _NEW_OBJECTS = 700
 """Between two collections of garbage, so that most take some 0.02 ms, and not 10."""
@@ -28,10 +38,15 @@ _CAP_IPC_LOCK = 14
 
 
 class Punctuality:
-    """What is done for a run: `told` has for each measure `DONE`, or why not."""
+    """What is done for a run: `told` has for each measure `DONE`, or why not.
 
-    def __init__(self) -> None:
+    `scheduling` has the classes of the main thread (of "") and of processes, by subsystems.
+    """
+
+    def __init__(self, of_processes: Callable[[], Mapping[str, str]] = dict) -> None:
         self.told: dict[str, str] = {}
+        self.scheduling: dict[str, str] = {}
+        self._of_processes = of_processes
         self._undo: list[Callable[[], None]] = []
 
     def begin(self) -> None:
@@ -49,6 +64,7 @@ class Punctuality:
                 self.told[measure] = DONE
             except _NotPermitted as why:
                 self.told[measure] = str(why)
+        self.scheduling = {"": class_of(), **self._of_processes()}
 
     def end(self) -> None:
         """Undo it: the process may go on."""
@@ -90,21 +106,23 @@ def _freeze() -> Callable[[], None]:
 
 
 def _take_priority() -> Callable[[], None]:
-    """Have the calling thread, the main one, run before all others of ordinary priority."""
-    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
-    wanted = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+    """Have the threads run before all of ordinary priority, the calling one before the others."""
+    changed: list[ThreadClass] = []
     try:
-        os.sched_setscheduler(0, wanted, os.sched_param(PRIORITY))
+        changed.append(take(MAIN))
+        changed += take_for_others(THREADS)
+        # Its thread is of ordinary priority, and whoever arms it again waits for that one and
+        # keeps the interpreter meanwhile. The watchdog does so soon; then it has its priority.
+        faulthandler.cancel_dump_traceback_later()
     except PermissionError:
         raise _NotPermitted("not permitted: needs CAP_SYS_NICE or an rtprio limit") from None
     except OSError as error:
         raise _NotPermitted(os.strerror(error.errno or 0)) from None
 
     def give_back() -> None:
-        try:
-            os.sched_setscheduler(0, policy, parameters)
-        except PermissionError:  # who has no privilege cannot let children inherit again
-            os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, parameters)
+        for each in reversed(changed):
+            with suppress(OSError):
+                each.give_back()
 
     return give_back
 

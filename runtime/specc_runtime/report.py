@@ -23,7 +23,7 @@ from specc_runtime.options import Options, UsageError
 from specc_runtime.records import StepRecord
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System
-from specc_runtime.timing import Quantiles
+from specc_runtime.timing import Quantiles, late_data
 
 _RECENT = 5
 """Transitions that are told of each subsystem, the last ones."""
@@ -197,8 +197,9 @@ class Report:
     specification says, `scene` the positions of joints that were drawn for the beginning, in m or
     rad, `disturbances` when each began, `requirements` what became of those of the system,
     `unobserved` why something could not be observed, `clipped` which elements were commanded what
-    their actuators cannot do, `stop_when` when the formula that ends the run held first, and
-    `real_time` how a run followed the clock; these eight are left out where there are none.
+    their actuators cannot do, `other_commanders` who else sent on topics that the run commands,
+    `stop_when` when the formula that ends the run held first, and
+    `real_time` how a run followed the clock; these nine are left out where there are none.
     """
 
     spec: str
@@ -222,6 +223,7 @@ class Report:
     disturbances: list[dict[str, Any]] = field(default_factory=list)
     unobserved: dict[str, str] = field(default_factory=dict)
     clipped: dict[str, dict[str, Any]] = field(default_factory=dict)
+    other_commanders: dict[str, dict[str, Any]] = field(default_factory=dict)
     stop_when: dict[str, Any] = field(default_factory=dict)
     real_time: dict[str, Any] = field(default_factory=dict)
 
@@ -230,7 +232,7 @@ class Report:
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
         seldom = (
             *("set", "scene", "requirements", "disturbances", "unobserved"),
-            *("clipped", "stop_when", "real_time"),
+            *("clipped", "other_commanders", "stop_when", "real_time"),
         )
         return {n: value for n, value in named.items() if value or n not in seldom}
 
@@ -275,11 +277,9 @@ def subsystem_data(tally: Tally, busy_s: float, simulated_s: float) -> dict[str,
 def real_time_data(
     lateness: Quantiles, skipped: Mapping[str, int], first: tuple[str, int, float] | None
 ) -> dict[str, Any]:
-    """The entry of a run in real time: how late ticks began, and the periods without a step."""
-    late = {f"p{share}": 1e6 * lateness.at(share / 100) for share in (50, 99)}
+    """The entry of a run in real time: how late ticks were, and the periods without a step."""
     return {
-        "ticks": lateness.count,
-        "late_us": {**late, "max": 1e6 * lateness.longest_s},
+        "late_us": late_data(lateness),
         "skipped": dict(skipped),
         "first_skipped": first and dict(zip(("subsystem", "stamp", "time_s"), first, strict=True)),
     }

@@ -101,10 +101,10 @@ class Sensor:
         self.measured_s = measured_s
 
     def _measured_s(self, sample: Sample, time_s: float) -> float:
-        """When a sample was measured: from the begin of the run on, and not after this tick."""
+        """When a sample was measured: not after this tick; before the run, it is negative."""
         now_s = time_s if self._now_s is None else self._now_s()
         try:
-            return min(max(sample.measured_s(now_s), 0.0), time_s)
+            return min(sample.measured_s(now_s), time_s)
         except PlantError as error:
             raise DeviceFailed(self.name, error) from None
 

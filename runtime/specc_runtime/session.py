@@ -17,7 +17,7 @@ from specc_runtime.faults import Fault, JudgeFailed, PlantFailed
 from specc_runtime.forms import Misshapen
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options, UsageError
-from specc_runtime.placement import steps_data
+from specc_runtime.placement import followed_data
 from specc_runtime.plant import Plant
 from specc_runtime.processes.worker import Processes
 from specc_runtime.punctuality import Punctuality
@@ -26,7 +26,6 @@ from specc_runtime.report import (
     Ending,
     Report,
     peak_memory_mb,
-    real_time_data,
     subsystem_data,
     versions,
 )
@@ -35,7 +34,7 @@ from specc_runtime.savable import restored, saved_by
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 from specc_runtime.task import Judge, drawn
-from specc_runtime.timing import RealTime, meeting, timing
+from specc_runtime.timing import meeting, timing
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
@@ -65,7 +64,7 @@ class Session:
         self._scene = drawn(system.task.starts, options.seed) if system.task else {}
         self._system = system
         self._clock = clock
-        self._punctuality = Punctuality()
+        self._punctuality = Punctuality(lambda: processes.scheduling if processes else {})
         over, ready = lambda: interruption.requested, self._punctuality.begin
         self._timing = timing(options, plant, clock, over, ready)
         self._wall_s = 0.0
@@ -246,19 +245,17 @@ class Session:
             disturbances=self._disturbances.as_data(),
             unobserved=account.unobserved,
             clipped=clipped_data(self._plant, self._system.tick_s),
+            other_commanders=self._other_commanders(),
             stop_when=self._stop_data(),
-            real_time=self._followed(),
+            real_time=followed_data(
+                self._system, self._options.apart, self._timing, self._executor, self._punctuality
+            ),
         )
 
-    def _followed(self) -> dict[str, Any]:
-        followed, executor = self._timing, self._executor
-        if not isinstance(followed, RealTime):
-            return {}
-        return {
-            **real_time_data(followed.lateness, executor.skipped, executor.first_skipped),
-            "steps": steps_data(self._system, self._options.apart, executor.durations),
-            "punctual": self._punctuality.told,
-        }
+    def _other_commanders(self) -> dict[str, Any]:
+        plant = self._system.plant
+        is_ros2 = plant is not None and plant.ros2 is not None
+        return dict(getattr(self._plant, "other_commanders", {})) if is_ros2 else {}
 
     def _stop_data(self) -> dict[str, Any]:
         """The entry of the report for the formula that ends the run, if there is one."""

@@ -12,6 +12,7 @@ from typing import Any
 from specc_runtime.clock import EndingClock, WallClock
 from specc_runtime.options import Options
 
+_GROUPS = 1000
 _FINEST = 10**9
 """Parts of a second that base ticks are taken for."""
 _EARLY = 1e-6  # of a tick: the clock may be read just before the moment that was waited for
@@ -75,12 +76,14 @@ class Paced(Timing):
 class RealTime(Timing):
     """The ticks of the clock. Ticks that are over are skipped, never made up for.
 
-    `lateness` has how long after the time of the tick that was next the run went on.
+    `lateness` has for each tick how long after its time the run went on, for skipped ones as well;
+    `ticks` counts those that began.
     """
 
     def __init__(self, clock: WallClock, ready: Callable[[], None] = lambda: None) -> None:
         """`ready` is called when the first steps are made, before the clock counts."""
         self.lateness = Quantiles()
+        self.ticks = 0
         self._ready = ready
         self._clock = clock
         self._origin_s: float | None = None
@@ -104,8 +107,10 @@ class RealTime(Timing):
         due_s = tick * self._tick_s
         self._clock.wait(due_s - self.now_s)
         now_s = self.now_s
-        self.lateness.add(max(0.0, now_s - due_s))
-        return max(tick, math.floor(now_s / self._tick_s + _EARLY))
+        newest = max(tick, math.floor(now_s / self._tick_s + _EARLY))
+        self.ticks += 1
+        self.lateness.add_overdue(now_s, self._tick_s, range(tick, newest + 1))
+        return newest
 
 
 def timing(
@@ -139,6 +144,12 @@ def meeting(time_s: float, *ticks_s: float) -> float:
     return math.ceil(time_s / every_s - _EARLY) * every_s
 
 
+def late_data(lateness: Quantiles) -> dict[str, float]:
+    """How late something was, µs: half of it, 99 of 100, and at most."""
+    shares = {f"p{share}": 1e6 * lateness.at(share / 100) for share in (50, 99)}
+    return {**shares, "max": 1e6 * lateness.longest_s}
+
+
 class Quantiles:
     """How often durations came, to 2 % of their length, from 1 µs on: small, however many."""
 
@@ -150,12 +161,19 @@ class Quantiles:
         self.longest_s = 0.0
         self._counts: Counter[int] = Counter()
 
-    def add(self, duration_s: float) -> None:
-        """Count a duration."""
-        self.count += 1
+    def add_overdue(self, now_s: float, period_s: float, periods: range) -> None:
+        """Count for each of these periods how long ago it began; many are counted in groups."""
+        every = max(1, len(periods) // _GROUPS)
+        for number in periods[::every]:
+            count = min(every, periods.stop - number)
+            self.add(max(0.0, now_s - number * period_s), count)
+
+    def add(self, duration_s: float, count: int = 1) -> None:
+        """Count a duration, once or more often."""
+        self.count += count
         self.longest_s = max(self.longest_s, duration_s)
         parts = max(duration_s, self._LEAST_S) / self._LEAST_S
-        self._counts[math.ceil(math.log(parts) / self._STEP)] += 1
+        self._counts[math.ceil(math.log(parts) / self._STEP)] += count
 
     def at(self, share: float) -> float:
         """The duration, s, that this share of all did not exceed; 0 if there are none."""

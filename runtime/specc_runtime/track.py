@@ -31,12 +31,14 @@ class Track:
     the record of the last step that the others have seen; `late` is what was committed and sent
     before they may see it. `entered` is the stamp of the step that entered the state, `skipped`
     the number of periods before `stamp` in which no step began, `first_skipped` the first of them.
+    `lateness` has for each period of a run in real time how long after its time a step began, that
+    of a later period if it was skipped.
     """
 
     __slots__ = (
         "_readers", "_scheduled", "_send", "_watch", "ageing", "began_s", "entered",
-        "first_skipped", "last", "late", "name", "pending", "ports", "runner", "skipped", "stamp",
-        "started_tick",
+        "first_skipped", "last", "late", "lateness", "name", "pending", "ports", "runner",
+        "skipped", "stamp", "started_tick",
     )  # fmt: skip
 
     def __init__(
@@ -65,6 +67,7 @@ class Track:
         self.first_skipped: int | None = None
         self.pending = False
         self.last: StepRecord | None = None
+        self.lateness: Quantiles | None = None
         self.late: Sent = ()
         self._scheduled = scheduled
         self._readers = readers
@@ -88,6 +91,19 @@ class Track:
     def is_under_way(self) -> bool:
         """Whether a step was started whose outcome is not there yet."""
         return self.pending and not self.runner.is_done
+
+    def note_late(self, tick: int, now_s: float, tick_s: float) -> None:
+        """Count how late the periods are up to that of this tick, in which a step begins now."""
+        if self.lateness is not None:
+            periods = range(self.stamp + 1, tick // self.ticks + 1)
+            self.lateness.add_overdue(now_s, self.ticks * tick_s, periods)
+
+    def late_until(self, tick: int, now_s: float, tick_s: float) -> Quantiles:
+        """The `lateness`, with periods up to that of this tick in which no step has begun."""
+        late = copy.deepcopy(self.lateness) or Quantiles()
+        over = range(self.stamp + 1, tick // self.ticks + 1)
+        late.add_overdue(now_s, self.ticks * tick_s, over)
+        return late
 
     def start(self, tick: int) -> None:
         """Begin the step of the period that this tick is in."""

@@ -130,13 +130,21 @@ Readers = dict[str, dict[str, list[Put]]]
 
 
 def worker_pool(system: System) -> Workers | None:
-    """Threads for the slow subsystems, one core left to the others; None if there are none."""
+    """Threads for the slow subsystems, one core left to the others; None if there are none.
+
+    Not in real time: a thread of ordinary priority that is woken waits behind processes that have
+    just begun, and one that has computed may still hold the interpreter.
+    """
     slow = sum(s.subsystem.period_s >= WORKER_PERIOD_S for s in system.subsystems)
     threads = min(slow, max(1, (os.cpu_count() or 2) - 1))
     if not threads:
         return None
-    sys.setswitchinterval(min(sys.getswitchinterval(), SWITCH_S))
     return Workers(threads)
+
+
+def switch_often() -> None:
+    """Have threads give the interpreter to others soon."""
+    sys.setswitchinterval(min(sys.getswitchinterval(), SWITCH_S))
 
 
 def tracks(

@@ -132,8 +132,13 @@ STATUSES = (
 """Of actions: there was no goal yet, or what has become of the last one."""
 
 
-def _part_of_action(binding: Binding, type_: Type) -> MessagePart | MessageMisfit:
-    """The part of an action: a text, or what a function makes, which may be missing."""
+def _part_of_action(
+    binding: Binding, type_: Type, *, commanded: bool
+) -> MessagePart | MessageMisfit:
+    """The part of an action: a text, or what a function makes, which may be missing.
+
+    A goal that is given back is what was commanded.
+    """
     if binding.part == "status":
         missing = [s for s in STATUSES if isinstance(type_, Enum) and s not in type_.members]
         if "String" in kind(type_).shapes(type_) and not missing:
@@ -143,7 +148,8 @@ def _part_of_action(binding: Binding, type_: Type) -> MessagePart | MessageMisfi
         return MessageMisfit(
             "E0521", f"the status of an action is a text or an enum: {wrong}", help
         )
-    if not binding.through:
+    is_given_back = binding.part == "goal" and not commanded
+    if not (binding.through or is_given_back):
         made = "the fields of a goal" if binding.part == "goal" else "its value of a message"
         return MessageMisfit(
             "E0521",
@@ -151,13 +157,14 @@ def _part_of_action(binding: Binding, type_: Type) -> MessagePart | MessageMisfi
             f"name a function under `through:` that makes {made}",
         )
     if not isinstance(type_, OptionalOf):
-        none = "cancels the goal" if binding.part == "goal" else "is what there is before the first"
+        cancels = binding.part == "goal" and commanded
+        none = "cancels the goal" if cancels else "is what there is before the first"
         return MessageMisfit(
             "E0521",
             f"{type_} has no None, which {none}",
             f'make it an "optional[{type_}]"',
         )
-    return MessagePart("message")
+    return MessagePart("scalar" if is_given_back else "message")
 
 
 def _part_of_tf(binding: Binding, type_: Type) -> MessagePart | MessageMisfit:
@@ -174,7 +181,7 @@ def _part_of_tf(binding: Binding, type_: Type) -> MessagePart | MessageMisfit:
 def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | MessageMisfit:
     """The part of a binding's messages that is the element's value, or why none is."""
     if binding.action:
-        return _part_of_action(binding, type_)
+        return _part_of_action(binding, type_, commanded=commanded)
     if binding.tf:
         return _part_of_tf(binding, type_)
     if binding.through:

@@ -69,7 +69,11 @@ def _wrong_topic(bound: BoundElement) -> tuple[str, str] | None:
         return f"`part` of `{name}` is for actions", "add `action:`, or delete `part`"
     if binding.joints and short(binding.message) != JOINT_STATE:
         return f"`joints` are for messages of type {JOINT_STATE}", "delete `joints`"
-    depth = int(dict(binding.qos).get("depth", 1))
+    qos = dict(binding.qos)
+    if (qos.get("durability"), qos.get("reliability")) == ("transient_local", "best_effort"):
+        why = "the last message of a `transient_local` topic goes to reliable readers only"
+        return why, "delete `reliability: best_effort`"
+    depth = int(qos.get("depth", 1))
     if not 0 < depth <= _MOST_KEPT:
         return f"a queue has no depth of {depth}", f"write `depth:` from 1 to {_MOST_KEPT}"
     return None
@@ -84,11 +88,38 @@ def _wrong_action(bound: BoundElement) -> tuple[str, str] | None:
         return "an action has several parts", "add `part:` goal, status, feedback or result"
     if not binding.message:
         return f"`{name}` has no `type`", "add `type:`, e.g. `type: control_msgs/GripperCommand`"
-    if bound.commanded != (binding.part == "goal"):
-        verb = "commanded" if bound.commanded else "reported"
-        why = f"`{name}` is {verb}, and the {binding.part} of an action is not"
+    if bound.commanded and binding.part != "goal":
+        why = f"`{name}` is commanded, and the {binding.part} of an action is not"
         return why, "commanded is its `goal`; reported are `status`, `feedback` and `result`"
+    if binding.through and binding.part == "goal" and not bound.commanded:
+        why = f"`{name}` is the goal that was commanded, and no message"
+        return why, "delete `through`"
     return None
+
+
+def goals_given_back(facts: Facts) -> Iterator[Diagnostic]:
+    """E0505, E0521: a goal that is given back is one that an element commands, of its type."""
+    goals = [bound for bound in _topics(facts) if bound.binding.part == "goal"]
+    commanded = {bound.binding.action: bound for bound in goals if bound.commanded}
+    for bound in goals:
+        if bound.commanded:
+            continue
+        action, type_ = bound.binding.action, bound.element.type
+        sender = commanded.get(action)
+        if sender is None:
+            message = f"`{bound.element.name}` gives back goals of {action}, and nobody sends any"
+            help = "bind a commanded element to the same action with `part: goal`, or delete this"
+            yield Diagnostic(
+                "E0505", message, bound.binding.place, related=(_type(bound),), help=help
+            )
+        elif sender.element.type != type_:
+            yield Diagnostic(
+                "E0521",
+                f"{type_} is not the goal that `{sender.element.name}` commands",
+                _place(bound),
+                related=(_type(bound), _type(sender)),
+                help=f'make it "{sender.element.type}"',
+            )
 
 
 def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
@@ -176,4 +207,4 @@ def _type(bound: BoundElement) -> Related:
     return Related(bound.element.place, f"`{bound.element.type}`")
 
 
-CHECKS = (topics_fit, messages_fit, joints_counted, frames_named, published_known)
+CHECKS = (topics_fit, messages_fit, joints_counted, frames_named, goals_given_back, published_known)

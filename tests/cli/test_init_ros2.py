@@ -28,7 +28,7 @@ Data = dict[str, Any]
 
 
 def published(name: str, type_: str, **more: Any) -> Data:
-    more.setdefault("message", HEADER)
+    more = {"message": HEADER, "count": 1, **more}
     return {"name": name, "types": [type_], "publishers": ["/driver"], **more}
 
 
@@ -201,6 +201,54 @@ def test_commands_go_with_the_joints_of_their_namespace() -> None:
     assert found["robot.E.right_arm.q_d"]["joints"] == ["elbow", "base", "wrist"]
 
 
+def part(*names: str, **more: Any) -> Data:
+    """What came of joint states with these joints, for tests of topics with several publishers."""
+    whole = joints("", *names, **more)
+    return {key: whole[key] for key in ("message", "count", *more)}
+
+
+def test_joints_are_grouped_by_the_messages_that_they_come_in() -> None:
+    states = joints("/joint_states", "finger", **HZ_10)
+    states["publishers"] = ["/arm_driver", "/gripper_driver"]
+    states["parts"] = [
+        part("finger", **HZ_10),
+        part("joint1", "joint2", "joint3", **HZ_10 | {"mean_s": 0.01, "longest_s": 0.011}),
+        part("joint2", "lift"),
+    ]
+    text, codes = proposed(graph(states, COMMANDS))
+    assert codes == ["W0413"]
+    bind = data(text)["plant"]["bind"]
+    assert {name: how.get("joints") for name, how in bind.items()} == {
+        "robot.E.arm.q": ["joint1", "joint2", "joint3"],
+        "robot.E.arm.q_d": None,
+        "robot.R.finger.q": ["finger"],
+    }
+    assert [how.get("max_gap") for how in bind.values()] == ["100 ms", None, "500 ms"]
+    said = " ".join(text.replace("\n#", " ").split())
+    assert "Left out: its joints come with others in larger messages." in said
+    assert "Joints of one message: joint2, lift." in said
+
+
+@pytest.mark.parametrize(
+    ("age_s", "limits"),
+    [(None, ["1 s", "1 s"]), (0.3, ["2 s", "2 s"]), (-40.0, ["", ""]), ("x", ["", ""])],
+)
+def test_the_age_of_what_is_read_is_limited(age_s: Any, limits: list[str]) -> None:
+    """For 20 Hz: `max_gap` of 500 ms, twice the age of a message that came, and periods."""
+    state = joints("/joint_states", "a", "b", count=9, mean_s=0.05, longest_s=0.06)
+    if age_s is not None:
+        state["message"]["age_s"] = age_s
+    text, codes = proposed(graph(state, COMMANDS))
+    assert codes == ["W0413"]
+    agent = data(text)["agents"]["robot"]
+    of_device, of_control = (
+        agent["virtual_effectors"]["arm"]["x"]["E"]["q"],
+        agent["control"]["x"]["arm"]["q"],
+    )
+    found = [q["max_age"] if isinstance(q, dict) else "" for q in (of_device, of_control)]
+    assert found == limits
+
+
 def test_a_joint_is_commanded_once() -> None:
     text, codes = proposed(
         graph(
@@ -222,7 +270,7 @@ def test_a_joint_is_commanded_once() -> None:
     ("topic", "said"),
     [
         (published("/x", "cell_msgs/msg/Lamp"), "bound with a function under `through`"),
-        (published("/x", "std_msgs/msg/Bool", message={}), "no message came"),
+        (published("/x", "std_msgs/msg/Bool", count=0), "no message came"),
         (COMMANDS, "nothing says how many numbers it takes"),
         (read("/x", "sensor_msgs/msg/Imu"), "its messages have several values"),
         (joints("/x", "a{1..9}"), "joints have unusual names"),
@@ -280,6 +328,7 @@ def message(of: random.Random) -> Data:
     return {
         "header.frame_id": of.choice(["", "/base", "tool0", word(of)]),
         "child_frame_id": of.choice(["", "base", word(of)]),
+        "age_s": of.choice([0.0, 1e-3, 0.2, -0.5, 1e9]),
         "encoding": of.choice(["rgb8", "16UC1", "32FC1", "bayer_rggb8", word(of)]),
         "height": of.choice([0, 3, 480, 2**32 - 1]),
         "width": of.choice([1, 640]),
@@ -301,6 +350,7 @@ def topic_of(of: random.Random) -> Data:
         "published_kept": of.random() < 0.2,
         "read_kept": of.random() < 0.2,
         "message": message(of) if of.random() < 0.8 else {},
+        "parts": [{"message": message(of)} for _ in range(of.choice([0, 0, 2, 3]))],
         "count": of.choice([0, 1, 3, 200]),
         "mean_s": of.choice([0.0, 0.001, 0.1, 1e4]) * of.random(),
         "longest_s": of.choice([0.0, 0.1, 1e5]) * of.random(),

@@ -70,7 +70,8 @@ def test_every_key_of_faults_outputs_and_requirements_is_told(tmp_path: Path) ->
     assert report["requirements"]
     assert all(sorted(told) == sorted({*each, "name"}) for each in report["requirements"])
     (told,) = _tables(_section("Real time"))
-    assert sorted(told) == sorted((*real_time_data(Quantiles(), {}, None), "steps", "punctual"))
+    besides = "tick_us", "ticks", "steps", "punctual"
+    assert sorted(told) == sorted((*real_time_data(Quantiles(), {}, None), *besides))
 
 
 def test_the_last_rows_and_the_time_in_states() -> None:

@@ -9,6 +9,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+from specc_runtime.ros2.host import LAST
 
 PARTS = {"goal": "goal", "status": "status"}
 
@@ -81,9 +82,13 @@ class Rig:
         self.wanted = wanted
         return SimpleNamespace(trigger=lambda: None)
 
-    def pursue(self, *goals: Any) -> None:
-        for goal in goals:
-            self.action.pursue(goal)
+    def pursue(self, *goals: tuple[int, Any]) -> None:
+        for number, fields in goals:
+            self.action.pursue(number, fields)
+        self.wanted()
+
+    def end(self) -> None:
+        self.action.end()
         self.wanted()
 
 
@@ -111,29 +116,65 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
 
 
 def test_a_goal_that_is_not_wanted_any_more_is_cancelled_when_it_is_accepted(rig: Rig) -> None:
-    rig.pursue({"n": 1}, None, {"n": 2})
+    rig.pursue((1, {"n": 1}), (1, None), (2, {"n": 2}))
     one, two = rig.client.sent
     first, second = Handle(), Handle()
     one.give(first)
     two.give(second)
     assert (first.is_cancelled, second.is_cancelled) == (True, False)
-    assert rig.told["status"] == "accepted"
+    assert rig.told["status"] == (2, "accepted")
     assert not rig.action.is_settled
     first.cancelled.give("yes")
     assert rig.action.is_settled
 
 
 def test_a_goal_that_was_cancelled_before_it_was_accepted(rig: Rig) -> None:
-    rig.pursue({"n": 1}, None)
+    rig.pursue((1, {"n": 1}), (1, None))
     handle = Handle()
     assert not rig.action.is_settled
     rig.client.sent[0].give(handle)
-    assert handle.is_cancelled and rig.told["status"] == "accepted"
+    assert handle.is_cancelled and rig.told["status"] == (1, "accepted")
+
+
+def test_the_same_goal_is_sent_again_by_a_new_number(rig: Rig) -> None:
+    rig.pursue((1, {"n": 1}), (1, {"n": 1}), (2, {"n": 1}))  # None between them was overtaken
+    assert len(rig.client.sent) == 2
 
 
 def test_a_server_that_goes_before_it_answers_is_told(rig: Rig) -> None:
-    rig.pursue({"n": 1})
+    rig.pursue((1, {"n": 1}))
     rig.client.is_there = False
     rig.action.look()
     assert "nobody serves the action /grasp any more" in str(rig.told["status"])
     assert rig.action.is_settled
+
+
+def opened(rig: Rig, *goals: tuple[int, Any]) -> list[Handle]:
+    """Have goals sent and accepted."""
+    rig.pursue(*goals)
+    handles = [Handle() for _ in rig.client.sent]
+    for sent, handle in zip(rig.client.sent, handles, strict=True):
+        sent.give(handle)
+    return handles
+
+
+def test_all_goals_that_are_open_are_cancelled_at_the_end(rig: Rig) -> None:
+    handles = opened(rig, (1, {"n": 1}), (2, {"n": 2}))
+    rig.end()
+    assert [handle.is_cancelled for handle in handles] == [True, True]
+    assert not rig.action.is_settled
+
+
+@pytest.mark.parametrize(("safe", "sent"), [({"n": 3}, 1), ({"n": 2}, 0), (None, 0)])
+def test_a_goal_that_is_a_safe_output_outlives_the_run(
+    rig: Rig, safe: dict[str, int] | None, sent: int
+) -> None:
+    first, second = opened(rig, (1, {"n": 1}), (2, {"n": 2}))
+    rig.pursue((LAST, safe), (LAST, safe))  # of the last will and of the run
+    assert len(rig.client.sent) == 2 + sent
+    assert first.is_cancelled and second.is_cancelled == (safe != {"n": 2})
+    handle = Handle()
+    for last in rig.client.sent[2:]:
+        last.give(handle)
+    rig.end()
+    assert not handle.is_cancelled and second.is_cancelled == (safe != {"n": 2})

@@ -52,6 +52,11 @@ def test_the_example_of_the_documentation_runs(
     assert "rr.arm: " in capsys.readouterr().out
 
 
+def unhurried(text: str) -> str:
+    """A specification without the limits of time that were measured."""
+    return re.sub(r"max_age: \d+ m?s", "max_age: 20 s", re.sub("max_gap: .*", "max_gap: 5 s", text))
+
+
 def test_the_graph_is_a_specification_that_commands_nothing(
     arm: Start, ros: str, tmp_path: Path
 ) -> None:
@@ -70,7 +75,7 @@ def test_the_graph_is_a_specification_that_commands_nothing(
     assert bind["irp.E.arm.q"]["joints"] == ["q1", "q2", "q3"]
     assert data(text)["plant"]["ros2"]["frames"]["ft_frame"] == "ft_frame"
     # What was measured holds on a machine that is not busy with other tests.
-    path.write_text(re.sub("max_gap: .*", "max_gap: 5 s", text), encoding="utf-8")
+    path.write_text(unhurried(text), encoding="utf-8")
     assert main(["run", str(path), "--cycles", "1"]) == 0
     assert "commanded" not in end(robot)
 
@@ -86,6 +91,30 @@ def test_an_action_is_pursued_cancelled_and_replayed(
     assert "hand.c: " in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("name", "goal", "outcomes"),
+    [
+        ("retry", 200, ["reject", "abort", "reject", "succeed"]),
+        ("retry_sent", -1, ["reject", "reject", "abort", "succeed"]),
+    ],
+)
+def test_a_goal_is_sent_again_until_it_succeeds(
+    arm: Start, spec: Spec, name: str, goal: int, outcomes: list[str]
+) -> None:
+    server = arm("server", "/grasp", *outcomes, program="nodes.py")
+    assert main(["run", str(spec(name=name)), "--cycles", "1"]) == 0
+    said = {"abort": [f"abort {goal}", "aborted"], "succeed": [f"succeed {goal}", "succeeded"]}
+    wanted = [line for each in outcomes for line in said.get(each, [each])]
+    assert end(server).splitlines()[: len(wanted)] == wanted  # the next cycle has begun
+
+
+def test_a_goal_after_one_that_took_too_long_knows_its_own_status(arm: Start, spec: Spec) -> None:
+    server = arm("server", "/grasp", "wait", "wait", "succeed", program="nodes.py")
+    assert main(["run", str(spec(name="retry_timed")), "--cycles", "1"]) == 0
+    cancelled = ["wait 200", "canceled"]
+    assert end(server).splitlines()[:6] == [*cancelled, *cancelled, "succeed 200", "succeeded"]
+
+
 def test_transforms_are_poses(
     arm: Start, spec: Spec, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -95,6 +124,65 @@ def test_transforms_are_poses(
     lost = spec(("E: tool0", "E: tool1"), ("wait: 20 s", "wait: 3 s"), name="poses")
     assert main(["run", str(lost), "--cycles", "1"]) == 2
     assert "tf knows no transform from base_link to tool1 (a.R.t.T)" in capfd.readouterr().err
+
+
+def test_the_last_message_of_a_latched_topic_is_read(
+    arm: Start, ros: str, spec: Spec, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arm("latched", "/e_stop", program="nodes.py")
+    assert main(["run", str(spec(name="latched")), "--cycles", "1"]) == 0
+    volatile = spec((", qos: {durability: transient_local}", ""), ("20 s", SHORT), name="latched")
+    assert main(["run", str(volatile), "--cycles", "1"]) == 2
+    assert "/e_stop (a.R.stop.on) is latched, and its message" in capfd.readouterr().err
+    found = tmp_path / "found.yaml"
+    assert main(["init", "--ros2", str(found), "--python", ros, "--wait", "4"]) == 0
+    bind = data(found.read_text(encoding="utf-8"))["plant"]["bind"]
+    assert bind["found.R.e_stop.value"]["qos"] == {"durability": "transient_local"}
+
+
+def test_names_are_resolved_in_the_namespace_of_the_node(arm: Start, spec: Spec) -> None:
+    arm("latched", "/cell/e_stop", program="nodes.py")
+    path = spec(("node: latched", "node: /cell/latched"), ("/e_stop", "e_stop"), name="latched")
+    assert main(["run", str(path), "--cycles", "1"]) == 0
+    arm("latched", "/cell/latched/e_stop", program="nodes.py")
+    path = spec(("node: latched", "node: /cell/latched"), ("/e_stop", "~/e_stop"), name="latched")
+    assert main(["run", str(path), "--cycles", "1"]) == 0
+
+
+SLOW_AND_FAST = ["arm=q1,q2,q3@50", "gripper=f4,lamp5@4"]
+
+
+def test_joints_of_several_publishers_are_one_element(arm: Start, spec: Spec) -> None:
+    arm("joints", *SLOW_AND_FAST, program="nodes.py")
+    assert main(["run", str(spec(name="joined")), "--cycles", "1"]) == 0
+
+
+def test_joints_are_grouped_by_their_publishers(arm: Start, ros: str, tmp_path: Path) -> None:
+    robot = arm("joints", "arm_driver=q1,q2,q3@100", "gripper_driver=f4@100", program="nodes.py")
+    path = tmp_path / "robot.yaml"
+    assert main(["init", "--ros2", str(path), "--python", ros, "--wait", "4"]) == 0
+    text = path.read_text(encoding="utf-8")
+    bind = data(text)["plant"]["bind"]
+    assert {name: how.get("joints") for name, how in bind.items()} == {
+        "robot.E.arm.q": ["q1", "q2", "q3"],
+        "robot.E.arm.q_d": None,
+        "robot.R.f4.q": ["f4"],
+    }
+    path.write_text(unhurried(text), encoding="utf-8")
+    assert main(["run", str(path), "--cycles", "1"]) == 0
+    assert "commanded" not in end(robot)
+
+
+def test_a_publisher_of_some_joints_that_is_lost_is_named(
+    arm: Start, spec: Spec, capfd: pytest.CaptureFixture[str]
+) -> None:
+    fast, slow = SLOW_AND_FAST
+    arm("joints", fast, f"{slow}x8", program="nodes.py")
+    path = spec(
+        ("max_gap: 5 s", "max_gap: 1 s"), ("elapsed > 1[s]", "elapsed > 60[s]"), name="joined"
+    )
+    assert main(["run", str(path), "--cycles", "1"]) in (1, 2)
+    assert "has had no message with joint f4 for" in "".join(capfd.readouterr())
 
 
 SIMULATED = ("wait: 5 s", "wait: 20 s, use_sim_time: true")
@@ -160,6 +248,15 @@ def test_a_goal_is_cancelled_when_the_run_ends(arm: Start, spec: Spec, how: str)
     assert says(gripper, "canceled")
 
 
+def test_a_goal_without_a_safe_output_is_cancelled_when_the_run_ends(
+    arm: Start, spec: Spec
+) -> None:
+    server = arm("server", "/grasp", "wait", program="nodes.py")
+    path = spec(('{type: "optional[int]", safe: None}', '"optional[int]"'), name="gripper")
+    assert main(["run", str(path), "--duration", "2"]) == 0
+    assert says(server, "canceled")
+
+
 def test_a_goal_that_is_not_accepted_yet_does_not_outlive_the_run(arm: Start, spec: Spec) -> None:
     gripper, path = arm("--thinks", "0.4"), spec(("wanted: 4", "wanted: 10000"), name="gripper")
     assert main(["run", str(path), "--duration", "0.3"]) == 0
@@ -176,6 +273,24 @@ def test_the_end_of_the_server_of_a_goal_is_named(arm: Start, spec: Spec) -> Non
     assert run.returncode == 1
     assert out.count("\nfault ") == 1
     assert "fault device hand.E.g.grip: nobody serves the action /grasp any more" in out
+
+
+@pytest.mark.parametrize("when", ["now", "later"])
+def test_another_node_that_commands_is_warned_of(
+    arm: Start, spec: Spec, when: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arm()
+    arm("commander", COMMANDS, when, program="nodes.py")
+    report = tmp_path / "report.json"
+    path = spec(("wait: 5 s", f"wait: {LONG}"))
+    assert main(["run", str(path), "--duration", "5", "--report", str(report)]) == 0
+    out, err = capfd.readouterr()
+    said = f"/teleop can send on {COMMANDS}, too, which commands irp.E.m.q_d"
+    assert err.count(f"warning: {said}") == 1
+    assert f"not alone: {said}" in out
+    (told,) = json.loads(report.read_text())["other_commanders"].values()
+    assert (told["topic"], told["nodes"]) == (COMMANDS, ["/teleop"])
+    assert told["first_s"] > 0.0 or when == "now"
 
 
 SHORT, LONG = "4 s", "20 s"

@@ -129,21 +129,26 @@ def test_what_was_sent_gets_older_until_the_next_value_comes(tmp_path: Path) -> 
 def test_a_sample_says_when_it_was_measured(tmp_path: Path) -> None:
     with system(tmp_path) as made:
         found, _ = ages(made, Cam(lambda n, now_s: Sample(1.0, 0.03)))
-    assert found[5] == 0.05  # of the first sample: nothing is measured before the run
-    assert found[10] == pytest.approx(0.08)
+    assert found[5] == found[10] == pytest.approx(0.08)  # the first one is from before the run
     with system(tmp_path) as made:
         found, _ = ages(made, Cam(lambda n, now_s: Sample(Deferred(lambda: 1.0), -9.0)))
     assert found[5:7] == [0.05, 0.06]  # nor later than it was sampled
 
 
 @pytest.mark.parametrize(
-    ("age_s", "measured_s"), [(0.25, 1.25), (0.75, 0.75), (0.0, 1.25), (9.0, 0.0)]
+    ("age_s", "measured_s"), [(0.25, 1.25), (0.75, 0.75), (0.0, 1.25), (9.0, -7.5)]
 )
 def test_an_age_counts_from_now_and_not_from_the_tick(age_s: float, measured_s: float) -> None:
     """In real time a sample is taken some time after its tick, here of 1.25 s."""
     sensor = Sensor(SensorBinding("d"), lambda name: Sample(1.0, age_s), lambda: 1.5)
     sensor.update(1.25)
     assert sensor.measured_s == measured_s
+
+
+def test_what_was_measured_before_the_run_is_as_old_as_it_is(tmp_path: Path) -> None:
+    with system(tmp_path, limit="120 ms") as made:
+        _, (fault,) = ages(made, Cam(lambda n, now_s: Sample(1.0, 50.0)))
+    assert "is 50.05 s old, measured by arm.R.cam.d; `max_age` is 0.12 s" in fault.message
 
 
 @pytest.mark.parametrize("age", [float("nan"), float("inf"), 10**400, "soon", None])

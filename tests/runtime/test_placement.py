@@ -57,8 +57,19 @@ def test_measured_steps_stand_beside_budgets() -> None:
     took = Quantiles()
     for number in range(1, 1001):
         took.add(1e-6 * number)
-    told = steps_data(system(0.5, None), ("s1",), {"s0": took})
+    scheduling = {"": "SCHED_FIFO 20", "s1": "SCHED_FIFO 1"}
+    told = steps_data(system(0.5, None), ("s1",), {"s0": took}, {"s0": took}, scheduling)
     assert told["s0"]["budget_us"] == 500.0
     assert told["s0"]["p99_us"] == pytest.approx(990.0, rel=0.03)
     assert told["s0"]["max_us"] == pytest.approx(1000.0)
-    assert told["s1"] == {"budget_us": None, "p99_us": 0.0, "max_us": 0.0, "process": True}
+    assert told["s0"]["late_us"]["max"] == pytest.approx(1000.0)
+    assert (told["s0"]["process"], told["s0"]["scheduling"]) == (False, "SCHED_FIFO 20")
+    late = {"p50": 0.0, "p99": 0.0, "max": 0.0}
+    assert told["s1"] == {
+        "budget_us": None,
+        "p99_us": 0.0,
+        "max_us": 0.0,
+        "process": True,
+        "scheduling": "SCHED_FIFO 1",
+        "late_us": late,
+    }

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import faulthandler
 import gc
 import os
+import threading
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from specc_runtime.punctuality import DONE, Punctuality, in_words
+from specc_runtime.scheduling import MAIN, THREADS
 
 CALLS: list[tuple[Any, ...]] = []
 FROZEN = [0]
@@ -46,6 +49,30 @@ def test_all_that_is_permitted_is_done_and_undone(calls: list[tuple[Any, ...]]) 
     assert calls[-2:] == [(0, before), ("unlock",)]
     punctuality.end()
     assert calls[-2:] == [(0, before), ("unlock",)]
+
+
+def test_other_threads_go_before_ordinary_ones_and_behind_the_main_one(
+    calls: list[tuple[Any, ...]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over, asked = threading.Event(), list[tuple[int, ...]]()
+    other = threading.Thread(target=over.wait)
+    other.start()
+
+    def note(thread: int, policy: int, parameters: os.sched_param) -> None:
+        asked.append((thread, policy, parameters.sched_priority))
+
+    monkeypatch.setattr(os, "sched_setscheduler", note)
+    monkeypatch.setattr(faulthandler, "cancel_dump_traceback_later", lambda: asked.append((-1,)))
+    punctuality = Punctuality()
+    punctuality.begin()
+    assert asked[0] == (0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, MAIN)
+    # What waits for the next stack dump with the interpreter in hand waits for a prompt thread.
+    assert asked[-1] == (-1,)
+    assert (other.native_id, os.SCHED_FIFO, THREADS) in asked
+    punctuality.end()
+    assert (other.native_id, os.SCHED_OTHER, 0) in asked and asked[-1][0] == 0
+    over.set()
+    other.join()
 
 
 def test_what_others_have_frozen_stays_so() -> None:

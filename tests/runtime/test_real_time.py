@@ -8,16 +8,18 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from random import Random
+from threading import Thread, current_thread
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from specc_runtime.cycle import Executor
 from specc_runtime.options import Options
 from specc_runtime.plant import Deferred
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.processes.runner import ProcessRunner
 from specc_runtime.system import PlantInput, PlantSpec, Scheduled, System
-from specc_runtime.timing import Paced, Quantiles, SimulatedTime, timing
+from specc_runtime.timing import Paced, Quantiles, RealTime, SimulatedTime, timing
 from specc_runtime.track import InlineRunner
 
 from tests.runtime.driven import Driven, DrivenClock
@@ -273,6 +275,55 @@ def test_quantiles_are_those_of_the_durations() -> None:
     for share in (0.5, 0.9, 0.99, 1.0):
         exact = durations[max(0, int(share * len(durations)) - 1)]
         assert exact * 0.999 <= max(found.at(share), 1e-6) <= max(exact, 1e-6) * 1.03
+
+
+def test_skipped_ticks_and_periods_count_as_late() -> None:
+    clock = DrivenClock()
+    built = system(node("a", compute=busy(clock, 5, 0.034)), node("b", 2), tick_s=TICK_S)
+    followed = RealTime(clock)
+    driven = Driven(built, clock, timing=followed).until(20).finish()
+    assert driven.executor.skipped == {"a": 2, "b": 1}
+    late = driven.executor.lateness
+    # The step of tick 5 ends at 0.084 s: those of 6 and 7 were 24 and 14 ms ago, that of 8 4 ms.
+    assert late["a"].count == 19 and late["a"].longest_s == pytest.approx(0.024, abs=1e-4)
+    assert late["a"].at(1 - 3.5 / 19) < 1e-4
+    assert [late["a"].at(1 - n / 19) for n in (0, 1, 2)] == pytest.approx(
+        [0.024, 0.014, 0.004], rel=0.03
+    )
+    assert followed.lateness.count == 19 and followed.ticks == 17
+    assert late["b"].longest_s == pytest.approx(0.024, abs=1e-4)
+
+
+def test_periods_that_are_skipped_to_the_end_count_as_late() -> None:
+    clock = DrivenClock()
+    slow, fast = node("slow", 10), node("fast")
+    built = system(slow, fast, tick_s=TICK_S)
+    driven = Driven(built, clock, elsewhere={"slow": lambda: 10.0 if slow.steps else 0.0})
+    driven.until(60)
+    assert driven.executor.skipped["slow"] == 4
+    late = driven.executor.lateness["slow"]
+    assert late.count == 5 and late.longest_s == pytest.approx(0.4, abs=0.02)
+    driven.finish()
+
+
+def test_many_periods_are_counted_at_once() -> None:
+    late = Quantiles()
+    late.add_overdue(2e6, 1.0, range(1, 2_000_001))
+    assert late.count == 2_000_000 and late.longest_s == 2e6 - 1
+    assert late.at(0.5) == pytest.approx(1e6, rel=0.03)
+
+
+def test_no_step_is_made_in_a_thread() -> None:
+    """A thread that is woken waits behind processes that have just begun."""
+    clock, threads = DrivenClock(), set[Thread]()
+    slow = node("slow", 100, compute=lambda one: threads.add(current_thread()))
+    built = system(slow, tick_s=TICK_S)
+    executor = Executor(built, clock=clock, timing=RealTime(clock))
+    for _ in range(300):
+        assert executor.advance()
+    executor.finish()
+    executor.close()
+    assert slow.steps > 1 and threads == {current_thread()}
 
 
 def test_code_that_relies_on_proofs_is_refused() -> None:

@@ -97,6 +97,8 @@ class HostedPlant:
         """
         self._decode, self._encode = dict(decode or {}), dict(encode or {})
         self._observed = {binding.name for binding in system.plant.observed} if system.plant else ()
+        self._eager = {*self._observed}
+        """Elements whose values are read at once, however large they are."""
         self._readings = _readings(system)
         for name in setup.besides:
             index = len(self._readings)
@@ -175,7 +177,7 @@ class HostedPlant:
 
         is_left = (
             raw.extent.length > _LARGE
-            and name not in self._observed
+            and name not in self._eager
             and self._host.memory.pinned(reading.index) <= KEPT
         )
         reading.value = Deferred(read, reference=raw) if is_left else read()
@@ -203,7 +205,7 @@ class HostedPlant:
         self._host.memory.beat_s = time.monotonic()
         number = self._outputs = self._outputs + 1 if self._is_leaving else 0
         device, _, _ = name.rpartition(".")
-        if not self._host.channel.send("send", device, name, self._encoded(name, value), number):
+        if not self._host.channel.send("send", device, name, self._ordered(name, value), number):
             raise PlantError("the device host does not take outputs any more")
         if number:
             self._await_taken(number)
@@ -225,7 +227,12 @@ class HostedPlant:
         if why := self._taken.pop(number):
             raise PlantError(why)
 
+    def _ordered(self, name: str, value: Any) -> Any:
+        """Plain data of an output of the run."""
+        return self._encoded(name, value)
+
     def _encoded(self, name: str, value: Any) -> Any:
+        """Plain data of a safe output, or of any other."""
         encode = self._encode.get(name)
         return plain_of(value) if encode is None else encode(value)
 

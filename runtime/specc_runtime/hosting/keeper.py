@@ -25,6 +25,7 @@ from specc_runtime.hosting.devices import Devices, made, words
 from specc_runtime.hosting.memory import Memory
 from specc_runtime.hosting.reader import Reader
 from specc_runtime.hosting.wire import HostChannel
+from specc_runtime.scheduling import HOST, take
 
 WILL_S = 2.0
 """How long devices have to take the last will once nobody else will speak to them."""
@@ -32,8 +33,6 @@ CLOSE_S = 3.0
 """How long they have to close."""
 LEAVE_S = 15.0
 """How long the agent has to end once it says that it does, or once the host is asked to end."""
-PRIORITY = 1
-"""Of the host's threads where `SCHED_FIFO` is permitted: before all that has none."""
 _ASKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 _IGNORED = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU, signal.SIGPIPE)
 
@@ -224,7 +223,7 @@ class Keeper:
 def _prompt() -> bool:
     """Run before ordinary processes, all threads to come included; whether that is permitted."""
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+        take(HOST, inherited=True)
     except (AttributeError, OSError):
         return False
     return True

@@ -32,6 +32,7 @@ from specc_runtime.options import UsageError
 from specc_runtime.processes.channel import Gone, ProcessChannel, TooLarge
 from specc_runtime.processes.crossing import Changes, Receiver, Sender
 from specc_runtime.processes.fault_data import Told, told
+from specc_runtime.scheduling import PROCESSES, take, take_for_others
 from specc_runtime.stepping import Stepper
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System
@@ -51,6 +52,8 @@ class Assignment:
     base: str
     name: str
     check_operators: bool = False
+    is_prompt: bool = False
+    """Whether its steps go before ordinary processes where that is permitted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +114,8 @@ def main(arguments: Sequence[str]) -> None:
             return channel.send(str(error))
         except Fault as fault:
             return channel.send(told(fault))
+        if assignment.is_prompt:
+            _take_priority()
         subsystem = system.scheduled(assignment.name).subsystem
         asked = socket.socket(fileno=questions)
         threading.Thread(target=_answer, args=(asked, subsystem), daemon=True).start()
@@ -124,6 +129,13 @@ def end_with(parent: int) -> None:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
+
+
+def _take_priority() -> None:
+    """For all threads that there are and to come."""
+    with suppress(AttributeError, OSError):
+        take_for_others(PROCESSES)
+        take(PROCESSES, inherited=True)
 
 
 def _loaded(assignment: Assignment) -> tuple[System, Layout]:

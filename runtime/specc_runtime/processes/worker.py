@@ -30,6 +30,7 @@ from specc_runtime.processes.channel import Garbled, Gone, ProcessChannel
 from specc_runtime.processes.child import LEFT, UNDER_WAY, Assignment
 from specc_runtime.processes.crossing import uncodable
 from specc_runtime.processes.fault_data import Told, fault_of
+from specc_runtime.scheduling import class_of
 from specc_runtime.system import System
 from specc_runtime.workers import Workers
 
@@ -82,6 +83,11 @@ class Worker:
     def feeder(self) -> Workers:
         """A thread that computes the samples of its steps."""
         return Workers(1, "specc-samples")
+
+    @property
+    def scheduling(self) -> str:
+        """Its scheduling class, in words."""
+        return class_of(self._process.pid)
 
     def wait(self) -> None:
         """Wait until it can make steps. Raises UsageError, StepFailed if it cannot."""
@@ -174,7 +180,7 @@ class Processes:
             is_recorded = options.record is not None
             kept = _remembered(system, name, layout.memory, is_recorded)
             _check(name, layout, kept)
-            order = Assignment(*_places(options), name, options.check_operators)
+            order = Assignment(*_places(options), name, options.check_operators, options.real_time)
             reported = _read(system, name, "reported")
             seen = {e.attribute for e in layout.x} if is_recorded else reported
             assigned[name] = order, layout, kept, seen
@@ -189,6 +195,11 @@ class Processes:
         """Wait until all can make steps. Raises UsageError, and Fault, if one cannot."""
         for worker in self._workers.values():
             worker.wait()
+
+    @property
+    def scheduling(self) -> dict[str, str]:
+        """The scheduling class of each, in words."""
+        return {name: worker.scheduling for name, worker in self._workers.items()}
 
     def under_way(self) -> list[str]:
         """What they compute, in words."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import inf
 from typing import Any
 
@@ -58,6 +58,11 @@ def _show(report: Report, console: Console) -> None:
         console.print(line, highlight=False, soft_wrap=True)
     for name, clipped in report.clipped.items():
         console.print(_clipped(name, clipped), highlight=False, soft_wrap=True)
+    for name, others in report.other_commanders.items():
+        nodes = _safe(", ".join(others["nodes"]))
+        said = f"{nodes} can send on {_safe(others['topic'])}, too, which commands {_safe(name)}"
+        when = f"seen first at {others['first_s']:.3g} s"
+        console.print(f"[yellow]not alone[/]: {said}: {when}", highlight=False, soft_wrap=True)
     for disturbance in sorted(report.disturbances, key=_beginning_s):
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
@@ -80,17 +85,37 @@ def _followed_the_clock(told: dict[str, Any]) -> Iterator[str]:
     yield f"{told['ticks']} ticks in real time, late by {', '.join(late)}"
     if told["punctual"]:
         yield f"for punctuality: {in_words(told['punctual'])}"
+    yield "; ".join(f"{where}: {', '.join(names)}" for where, names in _places(told["steps"]))
     for name, step in told["steps"].items():
-        if step["budget_us"] is not None and step["p99_us"] > step["budget_us"]:
-            took = f"{_safe(name)} took {step['p99_us'] / 1000:.3g} ms"
-            yield f"[yellow]{took}[/] (99 of 100), its budget is {step['budget_us'] / 1000:g} ms"
+        took = f"[yellow]{_safe(name)} took {step['p99_us'] / 1000:.3g} ms[/] (99 of 100)"
+        if step["budget_us"] is None and step["p99_us"] > told["tick_us"]:
+            yield (
+                f"{took}, longer than the base tick of {told['tick_us'] / 1000:g} ms: with a "
+                "`budget` it computes in a process of its own"
+            )
+        elif step["budget_us"] is not None and step["p99_us"] > step["budget_us"]:
+            yield f"{took}, its budget is {step['budget_us'] / 1000:g} ms"
     skipped = {name: count for name, count in told["skipped"].items() if count}
     if first := told["first_skipped"]:
-        words = ", ".join(f"{count} of {_safe(name)}" for name, count in skipped.items())
+        words = ", ".join(
+            f"{count} of {_safe(name)}, which was late by "
+            f"{told['steps'][name]['late_us']['p99'] / 1000:.3g} ms (99 of 100)"
+            for name, count in skipped.items()
+        )
         yield (
             f"[yellow]periods skipped: {words}[/]; the first is period {first['stamp']} of "
             f"{_safe(first['subsystem'])}, at {first['time_s']:.3f} s: proofs hold until then"
         )
+
+
+def _places(steps: Mapping[str, Any]) -> Iterator[tuple[str, list[str]]]:
+    """Where steps were made, with the scheduling class, and of which subsystems."""
+    where: dict[str, list[str]] = {}
+    for name, step in steps.items():
+        place = "in a process of its own" if step["process"] else "on the main thread"
+        scheduling = f" ({step['scheduling']})" if step["scheduling"] else ""
+        where.setdefault(f"{place}{scheduling}", []).append(_safe(name))
+    yield from where.items()
 
 
 _LATE = {"p50": "(half of them)", "p99": "(99 of 100)", "max": "at most"}

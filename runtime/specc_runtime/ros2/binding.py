@@ -61,7 +61,8 @@ class Ros2Topic:
         """What the node is told of it."""
         told = ("name", "topic", "type", "commanded", "joints", "part", "between")
         every = asdict(self)
-        return {key: every[key] for key in told} | {"qos": dict(self.qos)}
+        field = self.path if self.shape == "joints" else ""
+        return {key: every[key] for key in told} | {"qos": dict(self.qos), "field": field}
 
 
 @dataclass(frozen=True, slots=True)

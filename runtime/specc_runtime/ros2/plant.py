@@ -13,8 +13,11 @@ from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.wire import plain
 from specc_runtime.plants.errors import PlantError
-from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2
+from specc_runtime.printing import say
+from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2, Ros2Topic
 from specc_runtime.ros2.clock import RosClock
+from specc_runtime.ros2.goals import goals_of
+from specc_runtime.ros2.host import LAST, OTHERS
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
 from specc_runtime.system import PlantSpec, System
@@ -37,14 +40,64 @@ class Ros2Plant(HostedPlant):
         decode: Mapping[str, Convert],
         encode: Mapping[str, Convert],
     ) -> None:
-        super().__init__(system, setup, decode=decode, encode=encode)
         assert system.plant is not None and system.plant.ros2 is not None
+        topics = system.plant.ros2.topics
+        given_back = frozenset(t.name for t in topics if is_given_back(t))
+        super().__init__(system, setup, decode=decode, encode=encode, optional=given_back)
+        self._goals = goals_of(topics)
+        self._eager |= self._goals.keys()
         self._is_simulated = system.plant.ros2.use_sim_time
         self._clock_s = 0.0
+        self._begin_s: float | None = None
+        self._others_seen = 0
+        self.other_commanders: dict[str, dict[str, Any]] = {}
+        """By elements: who else sends on its topic, and how long after the begin that was seen."""
         self._pace: RosClock | None = None
         self._observed = {*self._observed, *_told_only(system.plant.ros2)}
         published = system.plant.ros2.published
         self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
+        self._look_for_others()
+
+    def advance(self, duration_s: float) -> None:
+        """See `HostedPlant`."""
+        if self._begin_s is None:
+            self._begin_s = time.monotonic()
+        super().advance(duration_s)
+        self._look_for_others()
+
+    def _look_for_others(self) -> None:
+        """Say it if somebody else has begun to send on a topic that is commanded."""
+        reading = self._readings.get(OTHERS)
+        if reading is None or self._host.memory.number(reading.index) == self._others_seen:
+            return
+        raw = self._host.memory.read(reading.index)
+        if raw is None:
+            return
+        self._others_seen = raw.number
+        for name, (topic, nodes) in plain(bytes(raw.data)).items():
+            told = {"topic": topic, "nodes": nodes, "first_s": self._run_s()}
+            before = self.other_commanders.setdefault(name, told)
+            if before is told or before["nodes"] != nodes:
+                before["nodes"] = nodes
+                say(f"warning: {', '.join(nodes)} can send on {topic}, too, which commands {name}")
+
+    def _run_s(self) -> float:
+        return 0.0 if self._begin_s is None else time.monotonic() - self._begin_s
+
+    def sample(self, name: str) -> Any:
+        """See `HostedPlant`; of an action, what belongs to its present goal."""
+        goals = self._goals.get(name)
+        return super().sample(name) if goals is None else goals.sample(name, super().sample)
+
+    def _ordered(self, name: str, value: Any) -> Any:
+        goals = self._goals.get(name)
+        if goals is None or self._is_leaving:
+            return self._encoded(name, value)
+        return goals.take(value), super()._encoded(name, value)
+
+    def _encoded(self, name: str, value: Any) -> Any:
+        fields = super()._encoded(name, value)
+        return (LAST, fields) if name in self._goals else fields
 
     def clock_of_run(self, clock: WallClock, is_over: Callable[[], bool]) -> WallClock:
         """The clock of the run: `clock` until the end, or simulated time where ROS has that."""
@@ -97,12 +150,20 @@ def ros2_plant(system: System) -> HostedPlant:
     decode, encode = conversions(spec)
     # What nobody reads need not come.
     read = {item.sensor for item in spec.inputs}
-    topics = tuple(topic for topic in spec.ros2.topics if topic.commanded or topic.name in read)
-    ros2 = replace(spec.ros2, topics=topics)
-    besides = (CLOCK,) if ros2.use_sim_time else ()
-    setup = Setup(
-        NODE, ros2.config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides
+    topics = tuple(
+        topic
+        for topic in spec.ros2.topics
+        if topic.commanded or (topic.name in read and not is_given_back(topic))
     )
+    ros2 = replace(spec.ros2, topics=topics)
+    gaps = {sensor.name: sensor.max_gap_s for sensor in spec.sensors}
+    config = ros2.config
+    for topic in config["topics"]:
+        topic["max_gap_s"] = gaps.get(topic["name"])
+    besides = (CLOCK,) if ros2.use_sim_time else ()
+    if any(topic.commanded and not topic.part for topic in topics):
+        besides = (*besides, OTHERS)
+    setup = Setup(NODE, config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides)
     return Ros2Plant(system, setup, decode=decode, encode=encode)
 
 
@@ -118,12 +179,12 @@ def conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Co
         made = None if function is None else partial(_made, topic.name, function)
         if topic.commanded:
             encode[topic.name] = _after(made, partial(message_of, topic))
+            if topic.part:
+                encode[topic.name] = _unless_none(encode[topic.name])
         else:
             decode[topic.name] = _after(partial(value_of, topic), made)
-        if topic.part:  # no goal, no feedback and no result yet are None
-            for either in (encode, decode):
-                if convert := either.get(topic.name):
-                    either[topic.name] = _unless_none(convert)
+            if topic.part:
+                decode[topic.name] = _numbered(_unless_none(decode[topic.name]))
     return decode, encode
 
 
@@ -146,5 +207,16 @@ def _told_only(ros2: Ros2) -> set[str]:
     return {each.topic.name for each in ros2.published} | {CHANGES.name}
 
 
+def is_given_back(topic: Ros2Topic) -> bool:
+    """Whether an element is the goal that an action has; the agent knows it without the node."""
+    return topic.part == "goal" and not topic.commanded
+
+
+def _numbered(convert: Convert) -> Convert:
+    """Convert what is reported of a goal, beside the number of that."""
+    return lambda reported: (reported[0], convert(reported[1]))
+
+
 def _unless_none(convert: Convert) -> Convert:
+    """No goal, and no feedback and no result yet, are None."""
     return lambda value: None if value is None else convert(value)

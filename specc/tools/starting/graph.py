@@ -21,7 +21,8 @@ class Topic:
     """A topic and the nodes at its ends; what its last `message` says of sizes, joints and frames.
 
     `*_kept`: the last message is kept for those who come late, or they ask for that. The others are
-    the number of messages that came, and the mean and the longest time between them.
+    the number of messages that came, and the mean and the longest time between them. It is a part
+    if messages of a topic of joint states have different joints: those with these joints.
     """
 
     name: str
@@ -34,11 +35,18 @@ class Topic:
     count: int = 0
     mean_s: float = 0.0
     longest_s: float = 0.0
+    is_part: bool = False
 
     @property
     def type(self) -> str:
         """`package/Type` of its messages."""
         return short(self.types[0])
+
+    @property
+    def order(self) -> tuple[str, int, tuple[str, ...]]:
+        """Tells topics and their parts apart, and the order in which devices are made of them."""
+        joints = tuple(self.message.get("joints", ())) if self.is_part else ()
+        return self.name, -len(joints), joints
 
     @property
     def commanded(self) -> bool:
@@ -59,7 +67,15 @@ class RosGraph:
 def graph_from(data: Mapping[str, Any]) -> RosGraph:
     """The graph of what `specc_runtime.ros2.looking` found."""
     actions = tuple((name, short(types[0])) for name, types in data["actions"] if len(types) == 1)
-    return RosGraph(tuple(Topic(**each) for each in data["topics"]), actions, data["more"])
+    topics = tuple(topic for each in data["topics"] for topic in _parts(**each))
+    return RosGraph(topics, actions, data["more"])
+
+
+def _parts(parts: Sequence[Mapping[str, Any]] = (), **told: Any) -> Iterator[Topic]:
+    """The topic, once for each of the lists of joints that its messages have, the longest first."""
+    longest_first = sorted(parts, key=lambda part: -len(part["message"].get("joints", ())))
+    for part in longest_first or ({},):
+        yield Topic(**{**told, **part}, is_part=len(parts) > 1)
 
 
 LISTENED = tuple(name.replace("/", "/msg/") for name in MESSAGES)
@@ -99,7 +115,7 @@ def checked(topic: Topic) -> None:
         raise UnfitTopic(
             "of another type: it is bound with a function under `through`, docs/ros2.md"
         )
-    if not topic.commanded and not topic.message:
+    if not topic.commanded and not topic.count:
         raise UnfitTopic("no message came, and a run begins when each topic has had one")
 
 
@@ -245,7 +261,8 @@ _TO_JOINTS = (JOINT_STATE, "std_msgs/Float64MultiArray", "std_msgs/Float32MultiA
 def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
     """Topics of joint states with those that command the same joints, as far as names tell.
 
-    Each with the name of the command's element and its unit: of several, positions go first.
+    Each with the name of the command's element and its unit: of several, positions go first, and
+    more joints before fewer.
     """
 
     def shared(one: str, other: str) -> int:
@@ -253,14 +270,14 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
         return common(one.split("/")[:-1], other.split("/")[:-1])
 
     every = [each for each in topics if len(each.types) == 1]
-    states = {t.name: t for t in every if t.type == JOINT_STATE and not t.commanded and t.message}
+    states = {t.order: t for t in every if t.type == JOINT_STATE and not t.commanded and t.count}
     pairs = [
-        (-shared(state.name, topic.name), -_kind(topic), topic.name, state.name)
+        (-shared(state.name, topic.name), -_kind(topic), topic.name, state.order)
         for state in states.values()
         for topic in every
         if topic.commanded and topic.type in _TO_JOINTS
     ]
-    commands, taken = {t.name: t for t in every}, set[str]()
+    commands, taken = {t.name: t for t in every}, set[object]()
     for _, kind, command, state in sorted(pairs):
         if not {command, state} & taken:
             taken |= {command, state}

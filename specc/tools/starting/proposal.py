@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 
 from specc.analysis.ros2 import JOINT_STATE
@@ -31,6 +31,8 @@ _OFTEN_HZ, _SEEN_HZ, _DECIDED_HZ = 50, 10, 10
 _MOST_DEVICES = 100
 _GAPS = 5
 """How many periods, of the sender or of the reader, there may be no message."""
+_MOST_AGE_S = 1.0
+"""Of a message when it comes: what is older has been stamped by another clock."""
 _FEWEST = 3
 """Messages by which a rate is known."""
 
@@ -46,6 +48,17 @@ class ProposedDevice:
     commands: dict[str, Data] = field(default_factory=dict)
     reports: dict[str, Data] = field(default_factory=dict)
     bind: dict[str, Data] = field(default_factory=dict)
+    oldest_s: dict[str, float] = field(default_factory=dict)
+    """By reports: the age of a value before the next one comes, where that is known."""
+
+    def limited(self, periods: int) -> dict[str, Data]:
+        """What it reports, with a `max_age` so many of its periods after it was sampled."""
+        found: dict[str, Data] = {}
+        for name, type_ in self.reports.items():
+            oldest_s = self.oldest_s.get(name)
+            limit_ms = _round_ms(oldest_s + periods / self.rate_hz) if oldest_s else 0
+            found[name] = {"type": type_, "max_age": _spelt(limit_ms)} if limit_ms else type_
+        return found
 
     @property
     def side(self) -> str:
@@ -65,15 +78,27 @@ class Devices:
         self._names = SpecNames(PEERS)
         self._cameras: dict[str, ProposedDevice] = {}
         self._commanded_joints = set[str]()
-        topics = {t.name: t for t in graph.topics if not is_about_ros(t)}
+        topics = {t.order: t for t in self._apart(graph.topics) if not is_about_ros(t)}
         for state, command, element, unit in arms(topics.values()):
             for done in self._arm(state, command, element, unit):
-                del topics[done.name]
+                del topics[done.order]
         for topic in topics.values():
             if topic.publishers or topic.readers:
                 self._single(topic)
         for name, type_ in graph.actions:
             self._action(name, type_)
+
+    def _apart(self, topics: Iterable[Topic]) -> Iterator[Topic]:
+        """The topics, without parts whose joints are those of a larger part, too."""
+        read: dict[str, set[str]] = {}
+        for topic in topics:
+            joints = set(topic.order[-1])
+            if joints & read.setdefault(topic.name, set()):
+                unfit = UnfitTopic("its joints come with others in larger messages")
+                self._leave_out(unfit, topic.name, topic.types[0], _ends(topic))
+            else:
+                read[topic.name] |= joints
+                yield topic
 
     def _new(self, wish: str, title: str, *, acts: bool) -> ProposedDevice:
         """Raises Unfit if there are as many as a specification may have."""
@@ -122,7 +147,9 @@ class Devices:
             device = self._cameras.get(camera)
             if device is None or device.reports.keys() & found:
                 title = f"{topic.type} on {topic.name}"
-                device = self._new(camera or topic.name, title, acts=topic.commanded)
+                joints = topic.order[-1]
+                name = "".join(joints) if len(joints) == 1 else camera or topic.name
+                device = self._new(name, title, acts=topic.commanded)
         except UnfitTopic as unfit:
             self._leave_out(unfit, topic.name, topic.types[0], _ends(topic))
             return
@@ -161,8 +188,13 @@ class Devices:
         if topic.type == JOINT_STATE:
             more["joints"] = joints_of(topic)
         is_measured = topic.count >= _FEWEST and not topic.published_kept and not self.is_simulated
-        if is_measured and (gap := _gap(topic, device.rate_hz)):
-            more["max_gap"] = gap
+        # A period that was measured is a little longer or shorter.
+        gap_ms = _round_ms(0.95 * _gap_s(topic, device.rate_hz)) if is_measured else 0
+        if gap_ms:
+            more["max_gap"] = _spelt(gap_ms)
+            age_s = topic.message.get("age_s", 0.0)
+            if isinstance(age_s, float) and abs(age_s) < _MOST_AGE_S:
+                device.oldest_s |= dict.fromkeys(found, gap_ms / 1e3 + 2 * max(0.0, age_s))
         more |= _kept(topic.published_kept)
         rate = f"{1 / topic.mean_s:.3g} Hz were measured." if "max_gap" in more else ""
         turn = "A guess: joints turn, so that rad is right." if topic.type == JOINT_STATE else ""
@@ -182,15 +214,20 @@ def _kept(asked: bool) -> dict[str, Data]:
     return {"qos": {"durability": "transient_local"}} if asked else {}
 
 
-def _gap(topic: Topic, rate_hz: int) -> str:
-    """A `max_gap` that is no fault of a sender as it was: 1, 2 or 5 times a power of ten."""
-    least_ms = 1e3 * max(_GAPS * topic.mean_s, 2 * topic.longest_s, _GAPS / rate_hz)
+def _gap_s(topic: Topic, rate_hz: int) -> float:
+    """A time without a message that is no fault of a sender as it was; 0 if none is known."""
+    least_s = max(_GAPS * topic.mean_s, 2 * topic.longest_s, _GAPS / rate_hz)
+    return least_s if topic.mean_s > 0 else 0.0
+
+
+def _round_ms(time_s: float) -> int:
+    """1, 2 or 5 times a power of ten, not less than a time; 0 for none and for what is too long."""
     steps = (digit * 10**power for power in range(6) for digit in (1, 2, 5))
-    # A period that was measured is a little longer or shorter.
-    found = next((ms for ms in steps if ms >= 0.95 * least_ms), 0)
-    if not found or topic.mean_s <= 0:
-        return ""
-    return f"{found} ms" if found < 1000 else f"{found // 1000} s"
+    return next((ms for ms in steps if ms >= 1e3 * time_s), 0) if time_s > 0 else 0
+
+
+def _spelt(time_ms: int) -> str:
+    return f"{time_ms} ms" if time_ms < 1000 else f"{time_ms // 1000} s"
 
 
 _MOST_SHOWN = 3
@@ -200,7 +237,9 @@ def _ends(topic: Topic) -> str:
     """Who is at the ends of a topic."""
     ends = topic.readers if topic.commanded else topic.publishers
     by = few(list(map(_shown, ends)), _MOST_SHOWN)
-    return f"{'Read' if topic.commanded else 'Published'} by {by}."
+    said = f"{'Read' if topic.commanded else 'Published'} by {by}."
+    joints = few(list(map(_shown, topic.order[-1])), _MOST_SHOWN)
+    return f"{said} Joints of one message: {joints}." if joints else said
 
 
 def _shown(text: str) -> str:
@@ -301,7 +340,7 @@ def _moving(device: ProposedDevice) -> Data:
     data: dict[str, Data] = {
         "title": device.title,
         "rate": f"{device.rate_hz} Hz",
-        "x": filled({"c": device.commands, "E": device.reports}),
+        "x": filled({"c": device.commands, "E": device.limited(1)}),
         "y": filled({"c": device.reports, "E": device.commands}),
         "conditions": {"terminal": {"commanded": f"present(x.c.{commanded})"}},
         "functions": filled(
@@ -319,7 +358,7 @@ def _moving(device: ProposedDevice) -> Data:
 
 
 def _control(devices: Sequence[ProposedDevice]) -> Data:
-    x: dict[str, Data] = {each.name: each.reports for each in devices if each.reports}
+    x: dict[str, Data] = {each.name: each.limited(3) for each in devices if each.reports}
     y: dict[str, Data] = {each.name: each.commands for each in devices if each.commands}
     there = [f"present(x.{each.name}.{name})" for each in devices for name in each.reports]
     note = ("Write these in a function of a behaviour.",)

@@ -10,6 +10,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 from specc_runtime.hosting.devices import DeviceError
+from specc_runtime.ros2.host import LAST
 from specc_runtime.ros2.host.plain import fill, interface, plain
 
 NONE, REJECTED = "none", "rejected"
@@ -19,7 +20,7 @@ Put = Callable[[str, Any], None]
 
 
 class Action:
-    """A client of one action. The last goal counts: what comes of earlier ones is not told.
+    """A client of one action. What is told has the number of its goal, by which others know it.
 
     All that concerns rclpy happens in the thread that spins the node; goals come from others.
     """
@@ -29,126 +30,146 @@ class Action:
     ) -> None:
         """`parts` has the elements of `goal`, `status`, `feedback` and `result`, if there are any.
 
-        `put` is called with an element and its new value. Raises DeviceError for a type that this
-        ROS does not have.
+        `put` is called with an element and the number of a goal with its new value. Raises
+        DeviceError for a type that this ROS does not have.
         """
         self.name = name
         self.type = interface(type_name, "action")
         self._client = ActionClient(node, self.type, name)
         self._parts = parts
         self._put = put
-        self._goals: deque[Any] = deque()
-        self._sent: Any = None
+        self._orders: deque[tuple[int, Any, Any] | None] = deque()
+        """Numbers, fields and goals that are still to be pursued; None is the end of the run."""
         self._number = 0
         """Of the last goal."""
-        self._handle: Any = None
+        self._fields: Any = None
+        """Of the last goal; None if it is not wanted any more."""
+        self._lasting = 0
+        """The goal that outlives the run, if one does."""
         self._unanswered: set[int] = set()
         """Goals to which the server has not answered yet."""
         self._unwanted: set[int] = set()
         """Goals of these that are cancelled as soon as they are accepted."""
-        self._cancelling: list[Any] = []
-        self._status = ""
-        self._wanted = node.create_guard_condition(self._pursue)
-        self._forget()
-
-    def _forget(self) -> None:
-        """Nothing has become of the present goal yet."""
+        self._open: dict[int, Any] = {}
+        """The handles of goals that were accepted and have not ended."""
+        self._cancelling: dict[int, Any] = {}
+        """The answers to cancelling these."""
+        self._status = (0, "")
+        self._changed = node.create_guard_condition(self._follow_orders)
         for part, value in (("status", NONE), ("feedback", None), ("result", None)):
-            self._tell(part, value)
+            self._tell(part, 0, value)
 
     @property
     def is_there(self) -> bool:
         """Whether somebody serves it."""
         return bool(self._client.server_is_ready())
 
-    def pursue(self, fields: Any) -> None:
-        """Send a goal, by its fields, unless it is the present one; None cancels that.
+    def pursue(self, number: int, fields: Any) -> None:
+        """Send a goal, by its fields, unless it has the number of the last one; None cancels all.
 
-        Raises DeviceError for fields that are not those of the goal.
+        A goal with the number `LAST` is sent unless the last one has its fields: all others are
+        cancelled, and `end` leaves it. Raises DeviceError for fields that are not those of a goal.
         """
         goal = None if fields is None else fill(self.type.Goal(), fields)
-        self._goals.append((goal, fields))
-        self._wanted.trigger()
+        self._orders.append((number, fields, goal))
+        self._changed.trigger()
+
+    def end(self) -> None:
+        """Cancel the goals that are open."""
+        self._orders.append(None)
+        self._changed.trigger()
 
     @property
     def is_settled(self) -> bool:
         """Whether its server has answered, so that nobody has to wait for that."""
-        is_told = all(future.done() for future in self._cancelling)
-        return is_told and not (self._goals or self._unanswered)
+        is_cancelled = all(future.done() for future in self._cancelling.values())
+        return is_cancelled and not (self._orders or self._unanswered)
 
     def look(self) -> None:
         """Tell the status if it has changed, or that the server of a goal is gone."""
-        if self._handle is None and not self._unanswered:
+        if not (self._open or self._unanswered):
             return
         if not self.is_there:
             for part, element in self._parts.items():
                 if part != "goal":
                     why = f"nobody serves the action {self.name} any more"
                     self._put(element, DeviceError(why))
-            self._handle = None
+            self._open.clear()
             self._unanswered.clear()
-        elif self._handle is not None and self._handle.status < len(STATUSES):
-            self._tell("status", STATUSES[max(1, self._handle.status)])
+            self._cancelling.clear()
+            return
+        handle = self._open.get(self._number)
+        if handle is not None and handle.status < len(STATUSES):
+            self._tell("status", self._number, STATUSES[max(1, handle.status)])
 
-    def _tell(self, part: str, value: Any) -> None:
+    def _tell(self, part: str, number: int, value: Any) -> None:
+        """Tell what has become of a goal, unless there is a later one."""
+        if number != self._number:
+            return
         if part == "status":
-            if value == self._status:
+            if (number, value) == self._status:
                 return
-            self._status = value
+            self._status = number, value
         if part in self._parts:
-            self._put(self._parts[part], value)
+            self._put(self._parts[part], (number, value))
 
-    def _pursue(self) -> None:
-        while self._goals:
-            goal, fields = self._goals.popleft()
-            if fields == self._sent:
-                continue
-            self._sent = fields
-            if goal is not None:
-                self._send(goal)
-            elif self._handle is not None:
-                self._cancel(self._handle)
+    def _follow_orders(self) -> None:
+        while self._orders:
+            order = self._orders.popleft()
+            if order is None:
+                self._cancel_open()
             else:
-                self._unwanted |= self._unanswered
+                self._follow(*order)
 
-    def _cancel(self, handle: Any) -> None:
-        self._cancelling = [future for future in self._cancelling if not future.done()]
-        self._cancelling.append(handle.cancel_goal_async())
+    def _follow(self, number: int, fields: Any, goal: Any) -> None:
+        is_last = number == LAST
+        is_other = fields != self._fields if is_last else number != self._number
+        is_new = goal is not None and is_other
+        self._fields = fields
+        if is_new:
+            self._number = number
+        if is_last:
+            self._lasting = 0 if goal is None else self._number
+        if is_last or goal is None:
+            self._cancel_open()
+        if is_new:
+            self._send(goal, number)
 
-    def _send(self, goal: Any) -> None:
-        self._handle = None
-        self._forget()
-        self._number += 1
-        number = self._number
+    def _cancel_open(self) -> None:
+        """Cancel the goals that have not ended, but for one that outlives the run."""
+        self._unwanted |= self._unanswered - {self._lasting}
+        for number in self._open.keys() - {self._lasting}:
+            self._cancel(number)
 
+    def _cancel(self, number: int) -> None:
+        if number not in self._cancelling:
+            self._cancelling[number] = self._open[number].cancel_goal_async()
+
+    def _send(self, goal: Any, number: int) -> None:
         def feedback(message: Any) -> None:
-            if self._number == number:
-                self._tell("feedback", plain(message.feedback))
+            self._tell("feedback", number, plain(message.feedback))
 
         def answered(future: Any) -> None:
             handle = future.result()
             self._unanswered.discard(number)
-            if number in self._unwanted and handle.accepted:
-                self._cancel(handle)
-            if self._number != number:
-                return
-            if not handle.accepted:
-                self._tell("status", REJECTED)
-                return
-            self._follow(handle, number)
+            if handle.accepted:
+                self._accepted(handle, number)
+            else:
+                self._tell("status", number, REJECTED)
 
         self._unanswered.add(number)
         self._client.send_goal_async(goal, feedback).add_done_callback(answered)
 
-    def _follow(self, handle: Any, number: int) -> None:
-        self._handle = handle
-        self._tell("status", STATUSES[1])
+    def _accepted(self, handle: Any, number: int) -> None:
+        self._open[number] = handle
+        self._tell("status", number, STATUSES[1])
+        if number in self._unwanted:
+            self._cancel(number)
 
         def ended(future: Any) -> None:
-            if self._number == number:
-                outcome = future.result()
-                self._handle = None
-                self._tell("result", plain(outcome.result))
-                self._tell("status", STATUSES[outcome.status])
+            outcome = future.result()
+            self._open.pop(number, None)
+            self._tell("result", number, plain(outcome.result))
+            self._tell("status", number, STATUSES[outcome.status])
 
         handle.get_result_async().add_done_callback(ended)

@@ -14,26 +14,47 @@ from rclpy.serialization import deserialize_message
 from specc_runtime.hosting.devices import DeviceError
 from specc_runtime.ros2.host.node import NodeDevices
 from specc_runtime.ros2.host.plain import interface
-from specc_runtime.ros2.host.qos import profile
+from specc_runtime.ros2.host.qos import is_latched, profile
 
 GRAPH = "graph"
 """The name of the one element."""
 _LOOK_S = 0.2
+_WAITING = 10
+"""Messages of a topic that wait: several publishers send at the same time."""
 _LONGEST = 200
 """Of a text of somebody else, in characters, and of a list of them."""
+_JOINT_STATE = "sensor_msgs/msg/JointState"
+_MOST_PARTS = 20
+"""Lists of joints that messages of one topic have."""
 _KEPT = DurabilityPolicy.TRANSIENT_LOCAL
 
 
 class _Heard:
-    """What came of one topic: the last message as bytes, how many there were, and when."""
+    """What came of one topic: the last message as bytes, how many there were, and when.
+
+    Of joint states also the same for each list of joints that came: `parts`.
+    """
 
     def __init__(self) -> None:
         self.last = b""
         self.times_s: list[float] = []
+        self.date_s = 0.0
+        """When the last message came, s since 1970."""
+        self.parts: dict[tuple[str, ...], _Heard] = {}
 
     def take(self, data: bytes) -> None:
         self.last = data
         self.times_s.append(time.monotonic())
+        self.date_s = time.time()
+
+    def take_joints(self, data: bytes) -> None:
+        self.take(data)
+        try:
+            names = tuple(deserialize_message(data, interface(_JOINT_STATE)).name)
+        except Exception:  # noqa: BLE001  # the bytes are a stranger's
+            return
+        if names in self.parts or len(self.parts) < _MOST_PARTS:
+            self.parts.setdefault(names, _Heard()).take(data)
 
     @property
     def times(self) -> dict[str, Any]:
@@ -84,10 +105,13 @@ def _listen(node: Node, name: str, type_name: str, heard: dict[str, _Heard]) -> 
     except DeviceError:
         return
     heard[name] = _Heard()
-    kept = all(end.qos_profile.durability == _KEPT for end in ends)
-    qos = profile({"durability": "transient_local"} if kept else {}, commanded=False)
+    kept = all(is_latched(end.qos_profile) for end in ends)
+    qos = profile(
+        {"durability": "transient_local"} if kept else {}, commanded=False, depth=_WAITING
+    )
+    take = heard[name].take_joints if type_name == _JOINT_STATE else heard[name].take
     # As bytes, since images would take all the time there is.
-    node.create_subscription(cls, name, heard[name].take, qos, raw=True)
+    node.create_subscription(cls, name, take, qos, raw=True)
 
 
 def _told(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> dict[str, Any]:
@@ -99,14 +123,18 @@ def _told(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> 
         "types": [each[:_LONGEST] for each in types],
         "publishers": _nodes(publishers),
         "readers": _nodes(readers),
-        "published_kept": bool(publishers)
-        and all(e.qos_profile.durability == _KEPT for e in publishers),
+        "published_kept": bool(publishers) and all(is_latched(e.qos_profile) for e in publishers),
         "read_kept": any(e.qos_profile.durability == _KEPT for e in readers),
     }
     came = heard.get(name)
     if came is not None and came.last:
-        told |= {"message": _summary(came.last, types[0]), **came.times}
+        told |= _came(came, types[0])
+        told["parts"] = [_came(part, types[0]) for part in came.parts.values()]
     return told
+
+
+def _came(heard: _Heard, type_name: str) -> dict[str, Any]:
+    return {"message": _summary(heard.last, type_name, heard.date_s), **heard.times}
 
 
 def _nodes(ends: list[Any]) -> list[str]:
@@ -114,8 +142,8 @@ def _nodes(ends: list[Any]) -> list[str]:
     return sorted(names)[:_LONGEST]
 
 
-def _summary(data: bytes, type_name: str) -> dict[str, Any]:
-    """Of a message what says how large its values are, and in which frames."""
+def _summary(data: bytes, type_name: str, date_s: float) -> dict[str, Any]:
+    """Of a message that came then: how large its values are, how old, and in which frames."""
     try:
         message: Any = deserialize_message(data, interface(type_name))
     except Exception:  # noqa: BLE001  # the bytes are a stranger's
@@ -124,6 +152,8 @@ def _summary(data: bytes, type_name: str) -> dict[str, Any]:
     header = getattr(message, "header", None)
     if header is not None:
         told["header.frame_id"] = header.frame_id[:_LONGEST]
+        if header.stamp.sec or header.stamp.nanosec:
+            told["age_s"] = date_s - (header.stamp.sec + header.stamp.nanosec * 1e-9)
     for name in ("child_frame_id", "encoding"):
         if hasattr(message, name):
             told[name] = getattr(message, name)[:_LONGEST]

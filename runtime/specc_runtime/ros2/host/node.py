@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import rclpy
@@ -14,9 +15,11 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from specc_runtime.hosting.devices import DeviceError
+from specc_runtime.ros2.host import OTHERS
 from specc_runtime.ros2.host.actions import Action
+from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
-from specc_runtime.ros2.host.qos import mismatch, profile
+from specc_runtime.ros2.host.qos import is_latched, mismatch, profile
 from specc_runtime.ros2.host.stamps import measured_at
 from specc_runtime.ros2.host.transforms import Transforms
 
@@ -25,7 +28,14 @@ Samples = list[tuple[str, object, float]]
 _STEP_S = 0.05
 _SETTLED_S = 1.0
 """How long the servers of actions have at the end for their answers."""
+_OTHERS_S = 1.0
+"""How often others are looked for who send on a topic that is commanded."""
 _CLOCK = "/clock"
+_JOINT_STATES = 10
+"""Messages of joint states that wait, since several publishers may have a part of the joints."""
+_MOST_OTHERS = 10
+_UNKNOWN = "_NODE_NAME_UNKNOWN_"
+"""The name of a node that has just been discovered."""
 _MOST_AT_ONCE = 64
 """Messages that one `poll` takes, so that it returns though they come without end."""
 
@@ -35,8 +45,10 @@ class NodeDevices:
 
     The configuration has `node`, its name; `namespace`; `use_sim_time`; `wait_s`; and `topics`,
     each with the `name` of its element, `topic`, `type`, whether it is `commanded`, `qos`, and
-    `joints`: a message that has none of them is somebody else's. Where it is a `part` of an action,
-    `topic` and `type` are those of the action. Those that are `published` are for whoever looks.
+    `joints`: a message that has none of them is somebody else's. Messages may have some of the
+    joints each if `field` says where their numbers are, none missing for longer than `max_gap_s`.
+    Where it is a `part` of an action, `topic` and `type` are those of the action. Those that are
+    `published` are for whoever looks.
     """
 
     def __init__(self) -> None:
@@ -51,6 +63,14 @@ class NodeDevices:
         self._waiting: dict[str, dict[str, Any]] = {}
         self._strangers: dict[str, list[str]] = {}
         """By elements: the joints of messages that were passed over."""
+        self._joints: dict[str, JointNumbers] = {}
+        """By elements."""
+        self._commanded: dict[str, Any] = {}
+        """Publishers of topics that are commanded, by elements."""
+        self._others: dict[str, tuple[str, list[str]]] = {}
+        self._others_due_s = 0.0
+        self._received = 0
+        """Messages."""
         self._is_simulated = False
         self._node: Node | None = None
         self._executor: SingleThreadedExecutor | None = None
@@ -72,6 +92,7 @@ class NodeDevices:
                 self._act(node, topic, config["topics"])
             elif topic["commanded"]:
                 self._advertise(node, topic)
+                self._commanded[topic["name"]] = self._publishers[topic["name"]]
                 self._waiting[topic["name"]] = topic
             else:
                 self._subscribe(node, topic)
@@ -80,24 +101,35 @@ class NodeDevices:
         for topic in config["published"]:
             self._advertise(node, topic)
         self._wait(node, float(config["wait_s"]))
+        if self._commanded:
+            self._look_for_others(node)
+            self._put(OTHERS, self._others)
 
     def poll(self, timeout_s: float) -> Samples:
         """New samples; waits for the first at most that long. Raises DeviceError."""
         assert self._executor is not None, "poll comes after open"
         self._executor.spin_once(timeout_sec=timeout_s)
         for _ in range(_MOST_AT_ONCE):
-            before = len(self._samples)
+            before = self._received
             self._executor.spin_once(timeout_sec=0)
-            if len(self._samples) == before:
+            if self._received == before:
                 break
         self._look()
+        if self._commanded and time.monotonic() >= self._others_due_s:
+            assert self._node is not None, "poll comes after open"
+            if self._look_for_others(self._node):
+                self._put(OTHERS, self._others)
         samples, self._samples = self._samples, []
         return samples
 
-    def send(self, name: str, value: object) -> None:
-        """Publish a command, or pursue a goal. Raises DeviceError for what does not fit."""
+    def send(self, name: str, value: Any) -> None:
+        """Publish a command, or pursue a goal, which comes with its number.
+
+        Raises DeviceError for what does not fit.
+        """
         if name in self._goals:
-            self._goals[name].pursue(value)
+            number, fields = value
+            self._goals[name].pursue(number, fields)
             return
         publisher = self._publishers[name]
         message = fill(publisher.msg_type(), value)
@@ -112,6 +144,8 @@ class NodeDevices:
         """Leave the graph; may be called twice, and without `open`."""
         if self._executor is not None:
             until_s = time.monotonic() + _SETTLED_S
+            for action in self._actions.values():
+                action.end()
             while time.monotonic() < until_s and not self._is_settled():
                 self._executor.spin_once(timeout_sec=_STEP_S)
             self._executor.shutdown(timeout_sec=1.0)
@@ -145,6 +179,7 @@ class NodeDevices:
 
     def _follow_clock(self, node: Node) -> None:
         def receive(message: Any) -> None:
+            self._received += 1
             now_s = message.clock.sec + message.clock.nanosec * 1e-9
             self._samples.append((_CLOCK, now_s, time.monotonic()))
             self._waiting.pop(_CLOCK, None)
@@ -158,20 +193,53 @@ class NodeDevices:
         """Ask those that tell nothing by themselves."""
         for action in self._actions.values():
             action.look()
+        for name, joints in self._joints.items():
+            if joints.is_changed and not joints.missing:
+                self._tell_joints(name, joints)
         if self._transforms is not None and self._ros_s():
             self._transforms.look()
 
+    def _look_for_others(self, node: Node) -> bool:
+        """Note who else sends on the topics that are commanded; whether there is somebody new."""
+        self._others_due_s = time.monotonic() + _OTHERS_S
+        before = dict(self._others)
+        own = Counter(publisher.topic_name for publisher in self._commanded.values())
+        for name, publisher in self._commanded.items():
+            topic = publisher.topic_name
+            ends = [_full_name(e) for e in node.get_publishers_info_by_topic(topic)]
+            for _ in range(own[topic]):  # another node may have the same name
+                with suppress(ValueError):
+                    ends.remove(node.get_fully_qualified_name())
+            known = self._others.get(name, (topic, []))[1]
+            if new := sorted({e for e in ends if e not in known and _UNKNOWN not in e}):
+                self._others[name] = topic, [*known, *new][:_MOST_OTHERS]
+        return self._others != before
+
+    def _tell_joints(self, name: str, joints: JointNumbers) -> None:
+        now_s = self._of_devices(time.monotonic())
+        value: Any
+        try:
+            value, measured_s = joints.joined(now_s)
+        except DeviceError as error:
+            value, measured_s = error, now_s
+        self._report(name, value, measured_s)
+
     def _put(self, name: str, value: Any, measured_s: float | None = None) -> None:
-        """Report a value, measured then or now.
+        """Report a value, measured then or now by the clock of the machine."""
+        measured_s = time.monotonic() if measured_s is None else measured_s
+        self._report(name, value, self._of_devices(measured_s))
+
+    def _report(self, name: str, value: Any, measured_s: float) -> None:
+        """Report a value, measured then by the clock of the devices."""
+        self._samples.append((name, value, measured_s))
+        self._waiting.pop(name, None)
+
+    def _of_devices(self, time_s: float) -> float:
+        """A time of the machine's clock by that of the devices.
 
         Simulated time goes on at any pace: then it is told when that was on the clock of ROS.
         """
-        now_s = time.monotonic()
-        measured_s = now_s if measured_s is None else measured_s
-        if self._is_simulated:
-            measured_s += self._ros_s() - now_s
-        self._samples.append((name, value, measured_s))
-        self._waiting.pop(name, None)
+        return time_s + self._ros_s() - time.monotonic() if self._is_simulated else time_s
 
     def _ros_s(self) -> float:
         assert self._node is not None, "nothing comes before open"
@@ -185,19 +253,25 @@ class NodeDevices:
 
     def _subscribe(self, node: Node, topic: dict[str, Any]) -> None:
         cls = interface(topic["type"])
-        qos = profile(topic.get("qos", {}), commanded=False)
+        if topic["field"]:
+            joints, gap_s = topic["joints"], topic["max_gap_s"]
+            name, where = topic["name"], node.resolve_topic_name(topic["topic"])
+            self._joints[name] = JointNumbers(where, joints, topic["field"], gap_s)
+        depth = _JOINT_STATES if topic["joints"] else 1
+        qos = profile(topic.get("qos", {}), commanded=False, depth=depth)
         with _opening(topic):
             node.create_subscription(cls, topic["topic"], self._receiver(topic), qos)
         self._waiting[topic["name"]] = topic
 
     def _receiver(self, topic: dict[str, Any]) -> Callable[[Any], None]:
         name, where = topic["name"], topic["topic"]
-        joints = frozenset(topic.get("joints", ()))
+        wanted, joints = frozenset(topic.get("joints", ())), self._joints.get(name)
         kept = topic.get("qos", {}).get("durability") == "transient_local"
 
         def receive(message: Any) -> None:
+            self._received += 1
             now_s, ros_s = time.monotonic(), self._ros_s()
-            if joints and joints.isdisjoint(others := getattr(message, "name", joints)):
+            if wanted and wanted.isdisjoint(others := getattr(message, "name", wanted)):
                 self._strangers[name] = list(others)
                 return
             stamp = getattr(getattr(message, "header", None), "stamp", None)
@@ -209,7 +283,9 @@ class NodeDevices:
                 at_s = measured_at(stamp, ros_s, now_s, where, kept=kept)
             except DeviceError as error:  # of this element, and of no other
                 self._put(name, error, now_s)
-            else:
+                return
+            times_s = map(self._of_devices, (at_s, now_s))
+            if joints is None or not joints.take(message, *times_s):
                 self._put(name, plain(message), at_s)
 
         return receive
@@ -227,12 +303,15 @@ class NodeDevices:
             self._waiting = {n: t for n, t in self._waiting.items() if not self._is_met(n)}
 
     def _why_silent(self, node: Node, topic: dict[str, Any]) -> str:
-        strangers = self._strangers.get(topic["name"])
-        if strangers is None:
-            return _why_silent(node, topic)
-        full, wanted = node.resolve_topic_name(topic["topic"]), ", ".join(topic["joints"])
-        known = ", ".join(strangers)
-        return f"{full} ({topic['name']}) has none of the joints {wanted}: it has {known}"
+        name, full = topic["name"], node.resolve_topic_name(topic["topic"])
+        joints, strangers = self._joints.get(name), self._strangers.get(name, [])
+        if joints is not None and joints.known:
+            lacking, known = ", ".join(joints.missing), ", ".join([*joints.known, *strangers])
+            return f"{full} has no joint {lacking}: it has {known} ({name})"
+        if strangers:
+            wanted, known = ", ".join(topic["joints"]), ", ".join(strangers)
+            return f"{full} ({name}) has none of the joints {wanted}: it has {known}"
+        return _why_silent(node, topic)
 
     def _is_met(self, name: str) -> bool:
         """Whether somebody serves an action or reads a command; messages come by themselves."""
@@ -240,6 +319,10 @@ class NodeDevices:
             return self._actions[name].is_there
         publisher = self._publishers.get(name)
         return publisher is not None and publisher.get_subscription_count() > 0
+
+
+def _full_name(end: Any) -> str:
+    return f"{end.node_namespace.rstrip('/')}/{end.node_name}"
 
 
 @contextmanager
@@ -290,4 +373,11 @@ def _why_silent(node: Node, topic: dict[str, Any]) -> str:
         ends = (own, end.qos_profile) if commanded else (end.qos_profile, own)
         if why := mismatch(*ends):
             return f"the quality of service of {full} ({topic['name']}) does not match: {why}"
+    if topic.get("qos", {}).get("durability") != "transient_local" and all(
+        is_latched(end.qos_profile) for end in others
+    ):
+        return (
+            f"{full} ({topic['name']}) is latched, and its message was sent before this run began: "
+            "bind it with `qos: {durability: transient_local}`"
+        )
     return f"{full} ({topic['name']}) has {len(others)} publishers and no message"

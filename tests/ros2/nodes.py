@@ -1,0 +1,146 @@
+"""Other nodes of the graph, each in a process of its own: run by a Python of ROS, without specc.
+
+The first argument names the node, the others are its own.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import suppress
+
+import rclpy
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Float64MultiArray
+from test_msgs.action import Fibonacci
+
+
+def latched(topic: str) -> list[Node]:
+    """Sends one message and keeps it for those who come late."""
+    node = rclpy.create_node("safety")
+    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_publisher(Bool, topic, qos).publish(Bool(data=True))
+    return [node]
+
+
+def server(action: str, *outcomes: str) -> list[Node]:
+    """Has an outcome for each goal, the last one for all that follow, and says when it is there.
+
+    `reject` and `abort` come at once, `succeed` after 0.2 s, `wait` until somebody cancels.
+    """
+    node, left = rclpy.create_node("gripper"), list(outcomes)
+
+    def asked(_: Fibonacci.Goal) -> GoalResponse:
+        is_rejected = left[0] == "reject"
+        if is_rejected:
+            print(left.pop(0) if len(left) > 1 else left[0], flush=True)
+        return GoalResponse.REJECT if is_rejected else GoalResponse.ACCEPT
+
+    def pursue(handle: ServerGoalHandle) -> Fibonacci.Result:
+        outcome = left.pop(0) if len(left) > 1 else left[0]
+        print(outcome, handle.request.order, flush=True)
+        if outcome == "abort":
+            handle.abort()
+        else:
+            steps = 4 if outcome == "succeed" else 10**6
+            while steps and not handle.is_cancel_requested:
+                time.sleep(0.05)
+                steps -= 1
+            handle.succeed() if not steps else handle.canceled()
+        print(GOAL_STATUS[handle.status], flush=True)
+        return Fibonacci.Result(sequence=[handle.request.order])
+
+    SERVERS.append(
+        ActionServer(
+            node,
+            Fibonacci,
+            action,
+            pursue,
+            goal_callback=asked,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            callback_group=ReentrantCallbackGroup(),
+        )
+    )
+    return [node]
+
+
+def commander(topic: str, when: str) -> list[Node]:
+    """Sends on a topic of commands: "now", or "later", once 20 messages of somebody have come."""
+    node, came = rclpy.create_node("teleop"), []
+    if when == "now":
+        node.create_publisher(Float64MultiArray, topic, 10)
+
+    def heard(_: Float64MultiArray) -> None:
+        came.append(True)
+        if len(came) == 20:
+            node.create_publisher(Float64MultiArray, topic, 10)
+
+    if when == "later":
+        node.create_subscription(Float64MultiArray, topic, heard, 10)
+    return [node]
+
+
+def joints(*drivers: str) -> list[Node]:
+    """Publishers of `/joint_states`: each text is `NODE=JOINT,...@HZ`, where each joint is at the
+    number in its name; `@HZxN` ends after N messages that somebody reads. The first one reads
+    commands, and says so once.
+    """
+    made, is_told = [], []
+
+    def commanded(_: Float64MultiArray) -> None:
+        if not is_told:
+            print("commanded", flush=True)
+        is_told.append(True)
+
+    for text in drivers:
+        (name, _, rest) = text.partition("=")
+        names, _, rate = rest.partition("@")
+        hz, _, count = rate.partition("x")
+        made.append(Driver(name, names.split(","), float(hz), int(count or 10**9)))
+    topic = "/forward_position_controller/commands"
+    made[0].create_subscription(Float64MultiArray, topic, commanded, 10)
+    return made
+
+
+class Driver(Node):
+    """Publishes the states of some joints, a number of messages once somebody reads them."""
+
+    def __init__(self, name: str, joints: list[str], hz: float, count: int) -> None:
+        super().__init__(name)
+        self._joints, self._left = joints, count
+        self._states = self.create_publisher(JointState, "/joint_states", 10)
+        self.create_timer(1 / hz, self._tell)
+
+    def _tell(self) -> None:
+        if self._left:
+            message = JointState(name=self._joints, position=[float(j[-1]) for j in self._joints])
+            message.header.stamp = self.get_clock().now().to_msg()
+            self._states.publish(message)
+            self._left -= self._states.get_subscription_count()
+
+
+GOAL_STATUS = {4: "succeeded", 5: "canceled", 6: "aborted"}
+SERVERS: list[ActionServer] = []
+NODES = {"commander": commander, "latched": latched, "server": server, "joints": joints}
+
+
+def main() -> None:
+    """Run until somebody ends the process."""
+    rclpy.init()
+    name, *given = sys.argv[1:]
+    executor = MultiThreadedExecutor(num_threads=4)
+    for node in NODES[name](*given):
+        executor.add_node(node)
+    print("ready", flush=True)
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
+        executor.spin()
+
+
+if __name__ == "__main__":
+    main()
