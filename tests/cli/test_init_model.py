@@ -31,8 +31,8 @@ SPECS = Path(__file__).parents[2] / "specs"
 SERVICES = (
     "architectures/services.yaml",
     "plants/services.xml",
-    "lib/services_messages.yaml",
-    "lib/carrier.yaml",
+    "parts/services_messages.yaml",
+    "parts/carrier.yaml",
 )
 ASKED = facts._asked
 UNUSABLE = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
