@@ -62,7 +62,8 @@ def _init(command: Parser) -> None:
     words = "directory for the files, created if it does not exist (default: here)"
     add("directory", metavar="DIRECTORY", nargs="?", default=".", help=words)
     start = command.add_mutually_exclusive_group()
-    start.add_argument("--skeleton", metavar="NAME", help="joint (default), arm, sense-act, two-agents")
+    words = "joint (default), arm, sense-act, two-agents"
+    start.add_argument("--skeleton", metavar="NAME", help=words)
     words = "start from this MuJoCo model instead: an agent that holds its pose"
     start.add_argument("--model", metavar="FILE.xml", help=words)
     words = "start from what ROS 2 has here: an agent that looks on (NAME: robot if left out)"

@@ -27,11 +27,14 @@ class Placing:
     def put(self, files: Files) -> None:
         """Write new files; the first one comes last: where that is, all are.
 
+        A file that is there with the same bytes stays as it is, whatever comes.
+
         Raises:
-            Taken: a file is there already.
+            Taken: a file is there already, with other bytes.
             OSError: the system refuses.
         """
         refuse_taken(files)
+        files = {place: content for place, content in files.items() if not place.exists()}
         with held():
             for place in files:
                 _make_folders(place.parent, self._made)
@@ -40,8 +43,7 @@ class Placing:
                 # They are renamed in the opposite order, when all are written.
                 for place, content in files.items():
                     aside = stack.enter_context(replacing(place))
-                    data = content.encode() if isinstance(content, str) else content.read_bytes()
-                    aside.write_bytes(data)
+                    aside.write_bytes(_bytes(content))
 
     def keep(self, then: Callable[[], None]) -> None:
         """Do the last step, which needs the files: unless it raises, they stay whatever comes."""
@@ -70,11 +72,22 @@ def placing() -> Iterator[Placing]:
 
 
 def refuse_taken(files: Files) -> None:
-    """Raise Taken if any of the files is there."""
-    taken = [str(place) for place in files if place.exists() or place.is_symlink()]
+    """Raise Taken if any of the files is there with other bytes, or something else is there."""
+    taken = [str(place) for place, content in files.items() if _is_taken(place, content)]
     if taken:
         verb = "exists" if len(taken) == 1 else "exist"
         raise Taken(f"{', '.join(taken[:3])} {verb} already")
+
+
+def _is_taken(place: Path, content: Content) -> bool:
+    if place.is_symlink() or not place.is_file():
+        return place.is_symlink() or place.exists()
+    data = _bytes(content)
+    return place.stat().st_size != len(data) or place.read_bytes() != data
+
+
+def _bytes(content: Content) -> bytes:
+    return content.encode() if isinstance(content, str) else content.read_bytes()
 
 
 def reason(error: OSError) -> str:
