@@ -58,7 +58,7 @@ class _SystemMaker:
         self._period, self._notes = period, notes
         states = [state for chart in charts for state in chart.states]
         self._events = Events(d for s in states for t in s.transitions for d in t.events)
-        guards = Guards(self._events.members)
+        guards = GuardInputs(self._events.members)
         names = SpecNames((*PEERS, _OUTSIDE))
         several = len(charts) > 1
         self._makers = [
@@ -164,7 +164,7 @@ class _SystemMaker:
         }
 
 
-class Guards:
+class GuardInputs:
     """The unknown conditions of all charts: each is one input, which the outside answers."""
 
     def __init__(self, members: Iterable[str]) -> None:
@@ -182,7 +182,7 @@ class _ChartMaker:
     """The control subsystem of a chart. What it asks for and tells is known once that is made."""
 
     def __init__(
-        self, chart: Chart, own: str, events: Events, guards: Guards, notes: Notes
+        self, chart: Chart, own: str, events: Events, guards: GuardInputs, notes: Notes
     ) -> None:
         self.chart, self.own = chart, own
         self._events, self._guards, self._notes = events, guards, notes
