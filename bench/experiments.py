@@ -90,7 +90,7 @@ class Experiment:
             return self.spec
         folder = WORK / "specs" / self.name
         shutil.rmtree(folder, ignore_errors=True)
-        for name in ("lib", "plants", "objects"):
+        for name in ("parts", "plants", "objects"):
             shutil.copytree(SPECS / name, folder / name)
         text = FLAGSHIP.read_text(encoding="utf-8")
         for old, new in self.changes:

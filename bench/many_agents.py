@@ -1,6 +1,6 @@
 """How validating, building and running grow with the number of agents of one description.
 
-The agents are the rovers of specs/lib, on rails, with a dispatcher that sends all of them.
+The agents are the rovers of specs/parts, on rails, with a dispatcher that sends all of them.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from bench.harness.tables import table
 SPEC = """\
 specc: 1.1
 system: fleet
-use: [lib/rover_messages.yaml]
+use: [parts/rover_messages.yaml]
 agents:
   rovers:
     for: {{i: 1..{count}}}
-    use: lib/rover.yaml
+    use: parts/rover.yaml
     with: {{dispatcher: dispatcher, speed: "0.2[m/s] + 0.2[m/s] * i / {count}"}}
   dispatcher:
     control:
@@ -105,7 +105,7 @@ def _row(count: int, directory: Path, duration_s: float, repeats: int) -> tuple[
 
 def put(count: int, directory: Path) -> Path:
     """Write the specification of so many rovers, with what it uses; where it is."""
-    shutil.copytree(SPECS / "lib", directory / "lib")
+    shutil.copytree(SPECS / "parts", directory / "parts")
     names = range(1, count + 1)
     bodies = [f'<body pos="0 {0.3 * i:g} 0"><joint name="rail_{i}"/><geom/></body>' for i in names]
     actuators = [f'<velocity name="drive_{i}" joint="rail_{i}"/>' for i in names]

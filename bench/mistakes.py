@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -104,11 +105,20 @@ def fails(root: Path, system: str) -> bool:
     return done.returncode != 0
 
 
+def use_copied_parts(specs: Path) -> None:
+    """Let copied specifications use the copied parts of the library, in which mistakes are made."""
+    for path in specs.rglob("*.yaml"):
+        lib = os.path.relpath(specs / "lib", path.parent)
+        text = path.read_text(encoding="utf-8")
+        path.write_text(re.sub(r"\bspecc:(\w+)", rf"{lib}/\1.yaml", text), encoding="utf-8")
+
+
 def judged(mistake: Mistake) -> Judged:
     """What is new with a mistake."""
     with TemporaryDirectory() as folder:
         root = Path(folder)
         shutil.copytree(ROOT / "specs", root / "specs")
+        use_copied_parts(root / "specs")
         shutil.copy(ROOT / "pyproject.toml", root)  # the root of the project
         shutil.copytree(ROOT / "models", root / "models")
         before = heard(root / mistake.system)

@@ -14,6 +14,7 @@ from typing import Literal
 
 from specc.alignment import ScalarStyle, raw_offsets
 from specc.frozen import frozen, mutable, remembering
+from specc.resources import is_library_part
 
 Route = tuple[str | int, ...]
 """Keys and indices from the top of a file down to a value."""
@@ -206,8 +207,24 @@ def on_command_line(values: Mapping[str, str]) -> SourceFile:
     return SourceFile(SET, text, top)
 
 
+def beside(path: str, named: str) -> str:
+    """The path of a file that the one at `path` names: beside it, or a part of the library."""
+    if is_library_part(named):
+        return named
+    return os.path.normpath(os.path.join(os.path.dirname(path), named))
+
+
+def relative_path(path: str, folder: str) -> str:
+    """A path as it is seen from a folder, alike on all machines."""
+    if is_library_part(path):
+        return path
+    return os.path.relpath(path, folder).replace(os.sep, "/")
+
+
 def real_path(path: str) -> str:
     """One name for all spellings of a path."""
+    if is_library_part(path):
+        return path
     try:
         return os.path.realpath(path)
     except (OSError, ValueError):  # no file can have this name, which reading it will report

@@ -47,7 +47,7 @@ ODD_VALUES: tuple[str, ...] = (
         '"(a: pose[X, Y]) -> pose[Y, X]"',
         "../" * 4 + "etc",
         "plants",
-        "lib/two_finger_gripper.yaml",
+        "parts/two_finger_gripper.yaml",
     ),
     *("/dev/null", "a" * 3000),
 )

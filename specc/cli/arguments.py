@@ -62,7 +62,8 @@ def _init(command: Parser) -> None:
     words = "directory for the files, created if it does not exist (default: here)"
     add("directory", metavar="DIRECTORY", nargs="?", default=".", help=words)
     start = command.add_mutually_exclusive_group()
-    start.add_argument("--skeleton", metavar="NAME", help="joint (default), sense-act, two-agents")
+    words = "joint (default), arm, sense-act, two-agents"
+    start.add_argument("--skeleton", metavar="NAME", help=words)
     words = "start from this MuJoCo model instead: an agent that holds its pose"
     start.add_argument("--model", metavar="FILE.xml", help=words)
     words = "start from what ROS 2 has here: an agent that looks on (NAME: robot if left out)"
@@ -157,6 +158,11 @@ def _recover(command: Parser) -> None:
 
 def _explain(command: Parser) -> None:
     command.add_argument("code", metavar="CODE", nargs="?", help="without it, all codes are listed")
+
+
+def _lib(command: Parser) -> None:
+    words = "a part, `pose_tracker` or `specc:pose_tracker`; without any, all are shown"
+    command.add_argument("parts", metavar="PART", nargs="*", help=words)
 
 
 def _lsp(command: Parser) -> None:
@@ -287,6 +293,7 @@ COMMANDS = tuple(starmap(Command, (
     ("fmt", "rewrite:fmt", "put specifications into the canonical layout", _fmt),
     ("status", "status:status", "show which steps of the design are done", _told),
     ("init", "init:init", "start a specification that runs at once", _init),
+    ("lib", "lib:lib", "show the parts of the library: parameters, inputs, outputs", _lib),
     ("explain", "commands:explain", "say what a code of a diagnostic means", _explain),
     ("ages", "ages:ages", "show how old values are where they are read", _told),
     ("graph", "graph:graph", "draw the structure, a state machine, frames or a data flow", _graph,

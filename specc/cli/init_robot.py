@@ -31,6 +31,7 @@ from specc.tools.starting import (
     Robot,
     added,
     bound,
+    by_mocap,
     document,
     facts_of,
     grouped,
@@ -84,7 +85,7 @@ def _new(options: Namespace) -> list[Path]:
     system = SpecNames(PEERS).new(_name(path, model))
     spec = folder / f"{system}.yaml"
     plant, copies = _plant(path, model, spec)
-    refuse_taken({spec: "", **copies})
+    refuse_taken(copies)
     name = system if options.agent is None else _legal(options.agent)
     robot = _robot(name, facts_of(path), model, options)
     text = document(robot, system, plant, _command(path))
@@ -197,13 +198,24 @@ def _robot(
     refused = {**facts.refused, **refused}
     for line in left_out(refused):
         streams.say(f"specc: left out: {line}")
+    for line in by_mocap(facts):
+        streams.say(f"specc: {line}")
     if not groups:
-        raise Refused(
-            "all actuators of the model are driven already; nothing was written"
-            if facts.actuators
-            else "the model has no actuator that can be held; nothing was written"
-        )
+        raise Refused(_nothing_held(facts))
     return Robot(name, facts, groups, found, refused)
+
+
+def _nothing_held(facts: ModelFacts) -> str:
+    """Why a model gives nothing to write, and what to do."""
+    if facts.actuators:
+        return "all actuators of the model are driven already; nothing was written"
+    if facts.thrusters:
+        why = (
+            "it flies: its actuators push at sites, and only a controller of its attitude holds it"
+        )
+        return f"{why}; nothing was written. docs/your_robot.md shows a start under `A drone`"
+    hint = "" if facts.refused else "; add `<actuator>` with a drive for each joint"
+    return f"the model has no actuator that can be held; nothing was written{hint}"
 
 
 def _name(path: str, model: Model) -> str:

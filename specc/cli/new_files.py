@@ -29,14 +29,16 @@ class Placing:
     def put(self, files: Files) -> None:
         """Write new files; the first one comes last: where that is, all are.
 
+        A file that is there with the same bytes stays as it is, whatever comes.
+
         Raises:
-            Taken: a file is there already.
+            Taken: a file is there already, with other bytes.
             OSError: the system refuses.
         """
         refuse_taken(files)
-        data = {place: _bytes(content) for place, content in files.items()}
+        data = {p: _bytes(content) for p, content in files.items() if not p.exists()}
         with deferred():
-            for place in files:
+            for place in data:
                 _make_folders(place.parent, self._made)
             self._made.update({place: digest_of(content) for place, content in data.items()})
             self._note()
@@ -75,21 +77,28 @@ def placing(last: Path, content: Content) -> Iterator[Placing]:
 
 
 def refuse_taken(files: Files) -> None:
-    """Raise Taken if any of the files is there."""
-    taken = [str(place) for place in files if place.exists() or place.is_symlink()]
+    """Raise Taken if any of the files is there with other bytes, or something else is there."""
+    taken = [str(place) for place, content in files.items() if _is_taken(place, content)]
     if taken:
         verb = "exists" if len(taken) == 1 else "exist"
         raise Taken(f"{', '.join(taken[:3])} {verb} already")
+
+
+def _is_taken(place: Path, content: Content) -> bool:
+    if place.is_symlink() or not place.is_file():
+        return place.is_symlink() or place.exists()
+    data = _bytes(content)
+    return place.stat().st_size != len(data) or place.read_bytes() != data
+
+
+def _bytes(content: Content) -> bytes:
+    return content.encode() if isinstance(content, str) else content.read_bytes()
 
 
 def reason(error: OSError) -> str:
     """Why nothing is written, with the place if the system names one."""
     why = str(error) if isinstance(error, Taken) else f"cannot write: {error}"
     return f"{why}; nothing was written"
-
-
-def _bytes(content: Content) -> bytes:
-    return content.encode() if isinstance(content, str) else content.read_bytes()
 
 
 def _make_folders(folder: Path, made: dict[Path, str | None]) -> None:

@@ -13,7 +13,7 @@ from specc.cli import streams
 from specc.cli.recordings import called, values_of
 from specc.diagnostics import stops
 from specc.diagnostics.phrases import few
-from specc.source import COMMAND_LINE, Sources, real_path
+from specc.source import COMMAND_LINE, Sources, beside, real_path, relative_path
 
 if TYPE_CHECKING:
     from specc.lower.code import PythonObject
@@ -112,9 +112,8 @@ def _listed(foreign: Iterable[PythonObject], known: Collection[PythonObject]) ->
 def placed(texts: Mapping[str, str], spec: str) -> dict[str, str]:
     """The recorded texts by where they would be, if the first one were that of `spec`."""
     first = os.path.dirname(next(iter(texts), ""))
-    here = os.path.dirname(spec)
     placed = {
-        real_path(os.path.join(here, os.path.relpath(name, first or "."))): text
+        real_path(beside(spec, relative_path(name, first or "."))): text
         for name, text in list(texts.items())[1:]
     }
     return placed | {real_path(spec): text for text in list(texts.values())[:1]}

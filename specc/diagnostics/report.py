@@ -9,6 +9,7 @@ from itertools import accumulate
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
 from specc.frozen import frozen
 from specc.limits import MAX_LETTERS, MAX_SHOWN
+from specc.resources import is_library_part
 from specc.source import Place, Sources, Span
 
 _RANKS: dict[Severity, int] = {"error": 0, "warning": 1, "open": 2}
@@ -113,6 +114,8 @@ def shown_path(path: str) -> str:
 
 @lru_cache
 def _shown_from(folder: str, path: str) -> str:
+    if is_library_part(path):
+        return path
     try:
         relative = os.path.relpath(path, folder)
     except ValueError:

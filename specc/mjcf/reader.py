@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from math import radians
 from xml.parsers import expat
 
+from specc.mjcf.actuator_names import ActuatorNames
 from specc.mjcf.assets import Assets
 from specc.mjcf.defaults import Defaults
 from specc.mjcf.model import Model, ModelError, ModelObject, ModelPart
@@ -51,6 +52,13 @@ _SENSOR_SIZES = {
 _SIZE_OF_SENSOR = {tag: size for size, tags in _SENSOR_SIZES.items() for tag in tags.split()}
 
 
+_DRIVES = "actuator"
+_DEPTH_OF_DRIVE = 3
+"""How many elements are open in one: `<mujoco><actuator><motor>`."""
+
+_FROM_URDF = (
+    "let MuJoCo write it as MJCF and add drives, as docs/your_robot.md shows under `From URDF`"
+)
 _MOST = f"{MOST_ELEMENTS:,} elements"
 
 
@@ -89,7 +97,7 @@ class _ModelReader:
         """Whether controls are cut to their ranges."""
         self._defaults = Defaults()
         self._elements: list[tuple[str, str, str, dict[str, str]]] = []
-        """Section, tag, class and attributes of all that have names."""
+        """Section, tag, class and attributes of all that have names, and of all actuators."""
         self._bytes = 0
         self._root = "mujoco"
         self._named: set[str] = set()
@@ -107,9 +115,12 @@ class _ModelReader:
         self._defaults, self._elements, self._compiler = Defaults(), [], {}
         self._clamps = True
         self.read(path)
-        self._elements.sort(key=lambda each: each[0] == "actuator")
-        for section, tag, name, given in self._elements:
-            self._take(section, tag, given["name"], self._defaults.applied(name, tag, given))
+        self._elements.sort(key=lambda each: each[0] == _DRIVES)
+        unnamed = ActuatorNames(e[3].get("name", "") for e in self._elements if e[0] == _DRIVES)
+        for section, tag, class_, given in self._elements:
+            whole = self._defaults.applied(class_, tag, given)
+            if name := given.get("name") or unnamed.of(whole):
+                self._take(section, tag, name, whole)
         for asset in assets.paths(base):
             self._places += 1
             if self._places > _MOST_PLACES:
@@ -182,6 +193,8 @@ class _ModelReader:
 
         def start(tag: str, attributes: dict[str, str]) -> None:
             is_root = len(self._open) == depth
+            if is_root and tag == "robot":
+                raise ModelError(f"{shown} is URDF; {_FROM_URDF}")
             if is_root and tag not in ("mujoco", "mujocoinclude"):
                 raise ModelError(f"the root of {shown} is not <mujoco>")
             self._start(self._root if is_root else tag, attributes)
@@ -229,8 +242,12 @@ class _ModelReader:
             self._model.complete = False
         elif in_defaults:
             self._defaults.set(around, tag, attributes)
-        elif section and attributes.get("name"):
+        elif section and (attributes.get("name") or self._is_actuator(section)):
             self._elements.append((section, tag, attributes.get("class", around), attributes))
+
+    def _is_actuator(self, section: str) -> bool:
+        """Whether the element that has just begun is an actuator, not a part of one."""
+        return section == _DRIVES and len(self._open) == _DEPTH_OF_DRIVE
 
     def _measure(self, tag: str, attributes: dict[str, str]) -> str:
         """Count an element with its copies; what is too much of it."""
@@ -254,7 +271,7 @@ class _ModelReader:
 
     def _take(self, section: str, tag: str, name: str, attributes: dict[str, str]) -> None:
         model = self._model
-        if section == "actuator":
+        if section == _DRIVES:
             model.actuators[name] = 1
             model.parts[section, name] = self._actuator(tag, attributes)
         elif section == "sensor":

@@ -9,12 +9,13 @@ import unicodedata
 from dataclasses import replace
 from typing import Any
 
-from specc.diagnostics import Diagnostic
+from specc.diagnostics import Diagnostic, nearest
 from specc.frozen import frozen
 from specc.limits import MAX_BYTES
 from specc.read.compose import compose
 from specc.read.permitted import claims_to_be_one
 from specc.refusal import reason_of
+from specc.resources import is_library_part, library_parts, on_disk
 from specc.source import Place, SourceFile
 
 # Characters that a specification may not contain, found before a parser sees them.
@@ -76,11 +77,14 @@ def load_text(path: str) -> tuple[str, bool]:
 
 
 def _load_bytes(path: str) -> bytes:
+    if is_library_part(path) and path not in library_parts():
+        raise _no_part(path)
+    place = on_disk(path)
     try:
         # A FIFO would block in open() and a device may never end.
-        if not stat.S_ISREG(os.stat(path).st_mode):
+        if not stat.S_ISREG(os.stat(place).st_mode):
             raise _no_file(path)
-        with open(path, "rb") as file:
+        with open(place, "rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise _refusal("E0001", path, "no such file", "check the path") from None
@@ -96,6 +100,13 @@ def _load_bytes(path: str) -> bytes:
         hint = "a specification is text of some hundred lines; is this the right file?"
         raise _refusal("E0004", path, message, hint)
     return raw
+
+
+def _no_part(path: str) -> UnreadableFileError:
+    close = nearest(path.removesuffix(".yaml"), library_parts())
+    meant = f"did you mean {' or '.join(f'`{name}`' for name in close)}? " if close else ""
+    message = "the library has no such part"
+    return _refusal("E0001", path, message, f"{meant}`specc lib` lists all parts")
 
 
 def _no_file(path: str) -> UnreadableFileError:

@@ -8,6 +8,7 @@ import re
 from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
 from specc.limits import MAX_ENTRIES
+from specc.resources import is_library_part
 from specc.source import Place
 
 _CLAIM = re.compile(r"""(?:^|[\r{,])\ufeff?[ \t]*(["']?)specc\1[ \t]*:""", re.MULTILINE)
@@ -20,7 +21,9 @@ class Reach:
     folders: tuple[str, ...] = ()
 
     def holds(self, path: str) -> bool:
-        """Whether a file lies inside, wherever links lead."""
+        """Whether a file lies inside, wherever links lead, or is a part of the library."""
+        if is_library_part(path):
+            return True
         try:
             real = os.path.realpath(path)
         except ValueError:  # not a valid file name, which reading it will report

@@ -30,6 +30,7 @@ from specc.resolve.requirements import FormulaResolver
 from specc.resolve.reuse import Setting
 from specc.resolve.task import disturbances_of, resolve_task, untimely
 from specc.resolve.uses import definitions_of, named_in_agents, types_named
+from specc.source import relative_path
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
 
@@ -196,7 +197,7 @@ def _constants(definitions: Definitions, kept: AnswerCache | None) -> tuple[Cons
 
 def _relative(library: Library, file: Loaded, path: str) -> str:
     """A path in a file, from the folder of the specification."""
-    return os.path.relpath(library.beside(file, path), library.base).replace(os.sep, "/")
+    return relative_path(library.beside(file, path), library.base)
 
 
 def _agents(

@@ -29,7 +29,7 @@ from specc.resolve.groups import Groups
 from specc.resolve.named_types import TypeMaker
 from specc.schema import SpecFile
 from specc.schema.files import OperatorDef, TypeDef
-from specc.source import Place
+from specc.source import Place, beside, relative_path
 
 
 @frozen
@@ -134,7 +134,7 @@ class Library:
 
     def beside(self, file: Loaded, relative: str) -> str:
         """Path of a file that `file` names, relative to the working directory."""
-        return os.path.normpath(os.path.join(os.path.dirname(file.path), relative))
+        return beside(file.path, relative)
 
     def _use_others(self, file: Loaded, own: Definitions) -> None:
         for index, relative in enumerate(file.spec.use):
@@ -274,7 +274,7 @@ class Library:
 
     def _beside_system(self, path: str) -> str:
         """A path relative to the folder of the system, alike on all machines."""
-        return os.path.relpath(path, self.base).replace(os.sep, "/")
+        return relative_path(path, self.base)
 
     def _interfaces(self, file: Loaded, own: Definitions) -> None:
         for name, definition, where in self._claimed("interfaces", file, own):

@@ -120,6 +120,11 @@ def role_of(route: Route) -> Role | None:
     return kind.role if isinstance(kind, Text) else None
 
 
+def names_used_file(route: Route) -> bool:
+    """Whether a value names a file whose definitions or description are used."""
+    return route[:1] == ("use",) or (route[-1:] == ("use",) and route[0] != "files")
+
+
 def keys_at(route: Route) -> dict[str, str]:
     """The keys of the mapping at a route, with their descriptions: those first that it needs."""
     kind = at(route).kind

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 from specc_runtime.plants.mujoco.library import mujoco
+from specc_runtime.plants.mujoco.model import load_model
 
 from specc.mjcf import Model, ModelError, read_model
+from specc.mjcf.actuator_names import ActuatorNames
 from tests.scenarios.runs import INSTALLED, SPECS
 
 PLANTS = [
@@ -220,7 +222,8 @@ def test_includes_stand_for_their_content(tmp_path: Path) -> None:
     [
         ("", "not XML"),
         ("<mujoco>", "not XML"),
-        ("<robot/>", "root"),
+        ("<sdf/>", "root"),
+        ("<robot/>", "is URDF; let MuJoCo write it as MJCF"),
         ('<!DOCTYPE a [<!ENTITY b "c">]><mujoco/>', "document type"),
         ("<mujoco>" + "<body>" * 300 + "</body>" * 300 + "</mujoco>", "nested"),
         ('<mujoco><include file="model.xml"/></mujoco>', "twice"),
@@ -358,3 +361,62 @@ def test_what_classes_and_prefixes_multiply_is_counted(tmp_path: Path) -> None:
     )
     with pytest.raises(ModelError, match="names of over 2,000,000 letters"):
         read_model(str(path))
+
+
+UNNAMED = """\
+<mujoco model="child">
+  <default><position kp="3"/></default>
+  <worldbody><body name="b"><joint name="j"/><geom size="0.1"/><site name="s"/>
+    <body name="b2"><joint name="k"/><geom size="0.1"/><site name="s2"/></body></body></worldbody>
+  <tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>
+  <actuator>
+    <position joint="j"/><motor tendon="t"/><motor site="s"/><motor site="s2" refsite="s"/>
+    <adhesion body="b" ctrlrange="0 1"/><motor jointinparent="k"/><motor name="j_2" joint="j"/>
+    <motor joint="j"/><motor name="k" joint="k"/><motor joint="k"/><velocity joint="j"/>
+    <general cranksite="s2" slidersite="s" cranklength="1"/>
+  </actuator>
+</mujoco>
+"""
+AROUND = """\
+<mujoco><asset><model name="child" file="child.xml"/></asset>
+  <worldbody><frame><attach model="child" body="b" prefix="a_"/></frame>
+    <body pos="1 0 0"><joint name="j"/><geom size="0.1"/></body></worldbody>
+  <actuator><motor joint="j"/><include file="more.xml"/></actuator>
+</mujoco>
+"""
+
+
+def test_actuators_without_names_are_called_alike_by_the_compiler_and_the_runtime(
+    tmp_path: Path,
+) -> None:
+    for name, text in (
+        ("child", UNNAMED),
+        ("more", '<mujoco><motor joint="j"/><motor joint="j"/></mujoco>'),
+        ("around", AROUND),
+    ):
+        (tmp_path / f"{name}.xml").write_text(text)
+    child = ["j", "t", "s", "s2", "b", "k_2", "j_2", "j_3", "k", "k_3", "j_4", "s2_2"]
+    around = ["j", "j_2", "j_3", *(f"a_{name}" for name in child)]
+    for path, expected in (("child.xml", child), ("around.xml", around)):
+        built = load_model(str(tmp_path / path))
+        assert list(names(built, mujoco.mjtObj.mjOBJ_ACTUATOR, built.nu)) == expected
+        ours = read_model(str(tmp_path / path))
+        assert list(ours.actuators) == expected
+        assert [ours.parts["actuator", name].joint for name in ours.actuators] == [
+            part if ours.joint_kind(part) else ""
+            for part in (target(built, i) for i in range(built.nu))
+        ]
+
+
+def target(model: mujoco.MjModel, actuator: int) -> str:
+    """The joint that an actuator drives; empty if it is another part, or in another frame."""
+    if model.actuator_trntype[actuator] != mujoco.mjtTrn.mjTRN_JOINT:
+        return ""
+    return str(model.joint(int(model.actuator_trnid[actuator][0])).name)
+
+
+def test_the_names_of_very_many_actuators_without_are_found_at_once(tmp_path: Path) -> None:
+    """A number for each, not a search from the first one."""
+    unnamed = ActuatorNames(f"j_{n}" for n in range(50_000))
+    assert unnamed.of({"joint": "j"}) == "j"
+    assert [unnamed.of({"joint": "j"}) for _ in range(50_000)][-1] == "j_99999"

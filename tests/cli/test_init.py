@@ -70,8 +70,8 @@ def test_an_unknown_skeleton(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     [
         (["taken"], "taken is a file"),
         ([""], "the directory has no name"),
-        (["new", "--skeleton", "joimt"], "did you mean joint? there are joint"),
-        (["new", "--skeleton", "zzz"], "there are joint"),
+        (["new", "--skeleton", "joimt"], "did you mean joint? there are arm, joint"),
+        (["new", "--skeleton", "zzz"], "there are arm, joint"),
     ],
 )
 def test_what_cannot_be_started_is_said(

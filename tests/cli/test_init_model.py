@@ -31,8 +31,8 @@ SPECS = Path(__file__).parents[2] / "specs"
 SERVICES = (
     "architectures/services.yaml",
     "plants/services.xml",
-    "lib/services_messages.yaml",
-    "lib/carrier.yaml",
+    "parts/services_messages.yaml",
+    "parts/carrier.yaml",
 )
 ASKED = facts._asked
 UNUSABLE = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
@@ -295,7 +295,7 @@ def test_an_agent_that_cannot_be_added(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 STRANGE = {
-    "unnamed": ('<motor joint="shoulder"/>', "it has no name: give it one in the model"),
+    "at a site": ('<motor name="r" site="tip" gear="0 0 1 0 0 0"/>', "it pushes at a site"),
     "muscle": ('<muscle name="m" joint="shoulder" lengthrange="0 1"/>', "it is a muscle"),
     "integrated": ('<intvelocity name="i" joint="elbow" kp="9" actrange="-1 1"/>', "integrated"),
     "on a body": ('<adhesion name="a" body="wrist_link" ctrlrange="0 1"/>', "no joint or tendon"),
@@ -312,7 +312,8 @@ def test_an_unusual_actuator_is_left_out(
     assert main(["init", str(tmp_path / "cell"), "--model", str(model)]) == 2
     said = capsys.readouterr().err
     assert "left out: " in said and why in said
-    assert "no actuator that can be held; nothing was written" in said
+    assert ("it flies" if name == "at a site" else "no actuator that can be held") in said
+    assert "nothing was written" in said
     assert not (tmp_path / "cell").exists()
     spec = started(arm(SERVOS + actuator), tmp_path)
     assert "# Left out: " in spec.read_text()
@@ -369,7 +370,7 @@ def test_names_that_come_into_being_in_the_simulator(model: str, tmp_path: Path)
     ("text", "words"),
     [
         ("<mujoco", "is not XML"),
-        ("<robot/>", "the root of robot.xml is not <mujoco>"),
+        ("<sdf/>", "the root of robot.xml is not <mujoco>"),
         (UNUSABLE, "robot.xml: "),
         ('<mujoco><asset><mesh file="arm.obj"/></asset></mujoco>', "arm.obj, which is not there"),
         ("<mujoco/>", "no actuator that can be held"),
@@ -432,11 +433,14 @@ def test_options_without_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     spec = started(robots.GRIPPER, tmp_path)
-    before = spec.read_text()
     model = str(tmp_path / "models/robot.xml")
+    assert main(["init", str(tmp_path / "cell"), "--model", model]) == 0  # the same once more
+    at(spec, "# mine\n" + spec.read_text())
+    before = spec.read_text()
     assert main(["init", str(tmp_path / "cell"), "--model", model]) == 2
-    assert "exist already; nothing was written" in capsys.readouterr().err
+    assert "exists already; nothing was written" in capsys.readouterr().err
     assert spec.read_text() == before
+    assert (spec.parent / "plants/robot.xml").is_file()
 
 
 @pytest.mark.long
@@ -679,3 +683,98 @@ def test_actuators_of_one_joint_are_no_chain(tmp_path: Path) -> None:
     text = arm(motors, ("j1", "j2", "j3"))
     facts = init_robot.facts_of(str(at(tmp_path / "robot.xml", text)))
     assert [group.kind for group in grouped(facts, {})] == ["joints"]
+
+
+UNNAMED = (
+    '<position joint="shoulder" kp="200" kv="20"/><position joint="elbow" kp="200" kv="20"/>'
+    '<position joint="wrist" kp="200" kv="20"/>'
+)
+
+
+def test_actuators_without_names_are_called_after_their_joints(tmp_path: Path) -> None:
+    spec = started(arm(UNNAMED), tmp_path)
+    assert "arm.E.arm.q_d: {actuators: [shoulder, elbow, wrist]}" in " ".join(
+        spec.read_text().split()
+    )
+    assert is_clean(spec)
+    begin(spec)
+    # The model is as it was.
+    assert (spec.parent / "plants/robot.xml").read_text() == arm(UNNAMED)
+
+
+def test_a_name_that_is_taken_gets_a_number(tmp_path: Path) -> None:
+    servos = UNNAMED.replace('<position joint="elbow"', '<position name="wrist" joint="elbow"')
+    spec = started(arm(servos), tmp_path)
+    assert "actuators: [shoulder, wrist, wrist_2]" in " ".join(spec.read_text().split())
+    begin(spec)
+
+
+def test_files_that_are_there_with_the_same_bytes_are_taken_as_they_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = started(arm(SERVOS), tmp_path)
+    plant = spec.parent / "plants/robot.xml"
+    made_ns = plant.stat().st_mtime_ns
+    spec.unlink()
+    command = ["init", str(spec.parent), "--model", str(tmp_path / "models/robot.xml")]
+    assert main(command) == 0
+    assert plant.stat().st_mtime_ns == made_ns
+    # What was there stays when something else goes wrong.
+    spec.unlink()
+    assert main([*command, "--group", "a=sholder"]) == 2
+    assert plant.exists()
+    plant.write_text(plant.read_text() + "<!-- mine -->")
+    assert main(command) == 2
+    assert "exists already; nothing was written" in capsys.readouterr().err
+    assert "mine" in plant.read_text()
+    assert not spec.exists()
+
+
+def test_bodies_that_mocap_places_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = arm(SERVOS).replace("<worldbody>", '<worldbody><body name="goal" mocap="true"/>')
+    assert text.count("mocap") == 1
+    spec = started(text, tmp_path)
+    assert "MOCAP: goal stays where the model has it: no actuator moves it" in flat(spec)
+    tie = '<equality><weld body1="goal" body2="wrist_link"/></equality>'
+    capsys.readouterr()
+    spec = started(text.replace("<actuator>", f"{tie}<actuator>"), tmp_path / "tied")
+    assert "stays where the model has it, with what is tied to it (wrist_link)" in flat(spec)
+    assert "specc: MOCAP: goal" in capsys.readouterr().err
+    assert main(["validate", "--strict", str(spec)]) == 0
+
+
+def flat(spec: Path) -> str:
+    """A text whose comments are not wrapped."""
+    return " ".join(spec.read_text().replace("\n#", "").split())
+
+
+DRONE = """\
+<mujoco><worldbody><body name="drone" pos="0 0 1"><freejoint/><geom size="0.1"/>
+  <site name="left" pos="0 0.1 0"/><site name="right" pos="0 -0.1 0"/></body></worldbody>
+  <actuator><motor site="left" gear="0 0 1 0 0 0"/>
+    <motor site="right" gear="0 0 1 0 0 0"/></actuator>
+</mujoco>
+"""
+URDF = '<robot name="two"><link name="base"/></robot>'
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (DRONE, ("left, right: it pushes at a site", "it flies", "under `A drone`")),
+        (URDF, ("robot.xml is URDF; let MuJoCo write it as MJCF", "under `From URDF`")),
+        (arm(""), ("no actuator that can be held", "add `<actuator>` with a drive for each")),
+    ],
+)
+def test_what_to_do_is_said_of_what_cannot_be_started(
+    text: str, words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = at(tmp_path / "robot.xml", text)
+    assert main(["init", str(tmp_path / "cell"), "--model", str(model)]) == 2
+    said = capsys.readouterr().err
+    assert [word for word in words if word not in said] == []
+    assert not (tmp_path / "cell").exists()
+    page = (SPECS.parent / "docs/your_robot.md").read_text()
+    assert "### From URDF\n" in page and "### A drone\n" in page

@@ -200,11 +200,12 @@ def test_specification_with_errors_is_neither_built_nor_run(what: str, folder: P
     [
         (MODEL[:900], ("bad.xml is not XML", "line 15")),
         ("", ("bad.xml is not XML",)),
-        ("<robot name='urdf'/>", ("<mujoco>",)),
+        ("<robot name='urdf'/>", ("bad.xml is URDF", "`From URDF`")),
+        ("<sdf/>", ("<mujoco>",)),
         ("<mujoco/>", ("no actuator `belt_drive`", "it has no actuators")),
         (edit(MODEL, '"belt_drive" joint', '"belt_drives" joint'), ("did you mean `belt_drives`",)),
     ],
-    ids=["cut off", "empty", "another format", "bare", "renamed"],
+    ids=["cut off", "empty", "urdf", "another format", "bare", "renamed"],
 )
 def test_model_that_does_not_serve(model: str, words: tuple[str, ...], folder: Path) -> None:
     (folder / "bad.xml").write_text(model, encoding="utf-8")

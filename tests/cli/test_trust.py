@@ -78,6 +78,7 @@ NOTHING_RUNS = [
     ["fmt", "cell.yaml", "--diff"],
     ["fmt", "cell.yaml", "--upgrade"],
     ["explain", "E0201"],
+    ["lib"],
     ["schema"],
     ["init", "new"],
     ["recover", "run.mcap", "--out", "mended.mcap"],

@@ -11,6 +11,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from unittest import mock
 
 import pytest
 import specc_runtime
@@ -73,7 +74,9 @@ def answer(command: str, folder: Path) -> str:
         return specc(*arguments, cwd=folder, together=True).stdout
     if program == "python":
         printed = io.StringIO()
-        with modules_of(folder), contextlib.chdir(folder), contextlib.redirect_stdout(printed):
+        argv = mock.patch.object(sys, "argv", arguments)
+        output = contextlib.redirect_stdout(printed)
+        with modules_of(folder), contextlib.chdir(folder), argv, output:
             runpy.run_path(arguments[0], run_name="__main__")
         return printed.getvalue()
     scripts = str(Path(sys.executable).parent)

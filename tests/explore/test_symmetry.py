@@ -104,7 +104,7 @@ def found(graph: Graph, abstraction: Abstraction, result: Result) -> set[str]:
 
 def compiled(text: str, folder: Path) -> Result:
     folder.mkdir(exist_ok=True)
-    for used in ("lib", "plants"):
+    for used in ("parts", "plants"):
         shutil.copytree(ROOT / "specs" / used, folder / used)
     (folder / "spec.yaml").write_text(text, encoding="utf-8")
     return compile_spec(str(folder / "spec.yaml"))

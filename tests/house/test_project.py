@@ -99,7 +99,11 @@ def test_wheel_finds_its_own_templates_and_specs(installed: Path) -> None:
     program = (
         "from specc.resources import specs_dir, templates_dir\n"
         "import specc_runtime\n"
-        "print(templates_dir(), specs_dir(), specc_runtime.__file__, sep='\\n')"
+        "from specc.pipeline import check_spec\n"
+        "from specc.resources import library_parts, on_disk\n"
+        "assert not any(check_spec(name).diagnostics for name in library_parts())\n"
+        "print(templates_dir(), specs_dir(), specc_runtime.__file__, sep='\\n')\n"
+        "print(on_disk('specc:pose_tracker'))"
     )
     printed = subprocess.run(
         [sys.executable, "-P", "-c", program],
@@ -109,8 +113,9 @@ def test_wheel_finds_its_own_templates_and_specs(installed: Path) -> None:
         capture_output=True,
         text=True,
     ).stdout
-    templates, specs, runtime = map(Path, printed.splitlines())
-    assert all(path.is_relative_to(installed) for path in (templates, specs, runtime))
+    templates, specs, runtime, part = map(Path, printed.splitlines())
+    assert all(path.is_relative_to(installed) for path in (templates, specs, runtime, part))
+    assert part.is_file()
     assert any(path.is_file() for path in templates.rglob("*"))
 
 

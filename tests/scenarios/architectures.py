@@ -170,7 +170,7 @@ ARCHITECTURES = (
         fault=(("answer: {functions: [answer], terminal: always}", "answer: {terminal: always}"),),
         finds="W1002",
         failure=(("carry if x.platform.knows else nothing", "inspect"),),
-        failure_in="lib/carrier.yaml",
+        failure_in="parts/carrier.yaml",
         violates=("within(58[s], norm(plant.table",),
         figures=(
             Figure("table within (?P<most>[0-9.]+) mm", "within(58[s], state(composer", 80, -1000),
@@ -220,10 +220,10 @@ ARCHITECTURES = (
                 "[asking,      terminal, otherwise, going]",
             ),
         ),
-        failure_in="lib/irp_at_table.yaml",
+        failure_in="parts/irp_at_table.yaml",
         failure_s=12,
         violates=("always(norm(plant.hand_1",),
-        fault_in="lib/irp_at_table.yaml",
+        fault_in="parts/irp_at_table.yaml",
         runs=1,  # half a minute each
         figures=(Figure("than (?P<least>[0-9.]+) m, and no box", "always(norm(plant.hand_1", 0.3),),
     ),

@@ -37,7 +37,7 @@ def run(spec: Path, *options: str) -> tuple[int, dict[str, Any]]:
 
 def copy_companions(folder: Path) -> None:
     """Put the files that the flagship names, and nothing else, below `folder`."""
-    for name in ("lib", "plants", "objects"):
+    for name in ("parts", "plants", "objects"):
         shutil.copytree(SPECS / name, folder / name)
 
 

@@ -66,10 +66,11 @@ def lines(path: Path) -> int:
 
 
 def shared(path: Path) -> set[Path]:
-    """The files of `specs/lib` that a file names, and what these name."""
+    """The parts of `specs/parts` and of the library that a file names, and what these name."""
     text = path.read_text(encoding="utf-8")
     named = {(path.parent / name).resolve() for name in re.findall(r"[\w./]+\.yaml", text)}
-    found = {file for file in named if file.parent == SPECS / "lib"} - {path}
+    found = {file for file in named if file.parent == SPECS / "parts"} - {path}
+    found |= {SPECS / "lib" / f"{name}.yaml" for name in re.findall(r"\bspecc:(\w+)", text)}
     return found.union(*map(shared, found))
 
 
@@ -119,7 +120,7 @@ def test_every_architecture_is_in_the_table() -> None:
 def test_the_page_says_what_is_so(each: Architecture) -> None:
     said = section(each)
     used = sum(map(lines, shared(each.path)))
-    size = f"| size | {lines(each.path)} lines" + f", and {used} in `specs/lib/`" * (used > 0)
+    size = f"| size | {lines(each.path)} lines" + f", and {used} in parts" * (used > 0)
     assert size in said
     assert f"| seeds 0 to 9, {each.duration_s} s each | all requirements met in" in said
     assert f"({each.finds})" in said

@@ -1,9 +1,8 @@
-"""The Cartesian arm and the pose tracker of specs/lib, with an arm of seven joints."""
+"""The Cartesian arm and the pose tracker of the library, with an arm of seven joints."""
 
 from __future__ import annotations
 
 import json
-import shutil
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from specc.cli import main
 from specc.testing import Stepped
 from tests.commands import specc
 from tests.operators import seven_joints as panda
-from tests.scenarios.runs import SPECS
 from tests.scenarios.test_lib_effectors import columns, listed
 from tests.seeds import short
 
@@ -43,7 +41,7 @@ agents:
         y: {{q_m: "vector[7, rad]"}}
     virtual_effectors:
       arm:
-        use: lib/{effector}.yaml
+        use: specc:{effector}
         rate: 100 Hz
         with:
           n: 7
@@ -151,8 +149,6 @@ FOLLOW = """\
 
 
 def cell(folder: Path, effector: str, bounds: str, control: str, task: str) -> Path:
-    (folder / "lib").mkdir()
-    shutil.copy(SPECS / "lib" / f"{effector}.yaml", folder / "lib")
     spec = folder / "cell.yaml"
     text = BODY.format(
         effector=effector,

@@ -1,8 +1,7 @@
-"""The finder of cubes of specs/lib: how a cube is turned, whichever of its sides it lies on."""
+"""The finder of cubes of the library: how a cube is turned, whichever of its sides it lies on."""
 
 from __future__ import annotations
 
-import shutil
 from itertools import permutations, product
 from math import pi
 from pathlib import Path
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 from specc.testing import Stepped
-from tests.scenarios.runs import SPECS
 
 SPEC = """\
 specc: 1.2
@@ -21,7 +19,7 @@ agents:
   eye:
     real_receptors: {cube: {y: {at: "point[F]", edge: "vector[3]", other_edge: "vector[3]"}}}
     virtual_receptors:
-      cube: {use: lib/cube_finder.yaml, rate: 50 Hz, with: {F: F}}
+      cube: {use: "specc:cube_finder", rate: 50 Hz, with: {F: F}}
     control:
       rate: 50 Hz
       x: {cube: {at: {type: "point[F]", init: "[0, 0, 0]"}, turn: {type: "real[rad]", init: 0}}}
@@ -41,8 +39,6 @@ SIDES = [
 
 @pytest.fixture
 def finder(tmp_path: Path) -> Stepped:
-    (tmp_path / "lib").mkdir()
-    shutil.copy(SPECS / "lib" / "cube_finder.yaml", tmp_path / "lib")
     (tmp_path / "table.yaml").write_text(SPEC)
     return Stepped(tmp_path / "table.yaml", "eye.cube")
 

@@ -1,10 +1,9 @@
-"""The arm of n joints and the gripper of specs/lib, with models that are made here."""
+"""The arm of n joints and the gripper of the library, with models that are made here."""
 
 from __future__ import annotations
 
 import csv
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ import pytest
 
 from specc.cli import main
 from tests.commands import specc
-from tests.scenarios.runs import SPECS
 
 ARM_HZ = 200
 V_MAX, A_MAX = 1.5, 4.0
@@ -37,11 +35,11 @@ agents:
         y: {{d_m: "real[m]"}}
     virtual_effectors:
       arm:
-        use: lib/joint_arm.yaml
+        use: specc:joint_arm
         rate: 200 Hz
         with: {{n: {n}, v_max: "{v}", a_max: "{acc}", tolerance: "0.01[rad]"}}
       gripper:
-        use: lib/parallel_gripper.yaml
+        use: specc:parallel_gripper
         rate: 100 Hz
         with:
           opened: "0.08[m]"
@@ -164,9 +162,6 @@ def listed(values: list[object]) -> str:
 
 def cell(folder: Path, n: int) -> Path:
     """The specification of a cell whose arm has n joints, with its model, in a folder."""
-    (folder / "lib").mkdir()
-    for name in ("joint_arm.yaml", "parallel_gripper.yaml"):
-        shutil.copy(SPECS / "lib" / name, folder / "lib")
     spec = folder / "cell.yaml"
     each = range(1, n + 1)
     spec.write_text(

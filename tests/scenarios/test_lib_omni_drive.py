@@ -1,15 +1,13 @@
-"""The drive of specs/lib for platforms that go in any direction."""
+"""The drive of the library for platforms that go in any direction."""
 
 from __future__ import annotations
 
-import shutil
 from math import copysign, pi
 from pathlib import Path
 
 import pytest
 
 from specc.testing import Stepped
-from tests.scenarios.runs import SPECS
 
 SPEC = """\
 specc: 1.2
@@ -23,7 +21,7 @@ agents:
         y: {at: "vector[2, m]", yaw: "real[rad]"}
     virtual_effectors:
       drive:
-        use: lib/omni_drive.yaml
+        use: specc:omni_drive
         rate: 100 Hz
         with: {v_max: "0.5[m/s]", tolerance: "1[cm]", angle_tolerance: "1[deg]", W: W, P: P}
     control:
@@ -41,8 +39,6 @@ agents:
 
 @pytest.fixture
 def drive(tmp_path: Path) -> Stepped:
-    (tmp_path / "lib").mkdir()
-    shutil.copy(SPECS / "lib" / "omni_drive.yaml", tmp_path / "lib")
     (tmp_path / "yard.yaml").write_text(SPEC)
     return Stepped(tmp_path / "yard.yaml", "cart.drive")
 

@@ -1,9 +1,8 @@
-"""The arm with torques of specs/lib, with an arm of seven joints under its weight."""
+"""The arm with torques of the library, with an arm of seven joints under its weight."""
 
 from __future__ import annotations
 
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ import pytest
 from specc.cli import main
 from tests.commands import specc
 from tests.operators import seven_joints as panda
-from tests.scenarios.runs import SPECS
 from tests.scenarios.test_lib_effectors import columns, listed
 
 HZ = 250
@@ -35,7 +33,7 @@ agents:
         y: {{q_m: "vector[7, rad]"}}
     virtual_effectors:
       arm:
-        use: lib/torque_arm.yaml
+        use: specc:torque_arm
         rate: {HZ} Hz
         with:
           n: 7
@@ -89,8 +87,6 @@ task: {{cycle: {{of: cell.c, from: stopping, to: going}}}}
 
 
 def cell(folder: Path) -> Path:
-    (folder / "lib").mkdir()
-    shutil.copy(SPECS / "lib" / "torque_arm.yaml", folder / "lib")
     motors = "".join(f'<motor name="m{k}" joint="q{k}"/>' for k in range(1, 8))
     (folder / "cell.xml").write_text(panda.model(drives=f"<actuator>{motors}</actuator>"))
     spec = folder / "cell.yaml"

@@ -11,6 +11,7 @@ from specc.diagnostics.report import repair
 from specc.frozen import frozen
 from specc.model.fsm import OTHERWISE
 from specc.read import read_text
+from specc.resources import is_library_part
 from specc.source import Place, Route, SourceFile, TextNode
 from specc.tools.fmt import LayoutError, formatted
 from specc.tools.lsp.cursor import line_break
@@ -35,7 +36,9 @@ class Action:
 
 
 def actions(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
-    """The ways out of a finding that are edits."""
+    """The ways out of a finding that are edits; nobody edits the library."""
+    if is_library_part(diagnostic.primary.file):
+        return
     if diagnostic.fix is not None:
         changes = _fixed(analysis, diagnostic.fix)
         if changes:
@@ -51,7 +54,9 @@ def _sentence(words: str) -> str:
 def _fixed(analysis: Analysis, fix: Fix) -> tuple[FileEdit, ...]:
     found = repair(fix, analysis.loader.sources)
     path = fix.edits[0].place.file
-    return tuple(FileEdit(path, c.start, c.end, c.text) for c in found.changes) if found else ()
+    if found is None or is_library_part(path):
+        return ()
+    return tuple(FileEdit(path, c.start, c.end, c.text) for c in found.changes)
 
 
 def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:

@@ -7,8 +7,9 @@ from collections import Counter
 
 from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
-from specc.schema.places import role_of
-from specc.source import Place, Sources
+from specc.resources import is_library_part, on_disk
+from specc.schema.places import names_used_file, role_of
+from specc.source import Place, Route, Sources, TextNode, beside
 from specc.tools.lsp.completion import Completion, complete
 from specc.tools.lsp.describe import (
     code_at,
@@ -17,10 +18,11 @@ from specc.tools.lsp.describe import (
     describe_part,
     describe_symbol,
 )
+from specc.tools.lsp.index import Index
 from specc.tools.lsp.project import FileEdit, Project, Stretch, View
 from specc.tools.lsp.rename import RenameError, check_renameable, rename
-from specc.tools.lsp.symbols import beside
 from specc.tools.lsp.unfinished import shift
+from specc.tools.parts import as_markdown, summary_of
 
 _UNUSED_IGNORE = "W0901"
 
@@ -119,10 +121,18 @@ def _told(here: Here) -> tuple[str, int, int] | None:
     found = index.value_at(here.path, here.at)
     if found is not None:
         route, node, is_key = found
-        words = describe_key(route) if is_key else describe_cause(index, here.path, route, node)
+        words = describe_key(route) if is_key else _of_value(index, here.path, route, node)
         if words:
             return words, node.start, node.end
     return code_at(index.text(here.path), here.at)
+
+
+def _of_value(index: Index, path: str, route: Route, node: TextNode) -> str:
+    """What a hover says of a value that no symbol is named by: a part of the library, a cause."""
+    if names_used_file(route) and is_library_part(node.scalar or ""):
+        part = summary_of(node.scalar or "")
+        return as_markdown(part) if part else ""
+    return describe_cause(index, path, route, node)
 
 
 def definition(project: Project, path: str, offset: int) -> list[Stretch]:
@@ -144,7 +154,7 @@ def _file_named(here: Here) -> list[Stretch]:
     if node is None or is_key or role is None or role.form != "path":
         return []
     file = beside(here.path, node.scalar or "")
-    return [Stretch(file, 0, 0)] if os.path.isfile(file) else []
+    return [Stretch(file, 0, 0)] if os.path.isfile(on_disk(file)) else []
 
 
 def references(project: Project, path: str, offset: int, declarations: bool) -> list[Stretch]:

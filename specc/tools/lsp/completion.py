@@ -19,14 +19,15 @@ from specc.model.types import (
 )
 from specc.model.units import UNITS
 from specc.resolve.definitions import may_be_size
+from specc.resources import LIBRARY, library_parts
 from specc.schema.keys import Role, RoleForm, SymbolKind
-from specc.schema.places import defined_by, keys_at, role_of, split, values_at
-from specc.source import Route
+from specc.schema.places import defined_by, keys_at, names_used_file, role_of, split, values_at
+from specc.source import Route, beside
 from specc.tools.lsp.cursor import Cursor, cursors, outside
 from specc.tools.lsp.describe import describe_symbol
 from specc.tools.lsp.formulas import WORDS, following
 from specc.tools.lsp.index import Index
-from specc.tools.lsp.symbols import Symbol, beside
+from specc.tools.lsp.symbols import Symbol
 
 # What can be written at the end of an unfinished expression or type.
 
@@ -195,7 +196,7 @@ def _type_of(index: Index, path: str, owner: Route, text: str) -> Type | None:
 # What can be written at the cursor: keys, values and names of the structure.
 
 
-_PATH = re.compile(r"[\w.]*$")
+_PATH = re.compile(rf"(?:{LIBRARY})?[\w.]*$")
 _FIXED = {
     "initial condition": ("always", "otherwise"),
     "terminal condition": ("always", "never"),
@@ -226,6 +227,8 @@ def _items(index: Index | None, path: str, cursor: Cursor) -> Iterator[Completio
         return
     for value in values_at(cursor.route):
         yield Completion(value, "value")
+    if names_used_file(cursor.route):
+        yield from (Completion(name, "file") for name in library_parts())
     role = role_of(cursor.route)
     if index is not None and role is not None:
         yield from _values(index, path, cursor, role)

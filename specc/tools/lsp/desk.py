@@ -11,6 +11,7 @@ from typing import Protocol
 
 from lsprotocol import types as lsp
 
+from specc.resources import library_name, on_disk
 from specc.tools.lsp import actions, answers, convert
 from specc.tools.lsp.convert import Columns, Texts
 from specc.tools.lsp.project import Project
@@ -42,13 +43,13 @@ class Desk:
     def _path(self, uri: str) -> str:
         """The path of a document; one that is not on the disk is known by its URI."""
         path = self._to_path(uri) if uri.startswith("file:") else None
-        path = os.path.normpath(path) if path else uri
+        path = library_name(os.path.normpath(path)) if path else uri
         self._uris.setdefault(path, uri)
         return path
 
     def _uri(self, path: str) -> str:
         """The URI of a path, as the client spells it if it has the file open."""
-        return self._uris.get(path) or self._to_uri(path) or path
+        return self._uris.get(path) or self._to_uri(on_disk(path)) or path
 
     def _asked(self, params: Asked) -> tuple[str, int]:
         return self._at(params.text_document, params.position)

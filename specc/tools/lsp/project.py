@@ -17,6 +17,7 @@ from specc.policy import judge, reach_of, settings_for
 from specc.read import Document, Reach, claims_to_be_one, read_file, read_text
 from specc.resolve import Findings
 from specc.resolve.loader import Loader
+from specc.resources import on_disk
 from specc.schema import ROW_KEYS
 from specc.source import SourceFile, Sources, real_path
 from specc.tools.lsp.index import Index, build_index
@@ -126,7 +127,7 @@ class Project:
 
     def forget_deleted(self, path: str) -> None:
         """Drop what is known of a system whose file is gone and not open."""
-        if path in self._current and path not in self._open and not os.path.exists(path):
+        if path in self._current and path not in self._open and not os.path.exists(on_disk(path)):
             self._drop(path)
 
     def roots(self, path: str, search: bool = False) -> list[str]:
@@ -336,7 +337,7 @@ def _alike(one: Document, other: Document) -> bool:
 
 def _stamp(path: str) -> object:
     try:
-        status = os.stat(path)
+        status = os.stat(on_disk(path))
     except (OSError, ValueError):
         return None
     return status.st_mtime_ns, status.st_size

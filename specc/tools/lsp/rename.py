@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from specc.lang import RESERVED, TYPE_WORDS
 from specc.model.units import UNITS
 from specc.resolve.uses import names_in
+from specc.resources import is_library_part
 from specc.schema.keys import RoleForm, SymbolKind
 from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import PARAMETER_TYPES
@@ -46,6 +47,8 @@ def _fixed(index: Index, symbol: Symbol) -> str:
     """Why nobody may rename a symbol; empty if somebody may."""
     if symbol.kind == "subsystem" and symbol.place.route[-1] in ("control", "subsystem"):
         return "a control subsystem is called `c` everywhere"
+    if any(is_library_part(end.place.file) for end in symbol.declarations):
+        return "it is declared in the library of specc"
     node = index.node(symbol.place.file, symbol.place.route)
     if node is not None and "for" in node.values:
         return "it is the name of many, which others spell with their indices"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import field
 
@@ -14,7 +13,7 @@ from specc.model.types import Type
 from specc.reachable import reachable
 from specc.schema.keys import SymbolKind
 from specc.schema.places import defined_by, is_device, split
-from specc.source import Place, Route, SourceFile
+from specc.source import Place, Route, SourceFile, beside
 
 SymbolKey = tuple[str, Route]
 """File and route of a definition."""
@@ -56,11 +55,6 @@ class FileSymbols:
     top: dict[tuple[SymbolKind, str], Symbol] = field(default_factory=dict)
     inside: dict[Route, dict[tuple[SymbolKind, str], Symbol]] = field(default_factory=dict)
     by_route: dict[Route, Symbol] = field(default_factory=dict)
-
-
-def beside(path: str, relative: str) -> str:
-    """The path of a file that the file at `path` names."""
-    return os.path.normpath(os.path.join(os.path.dirname(path), relative))
 
 
 def collect(source: SourceFile) -> FileSymbols:

@@ -1,7 +1,7 @@
 """Starting a specification from the model of a robot."""
 
 from specc.tools.starting.adding import added, bound
-from specc.tools.starting.document import Robot, document, left_out, not_held
+from specc.tools.starting.document import Robot, by_mocap, document, left_out, not_held
 from specc.tools.starting.facts import ModelFacts, NoFacts, facts_of
 from specc.tools.starting.groups import NoGroup, grouped
 from specc.tools.starting.receptors import receptors
@@ -13,6 +13,7 @@ __all__ = [
     "Robot",
     "added",
     "bound",
+    "by_mocap",
     "document",
     "facts_of",
     "grouped",

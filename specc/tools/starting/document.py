@@ -86,6 +86,14 @@ def left_out(refused: Mapping[str, str]) -> Iterator[str]:
         yield f"{few(names, _MOST_SHOWN)}: {why}"
 
 
+def by_mocap(facts: ModelFacts) -> Iterator[str]:
+    """A line for each body that mocap places: what a specification commands does not move it."""
+    for body, tied in facts.mocap.items():
+        bound = f", with what is tied to it ({few(tied, _MOST_SHOWN)})" if tied else ""
+        out = " Take the tie out of the model where actuators are to move that." if tied else ""
+        yield f"MOCAP: {body} stays where the model has it{bound}: no actuator moves it.{out}"
+
+
 def not_held(facts: ModelFacts) -> str:
     """A line about the joints that left the start in the rehearsal; empty if none did."""
     most = {joint.name: NEAR[joint.unit][1] for joint in facts.joints}
@@ -239,6 +247,7 @@ class AgentSections:
                 f"Nothing holds the model in the pose of {pose(facts)}: bodies may overlap there, "
                 "or the robot stand above its floor. Runs begin where it settles: see the scene."
             )
+        yield from by_mocap(facts)
         if far := not_held(facts):
             yield far
         elif facts.strayed:

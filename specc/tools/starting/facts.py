@@ -85,6 +85,10 @@ class ModelFacts:
     parents: tuple[int, ...]
     actuators: tuple[Actuator, ...]
     refused: Mapping[str, str]
+    thrusters: tuple[str, ...]
+    """Actuators, all refused, that push at sites."""
+    mocap: Mapping[str, tuple[str, ...]]
+    """Bodies that mocap places -> the bodies that constraints tie to each."""
     frequency: float
     strayed: Mapping[str, float]
     sensors: tuple[Sensor, ...]
@@ -107,6 +111,8 @@ def facts_of(path: str) -> ModelFacts:
         "parents": tuple(answer["parents"]),
         "actuators": tuple(each for each in actuators if each.name not in braced),
         "refused": {**answer["refused"], **braced},
+        "thrusters": tuple(answer["thrusters"]),
+        "mocap": {body: tuple(tied) for body, tied in answer["mocap"].items()},
         "sensors": tuple(Sensor(**each) for each in answer["sensors"]),
         "cameras": tuple(answer["cameras"]),
     }

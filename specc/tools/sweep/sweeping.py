@@ -17,7 +17,7 @@ from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.model.system import System
 from specc.refusal import lacking
-from specc.source import COMMAND_LINE, Sources
+from specc.source import COMMAND_LINE, Sources, relative_path
 from specc.tools.sweep.running import (
     PACKAGES,
     Bundle,
@@ -86,7 +86,7 @@ def _below(paths: Iterable[str]) -> Iterator[str]:
 def _fingerprint(spec: str, sources: Sources, files: Mapping[str, bytes]) -> str:
     base = os.path.dirname(spec)
     texts = {
-        os.path.relpath(source.path, base or "."): source.text.encode()
+        relative_path(source.path, base or "."): source.text.encode()
         for source in sources
         if source.path not in COMMAND_LINE
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from functools import cached_property
-from os.path import relpath
+from os import curdir
 from pathlib import Path
 from unittest import SkipTest
 
@@ -14,7 +14,7 @@ from specc.lang.values import Value
 from specc.model.system import System
 from specc.pipeline import read_spec
 from specc.proof.search import OperatorAnswer
-from specc.source import Sources
+from specc.source import Sources, relative_path
 from specc.tools.witness.code import (
     Periods,
     Placed,
@@ -115,4 +115,4 @@ def _places(system: System, sources: Sources) -> dict[str, str]:
     found = {f"state {state.name}": state.place for state in subsystem.states}
     found |= {row.words: row.place for row in subsystem.transitions}
     spans = {words: sources.span(place) for words, place in found.items()}
-    return {words: f"{relpath(span.file)}:{span.line}" for words, span in spans.items()}
+    return {words: f"{relative_path(s.file, curdir)}:{s.line}" for words, s in spans.items()}

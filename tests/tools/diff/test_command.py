@@ -85,7 +85,7 @@ def test_what_changed_in_all_copies_of_a_description_is_told_once(
 ) -> None:
     specs = Path(__file__).parents[3] / "specs"
     new = Path(shutil.copytree(specs, tmp_path / "specs"))
-    rover = new / "lib" / "rover.yaml"
+    rover = new / "parts" / "rover.yaml"
     rover.write_text(rover.read_text().replace("rate: 10 Hz", "rate: 20 Hz"))
     assert main(["diff", str(specs / "rovers.yaml"), str(new / "rovers.yaml")]) == 1
     told = capsys.readouterr().out

@@ -138,7 +138,7 @@ def test_what_has_no_meaning_is_not_drawn(tmp_path: Path) -> None:
     done = specc("graph", spec)
     assert (done.returncode, done.stdout) == (1, "")
     assert "E0" in done.stderr
-    done = specc("graph", "specs/lib/rover.yaml")
+    done = specc("graph", "specs/parts/rover.yaml")
     assert (done.returncode, done.stdout) == (1, "")
     assert "E0102" in done.stderr and "nothing is known" not in done.stderr
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from itertools import product
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -132,23 +133,132 @@ def test_period_and_name_can_be_given(workshop: Workshop) -> None:
 
 
 def test_a_chart_without_events_or_without_transitions(workshop: Workshop, codes: Codes) -> None:
+    """It asks for nothing; it tells its state to the outside, which has no use for it yet."""
     timer = workshop.scxml('<scxml><state id="a"><transition target="a"/></state></scxml>')
-    # It talks to nobody, which is what is wrong with it.
-    assert codes(workshop.compile(timer)) == ["E0408"]
+    assert codes(workshop.compile(timer)) == ["W0412"]
     alone = workshop.scxml('<scxml><final id="a"/></scxml>')
-    assert codes(workshop.compile(alone)) == ["E0408"]
+    assert codes(workshop.compile(alone)) == ["W0412"]
+
+
+@pytest.mark.parametrize("path", sorted(FILES.glob("*.scxml")), ids=lambda path: path.stem)
+def test_what_is_written_validates(path: Path, workshop: Workshop) -> None:
+    made = import_scxml(str(path))
+    assert not made.failed
+    found = workshop.compile(made)
+    assert {d.code for d in found.diagnostics} <= {"W0412"}
+    assert build(str(workshop.folder / "made.yaml")).files
+
+
+def test_states_without_an_id_get_a_name(workshop: Workshop) -> None:
+    body = (
+        '<state><transition event="e" target="state_1"/></state><state id="state_1"/>'
+        "<state><transition event='e' target='state_1'/></state>"
+    )
+    made = workshop.scxml(f"<scxml>{body}</scxml>")
+    told = [d.message for d in made.diagnostics if "without `id`" in d.message]
+    assert told == [f"a <state> without `id` is called `state_{n}`" for n in (2, 3)]
+    machine = chart(workshop.compile(made))
+    assert machine.initial_state == "state_2"
+    assert rows(machine) == [("state_2", "state_1"), ("state_3", "state_1")]
+
+
+def test_each_region_of_a_parallel_chart_is_an_agent(workshop: Workshop) -> None:
+    """They get the same events, and move in the same period."""
+    found = workshop.compile(import_scxml(str(FILES / "regions.scxml")))
+    assert found.system is not None
+    machines = {machine.agent: machine for machine in found.system.subsystems}
+    assert {name: rows(machines[name]) for name in ("arm", "base", "clock", "lamp")} == {
+        "arm": [("still", "moving"), ("moving", "still")],
+        "base": [("parked", "driving"), ("driving", "parked"), ("driving", "parked")],
+        "clock": [("tick", "tock"), ("tock", "tick")],
+        "lamp": [],
+    }
+    inputs = {("outside", name): name == "free" for name in ("free", "late")}
+    inputs |= {("outside", "event"): "go"}
+    fresh = {("outside", "event")}
+    assert run(machines["arm"], "still", inputs, fresh) == "moving"
+    assert run(machines["base"], "parked", inputs, fresh) == "driving"
+    assert run(machines["base"], "driving", inputs, fresh) is None
+    told = explore(found.proofs, 10_000)
+    assert told.findings == []
+
+
+PARALLEL = """<scxml initial="both"><parallel id="both">
+  <state id="arm"><transition event="retry" target="both"/></state><state id="base"/></parallel>
+  <state id="rest"><transition event="go" target="both"/></state></scxml>"""
+
+
+def test_a_parallel_state_beside_others_is_there(workshop: Workshop) -> None:
+    """What is refused is that two states are active; nothing is said to be missing."""
+    made = workshop.scxml(PARALLEL)
+    (error,) = (d for d in made.diagnostics if d.severity == "error")
+    assert error.code == "E0808"
+    assert error.message == (
+        "`both` is a parallel state: `arm` and `base` are active at the same time"
+    )
+    assert error.help.startswith("write a chart for each of them, which becomes an agent, or")
+
+
+DROPPED = [
+    '<ros_topic_callback name="bump" target="b"/>',
+    '<x:when xmlns:x="urn:x" target="b c"/>',
+    '<group><transition event="e" target="b"/></group>',
+    '<group><group><then target="b"/></group></group>',
+]
+
+
+@pytest.mark.parametrize("element", DROPPED)
+def test_a_transition_that_is_not_carried_over_is_an_error(
+    element: str, workshop: Workshop
+) -> None:
+    made = workshop.scxml(
+        f'<scxml><state id="a"><transition event="go" target="b"/>{element}</state>'
+        '<state id="b"/><state id="c"/></scxml>'
+    )
+    assert made.text == ""
+    assert [d.code for d in made.diagnostics if d.severity == "error"] == ["E0809"]
+
+
+@pytest.mark.parametrize(
+    "element",
+    [
+        '<onentry><send event="e" target="b"/></onentry>',
+        '<e:spot xmlns:e="urn:editor" target="nowhere"/>',
+    ],
+)
+def test_another_element_with_a_target_is_told(element: str, workshop: Workshop) -> None:
+    made = workshop.scxml(
+        f'<scxml><state id="a"><transition event="go" target="b"/>{element}</state>'
+        '<state id="b"/></scxml>'
+    )
+    assert made.text
+    assert any("is not carried over" in d.message for d in made.diagnostics)
 
 
 BROKEN = [
     ('<state id="a"><state id="b"/></state>', "E0808"),
     ('<state id="a"><parallel id="b"/></state>', "E0808"),
     ('<state id="a"><history id="b"/></state>', "E0808"),
-    ('<parallel id="a"/>', "E0808"),
+    ('<parallel id="a"/>', "E0804"),
+    ('<parallel id="a"><history id="h"/><state id="b"/></parallel>', "E0808"),
+    ('<parallel id="a"><state id="b"/><transition event="e" target="b"/></parallel>', "E0808"),
+    (
+        '<parallel id="a"><state id="b"><state id="c"><state id="d"/></state></state></parallel>',
+        "E0808",
+    ),
+    (
+        '<parallel id="a"><state id="b"><state id="c"/><transition target="c"/></state></parallel>',
+        "E0808",
+    ),
+    (
+        '<parallel id="a"><state id="b"><state id="c"><transition target="d"/></state></state>'
+        '<state id="e"><state id="d"/></state></parallel>',
+        "E0808",
+    ),
     ('<state id="a"><transition target="a b"/></state><state id="b"/>', "E0808"),
     ('<final id="a"><transition target="a"/></final>', "E0808"),
     ('<state id="a"/><state id="a"/>', "E0806"),
     ('<state id="a"><transition target="b"/></state>', "E0805"),
-    ("<state/>", "E0804"),
     ("", "E0804"),
 ]
 

@@ -52,7 +52,7 @@ def test_nothing_is_said_of_what_only_a_user_could_mend(text: str, tmp_path: Pat
 
 
 def test_the_library_of_the_flagship_is_right_by_itself() -> None:
-    library = ROOT / "specs/lib/two_finger_gripper.yaml"
+    library = ROOT / "specs/parts/two_finger_gripper.yaml"
     project = Project()
     assert project.analyse(str(library)).diagnostics == ()
 

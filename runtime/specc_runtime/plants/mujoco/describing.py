@@ -10,7 +10,7 @@ import numpy as np
 
 from specc_runtime.operators.arrays import Array
 from specc_runtime.plants.errors import PlantError
-from specc_runtime.plants.mujoco.driven import JOINT_KINDS, Driven, driven
+from specc_runtime.plants.mujoco.driven import AT_SITE, JOINT_KINDS, Driven, driven
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import HOME, initial_positions, load_model
 from specc_runtime.plants.mujoco.posture import Held, confined, held, period_s
@@ -52,6 +52,8 @@ def described(path: str) -> dict[str, Any]:
         "parents": [int(parent) for parent in model.body_parentid],
         "actuators": _actuators(model, actuators, how),
         "refused": refused,
+        "thrusters": [name for name, why in refused.items() if why == AT_SITE],
+        "mocap": dict(_mocap(model)),
         "frequency": how.frequency if how else 0.0,
         "strayed": _named(model, how.strayed) if how else {},
         "sensors": [_sensor(model, i) for i in range(model.nsensor)],
@@ -147,6 +149,23 @@ def _joint(model: Any, start: Array, wheels: frozenset[int], joint: int) -> dict
         "range": limits if model.jnt_limited[joint] else None,
         "wheel": joint in wheels,
     }
+
+
+def _mocap(model: Any) -> Iterator[tuple[str, list[str]]]:
+    """The bodies that mocap places, each with the bodies that constraints tie to it."""
+    ties = [
+        {int(model.eq_obj1id[i]), int(model.eq_obj2id[i])}
+        for i in range(model.neq)
+        if model.eq_objtype[i] == mujoco.mjtObj.mjOBJ_BODY
+    ]
+    for body in np.flatnonzero(model.body_mocapid >= 0):
+        tied = {other for tie in ties if body in tie for other in tie - {int(body), 0}}
+        names = (_body_name(model, other) for other in sorted(tied))
+        yield _body_name(model, int(body)), list(names)
+
+
+def _body_name(model: Any, body: int) -> str:
+    return model.body(body).name or f"body {body}"
 
 
 def _actuators(model: Any, actuators: list[Driven], how: Held | None) -> list[dict[str, Any]]:

@@ -22,6 +22,7 @@ own; the speed of a joint; that of something else; a force or a torque, up to a 
 JOINT_KINDS = ("free", "ball", "slide", "hinge")
 _TRN, _DYN, _GAIN, _BIAS = mujoco.mjtTrn, mujoco.mjtDyn, mujoco.mjtGain, mujoco.mjtBias
 _FEEDBACK = 1e-9
+AT_SITE = "it pushes at a site, as a rotor does, and moves no joint by itself"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,12 +82,9 @@ def _joints(model: Any, data: Any, index: int) -> Iterator[tuple[int, float]]:
 
 def _refusal(model: Any, index: int, joints: dict[int, float]) -> str:
     """Why an actuator cannot be held; empty if it can."""
-    actuator = model.actuator(index)
-    if not actuator.name:
-        return "it has no name: give it one in the model, `name=...`"
     transmission = _TRN(int(model.actuator_trntype[index]))
     if transmission not in (_TRN.mjTRN_JOINT, _TRN.mjTRN_JOINTINPARENT, _TRN.mjTRN_TENDON):
-        return "it acts on no joint or tendon"
+        return AT_SITE if transmission == _TRN.mjTRN_SITE else "it acts on no joint or tendon"
     if not joints:
         return "it moves no joint at the start"
     for joint in joints:

@@ -43,6 +43,9 @@ _COUNTS = {
 def load_model(path: str) -> Any:
     """MjModel of the MJCF file at path; a model without a camera `overview` gets one.
 
+    An actuator without a name is called after the joint, tendon, site or body that it acts on.
+    Where an actuator has that name, `_2`, `_3` and so on follows. The compiler does the same.
+
     The simulation is told not to reset itself when it diverges, so that divergence can be reported.
 
     Raises:
@@ -52,16 +55,35 @@ def load_model(path: str) -> Any:
         raise PlantError(f"no model file {path}")
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
-        if OVERVIEW not in names_of(model, "camera"):
-            model = _with_overview(str(path), model)
+        has_view = OVERVIEW in names_of(model, "camera")
+        if not has_view or len(names_of(model, "actuator")) < model.nu:
+            spec = mujoco.MjSpec.from_file(str(path))
+            _name_actuators(spec)
+            if not has_view:
+                _add_overview(spec, model)
+            model = spec.compile()
     except ValueError as error:
         raise PlantError(f"{path}: {error}") from error
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET.value
     return model
 
 
-def _with_overview(path: str, model: Any) -> Any:
-    """The model with a camera for people, where MuJoCo's own viewer would begin."""
+def _name_actuators(spec: Any) -> None:
+    taken = {actuator.name for actuator in spec.actuators}
+    last: dict[str, int] = {}
+    for actuator in spec.actuators:
+        if not actuator.name:
+            part = actuator.target
+            number = last.get(part, 0) + 1
+            while (name := part if number == 1 else f"{part}_{number}") in taken:
+                number += 1
+            last[part] = number
+            taken.add(name)
+            actuator.name = name
+
+
+def _add_overview(spec: Any, model: Any) -> None:
+    """Add a camera for people, where MuJoCo's own viewer would begin."""
     view = model.vis.global_
     azimuth, elevation = np.radians((view.azimuth, view.elevation))
     forward = np.array(
@@ -75,10 +97,8 @@ def _with_overview(path: str, model: Any) -> Any:
     turn = np.stack((right, np.cross(right, forward), -forward), axis=1)
     quaternion = np.empty(4)
     mujoco.mju_mat2Quat(quaternion, turn.ravel())
-    spec = mujoco.MjSpec.from_file(path)
     place = model.stat.center - 1.5 * model.stat.extent * forward
     spec.worldbody.add_camera(name=OVERVIEW, pos=place, quat=quaternion)
-    return spec.compile()
 
 
 def names_of(model: Any, kind: str) -> tuple[str, ...]:

@@ -1,16 +1,18 @@
-"""`specc import scxml`: a flat state chart becomes an agent of a specification."""
+"""`specc import scxml`: a flat state chart, or each region of a parallel one, becomes an agent."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from specc.tools.importers.import_notes import Notes, document, read_markup
 from specc.tools.importers.logic import atoms
-from specc.tools.importers.scxml.chart import Chart, ChartState, Transition, read_chart
+from specc.tools.importers.scxml.chart import Chart, ChartState, Transition, read_charts
 from specc.tools.importers.scxml.machine import EVENTS, Events, left, rows_of
 from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, rate
 
+_OUTSIDE = "outside"
 DEFAULT_PERIOD_S = Fraction(1, 100)
 _DATA = "there is no data model; a guard is an input of type bool"
 _CONTENT = "executable content has no counterpart; describe what it does as functions"
@@ -34,29 +36,159 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
     """The specification of the chart in a file; `period` is in seconds."""
     notes = Notes()
     root = read_markup(path, "scxml", notes)
-    chart = read_chart(root, notes) if root is not None else None
-    if chart is None:
+    charts = read_charts(root, notes) if root is not None else ()
+    if root is None or not charts:
         return notes
     if period is None:
         message = "a chart has no period; 10 ms is assumed"
-        notes.changed(message, chart.root.place, "give one with `--period`")
+        notes.changed(message, root.place, "give one with `--period`")
     stem = os.path.splitext(os.path.basename(path))[0]
-    own = SpecNames((*PEERS, "outside")).of(name or chart.name or stem)
-    agents = _SystemMaker(chart, own, period or DEFAULT_PERIOD_S, notes).agents()
-    notes.leftovers(chart.root, _REASONS)
-    data: dict[str, Data] = {"specc": "1", "system": own, **agents}
+    own = SpecNames((*PEERS, _OUTSIDE)).of(name or root.get("name") or stem)
+    sections = _SystemMaker(charts, own, period or DEFAULT_PERIOD_S, notes).sections()
+    notes.leftovers(root, _REASONS)
+    data: dict[str, Data] = {"specc": "1", "system": own, **sections}
     notes.text = document("specc import scxml", [], notes, data)
     return notes
 
 
 class _SystemMaker:
-    def __init__(self, chart: Chart, own: str, period: Fraction, notes: Notes) -> None:
-        self._chart, self._own, self._period, self._notes = chart, own, period, notes
-        self._events = Events(d for s in chart.states for t in s.transitions for d in t.events)
+    """An agent for each chart, and one for what sends the events and answers the guards."""
+
+    def __init__(self, charts: Sequence[Chart], own: str, period: Fraction, notes: Notes) -> None:
+        self._period, self._notes = period, notes
+        states = [state for chart in charts for state in chart.states]
+        self._events = Events(d for s in states for t in s.transitions for d in t.events)
+        guards = GuardInputs(self._events.members)
+        names = SpecNames((*PEERS, _OUTSIDE))
+        several = len(charts) > 1
+        self._makers = [
+            _ChartMaker(each, names.of(each.name) if several else own, self._events, guards, notes)
+            for each in charts
+        ]
+        self._guards = guards
+
+    def sections(self) -> dict[str, Data]:
+        """Types and agents."""
+        agents: dict[str, Data] = {
+            maker.own: {"control": maker.control(self._period)} for maker in self._makers
+        }
+        self._tell_events()
+        types: dict[str, Data] = {}
+        if self._events.members:
+            types["Event"] = f"enum[{', '.join(self._events.members)}]"
+        for maker in self._makers:
+            types |= maker.types
+        agents[_OUTSIDE] = self._outside()
+        return filled({"types": types, "agents": agents})
+
+    def _tell_events(self) -> None:
+        """Names that changed, and how the two work cycles differ."""
+        place = self._makers[0].chart.root.place
+        for old, new in self._events.changed.items():
+            self._notes.changed(f"event `{old}` is called `{new}`", place)
+        states = [state for maker in self._makers for state in maker.chart.states]
+        if any(not t.events for s in states for t in s.transitions):
+            message = "a transition without an event is taken one period after the state began"
+            self._notes.changed(message, place)
+
+    def _outside(self) -> dict[str, Data]:
+        """An agent that sends any event at any time, as a device says; nothing else is known."""
+        types: dict[str, Data] = {}
+        if self._events.members:
+            types = {"event": "Event", "comes": "bool"}
+        types |= dict.fromkeys(self._guards.names.values(), "bool")
+        found: dict[str, Data] = {"title": "stands for who wants to know the state"}
+        if types:
+            title = "stands for what sends the events and answers the guards, at any time"
+            found["title"] = title
+            found["real_receptors"] = {"source": {"y": types}}
+            found["virtual_receptors"] = {"source": self._source(types)}
+        return {**found, "control": filled(self._stand_in(types))}
+
+    def _source(self, types: dict[str, Data]) -> dict[str, Data]:
+        passed: dict[str, Data] = {f"y.c.{name}": f"x.R.{name}" for name in types}
+        return {
+            "rate": rate(self._period),
+            "x": {"R": types},
+            "y": {"c": types},
+            "functions": {"pass_on": passed},
+            "behaviours": {"pass_on": {"functions": ["pass_on"], "terminal": "never"}},
+            "states": {"S0": "pass_on"},
+            "initial_state": "S0",
+        }
+
+    def _stand_in(self, types: dict[str, Data]) -> dict[str, Data]:
+        """Its control subsystem: it answers in every period, and sends an event if one comes."""
+        first = {"event": self._events.members[0]} if self._events.members else {}
+        inputs: dict[str, Data] = {
+            name: {"type": type_, "init": first.get(name, "False")} for name, type_ in types.items()
+        }
+        x: dict[str, Data] = {"source": inputs} if inputs else {}
+        y: dict[str, Data] = {}
+        answer: dict[str, Data] = {}
+        send: dict[str, Data] = {}
+        for maker in self._makers:
+            x |= {maker.own: maker.outputs} if maker.outputs else {}
+            y |= {maker.own: {name: types[name] for name in maker.asked}} if maker.asked else {}
+            for name in maker.asked:
+                target = send if name == "event" else answer
+                target[f"y.{maker.own}.{name}"] = f"x.source.{name}"
+        answers: list[Data] = ["answer"] if answer else []
+        control: dict[str, Data] = {
+            "rate": rate(self._period),
+            "x": x,
+            "y": y,
+            "functions": filled({"answer": answer}),
+            "behaviours": {"wait": filled({"functions": answers, "terminal": "never"})},
+            "states": {"quiet": "wait"},
+            "initial_state": "quiet",
+        }
+        if not first:
+            return control
+        return control | {
+            "conditions": {
+                "initial": {"more": "x.source.comes", "none": "not x.source.comes"},
+                "terminal": {"comes": "x.source.comes"},
+            },
+            "functions": filled({"answer": answer, "send": send}),
+            "behaviours": {
+                "wait": filled({"functions": answers, "terminal": "comes"}),
+                "send": {"functions": [*answers, "send"], "terminal": "always"},
+            },
+            "states": {"quiet": "wait", "sending": "send"},
+            "transitions": [
+                ["quiet", "terminal", "always", "sending"],
+                ["sending", "terminal", "more", "sending"],
+                ["sending", "terminal", "none", "quiet"],
+            ],
+        }
+
+
+class GuardInputs:
+    """The unknown conditions of all charts: each is one input, which the outside answers."""
+
+    def __init__(self, members: Iterable[str]) -> None:
+        self.names: dict[str, str] = {}
+        self._given = SpecNames(("event", "comes", "state", *members))
+
+    def of(self, text: str) -> str:
+        """The input of a condition."""
+        if text not in self.names:
+            self.names[text] = self._given.new(text if text.isidentifier() else f"guard_{text}")
+        return self.names[text]
+
+
+class _ChartMaker:
+    """The control subsystem of a chart. What it asks for and tells is known once that is made."""
+
+    def __init__(
+        self, chart: Chart, own: str, events: Events, guards: GuardInputs, notes: Notes
+    ) -> None:
+        self.chart, self.own = chart, own
+        self._events, self._guards, self._notes = events, guards, notes
         self._states = SpecNames()
-        self._inputs_named = SpecNames(("event", "comes", *self._events.members))
-        self._guards: dict[str, str] = {}
-        self._lets = SpecNames(self._events.members)
+        self._own_guards: dict[str, str] = {}
+        self._lets = SpecNames(events.members)
         self._let: dict[str, Data] = {}
         self._tests: dict[frozenset[str], str] = {}
         self._initial: dict[str, Data] = {}
@@ -64,33 +196,58 @@ class _SystemMaker:
         self._names = SpecNames(("always", "never"))
         self._named: dict[tuple[int, str], str] = {}
 
-    def agents(self) -> dict[str, Data]:
-        """Types and agents: the chart, and a stand-in for what sends events and answers guards."""
-        behaviours: dict[str, Data] = {}
-        states: dict[str, Data] = {}
-        for state in self._chart.states:
-            states[self._states.of(state.id)] = self._states.of(state.id)
-            behaviours[self._states.of(state.id)] = {"terminal": self._left(state)}
-        transitions: list[Data] = [row for s in self._chart.states for row in self._rows(s)]
+    def control(self, period: Fraction) -> dict[str, Data]:
+        """The control subsystem."""
+        ends = {self._states.of(state.id): self._left(state) for state in self.chart.states}
+        behaviours: dict[str, Data] = {name: {"terminal": end} for name, end in ends.items()}
+        transitions: list[Data] = [row for s in self.chart.states for row in self._rows(s)]
         self._report()
-        inputs = self._inputs()
-        control: dict[str, Data] = {
-            "title": self._chart.name,
-            "rate": rate(self._period),
-            "x": {"outside": inputs} if inputs else {},
-            "let": self._let,
-            "conditions": filled({"initial": self._initial, "terminal": self._terminal}),
-            "behaviours": behaviours,
-            "states": states,
-            "initial_state": self._states.of(self._chart.initial),
-            "transitions": transitions,
-        }
-        agents: dict[str, Data] = {self._own: {"control": filled(control)}}
-        if inputs:
-            agents["outside"] = self._outside()
-        event: Data = f"enum[{', '.join(self._events.members)}]"
-        types = {"types": {"Event": event}} if self._events.members else {}
-        return {**types, "agents": agents}
+        told = self._told() if not self.asked else {}
+        for name in behaviours if told else ():
+            behaviours[name] = {"functions": [f"tell_{name}"], "terminal": ends[name]}
+        return filled(
+            {
+                "title": self.chart.name,
+                "rate": rate(period),
+                "x": {_OUTSIDE: self._inputs()} if self.asked else {},
+                "y": {_OUTSIDE: {"state": self._type}} if told else {},
+                "let": self._let,
+                "conditions": filled({"initial": self._initial, "terminal": self._terminal}),
+                "functions": told,
+                "behaviours": behaviours,
+                "states": {name: name for name in behaviours},
+                "initial_state": self._states.of(self.chart.initial),
+                "transitions": transitions,
+            }
+        )
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """The inputs of the chart."""
+        has_events = any(t.events for s in self.chart.states for t in s.transitions)
+        return (*(["event"] if has_events else []), *self._own_guards.values())
+
+    @property
+    def outputs(self) -> dict[str, Data]:
+        """What a chart tells that asks for nothing: an agent talks to somebody."""
+        if self.asked:
+            return {}
+        return {"state": {"type": self._type, "init": self._states.of(self.chart.initial)}}
+
+    @property
+    def types(self) -> dict[str, Data]:
+        """The type of what it tells."""
+        members = ", ".join(self._states.of(state.id) for state in self.chart.states)
+        return {} if self.asked else {self._type: f"enum[{members}]"}
+
+    @property
+    def _type(self) -> str:
+        members = [self._states.of(state.id) for state in self.chart.states]
+        return SpecNames((*members, "Event")).of(f"State_{self.own}")
+
+    def _told(self) -> dict[str, Data]:
+        names = [self._states.of(state.id) for state in self.chart.states]
+        return {f"tell_{name}": {f"y.{_OUTSIDE}.state": name} for name in names}
 
     def _atom(self, text: str) -> str:
         """What a condition asks: a let for events, an input for a guard."""
@@ -104,11 +261,8 @@ class _SystemMaker:
         return self._tests[members]
 
     def _guard(self, text: str) -> str:
-        if text not in self._guards:
-            self._guards[text] = self._inputs_named.new(
-                text if text.isidentifier() else f"guard_{text}"
-            )
-        return self._guards[text]
+        self._own_guards[text] = self._guards.of(text)
+        return self._own_guards[text]
 
     def _left(self, state: ChartState) -> str:
         if not state.transitions:
@@ -144,98 +298,30 @@ class _SystemMaker:
 
     def _inputs(self) -> dict[str, Data]:
         """The queue of events, and each guard as an input that is false until it is answered."""
-        events: dict[str, Data] = {"event": "Event"} if self._events.members else {}
+        events: dict[str, Data] = {"event": "Event"} if "event" in self.asked else {}
         guards: dict[str, Data] = {
             name: {"type": "bool", "init": "False", "title": text}
-            for text, name in self._guards.items()
+            for text, name in self._own_guards.items()
         }
         return events | guards
 
-    def _outside(self) -> dict[str, Data]:
-        """An agent that sends any event at any time, as a device says; nothing else is known."""
-        is_sent = bool(self._events.members)
-        types: dict[str, Data] = {"event": "Event", "comes": "bool"} if is_sent else {}
-        types |= dict.fromkeys(self._guards.values(), "bool")
-        passed: dict[str, Data] = {f"y.c.{name}": f"x.R.{name}" for name in types}
-        source: dict[str, Data] = {
-            "rate": rate(self._period),
-            "x": {"R": types},
-            "y": {"c": types},
-            "functions": {"pass_on": passed},
-            "behaviours": {"pass_on": {"functions": ["pass_on"], "terminal": "never"}},
-            "states": {"S0": "pass_on"},
-            "initial_state": "S0",
-        }
-        return {
-            "title": "stands for what sends the events and answers the guards, at any time",
-            "real_receptors": {"source": {"y": types}},
-            "virtual_receptors": {"source": source},
-            "control": filled(self._stand_in(types)),
-        }
-
-    def _stand_in(self, types: dict[str, Data]) -> dict[str, Data]:
-        """Its control subsystem: it answers in every period, and sends an event if one comes."""
-        first = {"event": self._events.members[0]} if self._events.members else {}
-        inputs: dict[str, Data] = {
-            name: {"type": type_, "init": first.get(name, "False")} for name, type_ in types.items()
-        }
-        sent = [name for name in types if name != "comes"]
-        passed = {name: f"x.source.{name}" for name in sent}
-        answer: dict[str, Data] = {
-            f"y.{self._own}.{name}": text for name, text in passed.items() if name != "event"
-        }
-        answers: list[Data] = ["answer"] if answer else []
-        control: dict[str, Data] = {
-            "rate": rate(self._period),
-            "x": {"source": inputs},
-            "y": {self._own: {name: types[name] for name in sent}},
-            "functions": filled({"answer": answer}),
-            "behaviours": {"wait": {"functions": answers, "terminal": "never"}},
-            "states": {"quiet": "wait"},
-            "initial_state": "quiet",
-        }
-        if not first:
-            return control
-        return control | {
-            "conditions": {
-                "initial": {"more": "x.source.comes", "none": "not x.source.comes"},
-                "terminal": {"comes": "x.source.comes"},
-            },
-            "functions": filled(
-                {"answer": answer, "send": {f"y.{self._own}.event": passed["event"]}}
-            ),
-            "behaviours": {
-                "wait": filled({"functions": answers, "terminal": "comes"}),
-                "send": {"functions": [*answers, "send"], "terminal": "always"},
-            },
-            "states": {"quiet": "wait", "sending": "send"},
-            "transitions": [
-                ["quiet", "terminal", "always", "sending"],
-                ["sending", "terminal", "more", "sending"],
-                ["sending", "terminal", "none", "quiet"],
-            ],
-        }
-
     def _report(self) -> None:
-        """Names that changed, guards that became inputs, and how the two work cycles differ."""
+        """Names that changed, and guards that became inputs."""
         self._tell_guards()
-        for state in self._chart.states:
+        if not self.asked:
+            message = "nothing that the chart asks for comes from outside; it tells its state there"
+            self._notes.changed(message, self.chart.root.place)
+        for state in self.chart.states:
             if self._states.of(state.id) != state.id:
                 message = f"state `{state.id}` is called `{self._states.of(state.id)}`"
                 self._notes.changed(message, state.element.value_place("id"))
             if state.element.tag == "final":
                 message = f"the chart stops in `{state.id}`; the agent stays there"
                 self._notes.changed(message, state.element.place)
-        place = self._chart.root.place
-        for old, new in self._events.changed.items():
-            self._notes.changed(f"event `{old}` is called `{new}`", place)
-        if any(not t.events for s in self._chart.states for t in s.transitions):
-            message = "a transition without an event is taken one period after the state began"
-            self._notes.changed(message, place)
 
     def _tell_guards(self) -> None:
         told: set[str] = set()
-        for state in self._chart.states:
+        for state in self.chart.states:
             for transition in state.transitions:
                 for atom in atoms(transition.guard):
                     if atom.name not in told:

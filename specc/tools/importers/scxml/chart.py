@@ -1,8 +1,9 @@
-"""A flat SCXML chart as it is written: states and transitions in document order."""
+"""Flat SCXML charts as they are written: states and transitions in document order."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 
 from specc.frozen import frozen
 from specc.model.expr import TRUE, Expr
@@ -15,7 +16,11 @@ NAMESPACE = "http://www.w3.org/2005/07/scxml"
 _MOST_TRANSITIONS = 300
 """Of one state: the condition of a row grows with those before it."""
 _FLATTEN = "flatten the chart: one state for every combination that can be active"
+_APART = f"write a chart for each of them, which becomes an agent, or {_FLATTEN}"
 _NESTING = ("state", "parallel", "history", "initial", "final")
+_STATES = ("state", "final")
+_ACTIONS = ("send", "invoke", "assign", "cancel", "raise", "log", "if", "foreach", "script")
+"""Elements of SCXML that do something; a `target` of theirs is no state."""
 
 
 @frozen
@@ -39,7 +44,7 @@ class ChartState:
 
 @frozen
 class Chart:
-    """States in document order."""
+    """States in document order; `root` is the document, or the region that the chart is of."""
 
     name: str
     states: tuple[ChartState, ...]
@@ -47,26 +52,137 @@ class Chart:
     root: XmlElement
 
 
-def read_chart(root: XmlElement, notes: Notes) -> Chart | None:
-    """The chart of a document; None, with errors in `notes`, if it is not flat or not whole."""
+def read_charts(root: XmlElement, notes: Notes) -> tuple[Chart, ...]:
+    """The chart of a document; or that of each region, if all of the document is parallel.
+
+    None, with errors in `notes`, if one is not flat or not whole.
+    """
     _plain_tags(root)
     root.seen = True
     if root.tag != "scxml":
         message = f"the root is <{root.tag}>, not <scxml>"
         notes.error("E0803", message, root.place, "is this a state chart?")
-        return None
+        return ()
     for attribute in ("version", "xmlns"):
         root.get(attribute)
-    states = [_state(element, notes) for element in root.all("state", "final")]
-    _refuse_nesting(root, notes, ("parallel", "history"))
+    _name_states(root, notes)
+    tops = [child for child in root.children if child.tag in (*_STATES, "parallel", "history")]
+    nested = dict(_nested(root))
+    if len(tops) == 1 and tops[0].tag == "parallel":
+        charts = _regions(root, tops[0], nested, notes)
+    else:
+        _refuse_parallel(root, notes)
+        _refuse_nesting(root, notes, ("history",))
+        charts = (_chart(root, root.all(*_STATES), nested, notes),)
+    _refuse_other_transitions(root, notes)
+    return () if notes.failed else charts
+
+
+def _chart(
+    root: XmlElement, elements: list[XmlElement], nested: Mapping[str, str], notes: Notes
+) -> Chart:
+    states = [_state(element, notes) for element in elements]
     initial = root.get("initial") or (_initial_element(root) or (states[0].id if states else ""))
-    if not states:
+    refused = [each for each in root.children if each.tag in ("parallel", "history")]
+    if not states and not refused:
         message = "the chart has no state"
         notes.error("E0804", message, root.place, 'write `<state id="..."/>`')
-    _check_names(states, initial, root, dict(_nested(root)), notes)
-    if notes.failed:
-        return None
+    known = {each.attributes.get("id", "") for each in refused}
+    _check_names(states, initial, root, nested, known, notes)
     return Chart(root.get("name") or "", tuple(states), initial, root)
+
+
+def _regions(
+    root: XmlElement, parallel: XmlElement, nested: Mapping[str, str], notes: Notes
+) -> tuple[Chart, ...]:
+    """A chart for each region of a document that is parallel as a whole."""
+    parallel.seen = True
+    own = parallel.get("id")
+    if (root.get("initial") or own) != own:
+        message = "the initial states of regions are not carried over from here"
+        place = root.value_place("initial")
+        notes.error("E0808", message, place, "name each in its region, `<state initial=...>`")
+    _refuse_nesting(parallel, notes, ("parallel", "history", "final"))
+    for element in parallel.all("transition"):
+        message = "a transition out of all regions at once is not carried over"
+        notes.error("E0808", message, element.place, _FLATTEN)
+    message = "the regions become agents, which get the same events"
+    notes.changed(message, parallel.place)
+    charts = []
+    for region in parallel.all("state"):
+        region.get("id")
+        inner = region.all(*_STATES)
+        if not inner:
+            # It is in its one state for ever, whose transitions enter it again.
+            charts.append(_chart(parallel, [region], nested, notes))
+            charts[-1] = replace(charts[-1], initial=region.attributes["id"], root=region)
+            continue
+        _refuse_parallel(region, notes)
+        _refuse_nesting(region, notes, ("history",))
+        for element in region.all("transition"):
+            message = f"a transition out of all states of `{region.attributes['id']}` at once"
+            notes.error("E0808", message, element.place, "write it in each of its states")
+        charts.append(_chart(region, inner, nested, notes))
+    if not charts:
+        notes.error("E0804", "<parallel> has no region", parallel.place, "write its states")
+    return tuple(replace(c, name=c.root.attributes["id"]) for c in charts)
+
+
+def _refuse_parallel(parent: XmlElement, notes: Notes) -> None:
+    """Report the parallel states in a chart that has other states, too."""
+    for parallel in parent.all("parallel"):
+        parallel.take_whole()
+        named = [f"`{each.attributes['id']}`" for each in parallel.children if each.tag == "state"]
+        regions = f": {' and '.join(named)} are active at the same time" if named else ""
+        name = parallel.attributes.get("id")
+        message = f"{f'`{name}`' if name else 'this'} is a parallel state{regions}"
+        notes.error("E0808", message, parallel.place, _APART)
+
+
+def _name_states(root: XmlElement, notes: Notes) -> None:
+    """Give a name to each state that has none; no transition leads there by one."""
+    every = [element for element in _below(root) if element.tag in _STATES]
+    known = {element.attributes.get("id", "") for element in every}
+    number = 0
+    for element in every:
+        if element.attributes.get("id", "").strip():
+            continue
+        number += 1
+        while f"state_{number}" in known:
+            number += 1
+        element.attributes["id"] = f"state_{number}"
+        message = f"a <{element.tag}> without `id` is called `state_{number}`"
+        notes.changed(message, element.place)
+
+
+def _refuse_other_transitions(root: XmlElement, notes: Notes) -> None:
+    """Report what leads from state to state and is not carried over.
+
+    Dialects of SCXML have elements of their own for it. Without one of them the chart is another.
+    """
+    states = {e.attributes.get("id") for e in _below(root) if e.tag in (*_STATES, "parallel")}
+    left = (each for top, attribute in root.untaken() if not attribute for each in _with(top))
+    for element in left:
+        is_foreign = element.tag not in _ACTIONS and element.tag != "transition"
+        targets = element.attributes.get("target", "").split()
+        if element.tag == "transition" or (is_foreign and states.intersection(targets)):
+            what = f" to `{' '.join(targets)}`" if targets else ""
+            message = f"<{element.tag}> is a transition{what} that is not carried over"
+            help = (
+                'write `<transition event="..." target="..."/>` in the state that it leads out of'
+            )
+            notes.error("E0809", message, element.place, help)
+
+
+def _with(top: XmlElement) -> Iterator[XmlElement]:
+    yield top
+    yield from _below(top)
+
+
+def _below(top: XmlElement) -> Iterator[XmlElement]:
+    """All elements in another one, in the order of the document."""
+    for child in top.children:
+        yield from _with(child)
 
 
 def _plain_tags(element: XmlElement) -> None:
@@ -148,15 +264,17 @@ def _check_names(
     initial: str,
     root: XmlElement,
     nested: Mapping[str, str],
+    refused: Collection[str],
     notes: Notes,
 ) -> None:
-    known: set[str] = set()
+    """Report names that are there twice, and those of no state; of what is `refused`, nothing."""
+    known: set[str] = set(refused)
     for state in states:
         if state.id in known:
             place = state.element.value_place("id")
             notes.error("E0806", f"state `{state.id}` is there twice", place, "rename one of them")
         known.add(state.id)
-    if states and initial not in known:
+    if states and initial and initial not in known:
         help = "correct the initial state"
         _unknown(initial, root.value_place("initial"), nested, help, notes)
     for state in states:
