@@ -14,7 +14,7 @@ from xml.parsers import expat
 from specc.mjcf.assets import Assets
 from specc.mjcf.defaults import Defaults
 from specc.mjcf.model import Model, ModelError, ModelObject, ModelPart
-from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, excess, number, step_s
+from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, digits, excess, number, step_s
 from specc.read import ANYWHERE, Reach
 from specc.refusal import reason_of
 from specc.source import real_path
@@ -204,6 +204,11 @@ class _ModelReader:
         except expat.ExpatError as error:
             reason = expat.errors.messages[error.code]
             raise ModelError(f"{shown} is not XML: {reason}, line {error.lineno}") from None
+        except (LookupError, ValueError):  # of codecs of Python, which the text names
+            raise ModelError(
+                f"the encoding that {shown} names cannot be read: save it as UTF-8, which MuJoCo "
+                "takes it for"
+            ) from None
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         if len(self._open) >= _DEEPEST:
@@ -309,8 +314,8 @@ def _content(path: str, shown: str) -> bytes:
 def _sensor_size(tag: str, attributes: dict[str, str]) -> int | None:
     if tag == "rangefinder" and ("data" in attributes or "camera" in attributes):
         return None
-    if tag == "user" and attributes.get("dim", "").isdigit():
-        return int(attributes["dim"])
+    if tag == "user":
+        return digits(attributes.get("dim", "")) or None
     return _SIZE_OF_SENSOR.get(tag)
 
 
@@ -349,10 +354,8 @@ def _is_other(text: str, usual: float) -> bool:
 
 
 def _resolution(text: str) -> tuple[int, int] | None:
-    numbers = text.split()
-    if len(numbers) != 2 or not all(n.isdigit() for n in numbers):
-        return None
-    return int(numbers[0]), int(numbers[1])
+    numbers = [digits(each) for each in text.split()]
+    return (numbers[0], numbers[1]) if len(numbers) == 2 and all(numbers) else None
 
 
 def _too_large(shown: str) -> ModelError:

@@ -329,7 +329,7 @@ def test_strange_names_become_names(tmp_path: Path) -> None:
     begin(spec)
 
 
-ODD = ("he said &quot;hi&quot;: #1", "a&#10;b'c", "- {x")
+ODD = ("he said &quot;hi&quot;: #1", "a&#10;b'c \U0001f600", "- {x")
 
 
 def test_names_may_be_any_texts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
