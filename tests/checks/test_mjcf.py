@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from specc_runtime.plants.mujoco.library import mujoco
 
-from specc.mjcf import Model, ModelError, read_model
+from specc.mjcf import Model, ModelError, ModelFiles, read_model
 from tests.scenarios.runs import INSTALLED, SPECS
 
 PLANTS = [
@@ -72,7 +72,7 @@ def as_mujoco_reads(path: Path) -> Model:
 
 
 def sizes_in(path: Path) -> Model:
-    return replace(read_model(str(path)), parts={}, files=(), name="")
+    return replace(read_model(str(path)), parts={}, files=ModelFiles(), name="")
 
 
 def test_the_time_step(tmp_path: Path) -> None:

@@ -89,6 +89,8 @@ class ModelFacts:
     strayed: Mapping[str, float]
     sensors: tuple[Sensor, ...]
     cameras: tuple[str, ...]
+    files: tuple[str, ...]
+    """Where the simulator has found files beside the texts; some it only names."""
 
 
 def facts_of(path: str) -> ModelFacts:
@@ -109,6 +111,7 @@ def facts_of(path: str) -> ModelFacts:
         "refused": {**answer["refused"], **braced},
         "sensors": tuple(Sensor(**each) for each in answer["sensors"]),
         "cameras": tuple(answer["cameras"]),
+        "files": tuple(answer["files"]),
     }
     return ModelFacts(**{**answer, **many})
 
