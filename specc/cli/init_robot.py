@@ -19,6 +19,7 @@ from specc.cli import streams
 from specc.cli.new_files import placing, refuse_taken
 from specc.cli.rewrite import rewrite
 from specc.diagnostics import Diagnostic
+from specc.lang.packages import PACKAGES
 from specc.mjcf import Model, read_model
 from specc.pipeline import Result, check_spec
 from specc.policy import reach_of
@@ -82,7 +83,7 @@ def _new(options: Namespace) -> list[Path]:
     """Write a new specification; the files that were written, the specification first."""
     path, folder = options.model, Path(options.directory)
     model = _model(path)
-    system = SpecNames(PEERS).new(_name(path, model))
+    system = SpecNames(PEERS | PACKAGES).new(_name(path, model))
     spec = folder / f"{system}.yaml"
     facts = facts_of(path)
     plant, copies = _plant(options, model, facts, spec)
@@ -256,7 +257,7 @@ def _of_ros2(options: Namespace) -> list[Path]:
     """Write a specification for what there is on the graph; see `write`."""
     wish = Path(options.ros2)
     is_file = wish.suffix in (".yaml", ".yml")
-    system = SpecNames(PEERS).new(wish.stem if is_file else options.ros2)
+    system = SpecNames(PEERS | PACKAGES).new(wish.stem if is_file else options.ros2)
     spec = Path(options.directory) / (wish if is_file else f"{system}.yaml")
     agent = _legal(options.agent or system)
     refuse_taken({spec: ""})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from fractions import Fraction
 
+from specc.lang.packages import PACKAGES
 from specc.tools.importers.import_notes import Notes, document, read_markup
 from specc.tools.importers.logic import atoms
 from specc.tools.importers.scxml.chart import Chart, ChartState, Transition, read_chart
@@ -41,7 +42,7 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
         message = "a chart has no period; 10 ms is assumed"
         notes.changed(message, chart.root.place, "give one with `--period`")
     stem = os.path.splitext(os.path.basename(path))[0]
-    own = SpecNames((*PEERS, "outside")).of(name or chart.name or stem)
+    own = SpecNames((*PEERS, *PACKAGES, "outside")).of(name or chart.name or stem)
     agents = _SystemMaker(chart, own, period or DEFAULT_PERIOD_S, notes).agents()
     notes.leftovers(chart.root, _REASONS)
     data: dict[str, Data] = {"specc": "1", "system": own, **agents}
