@@ -42,7 +42,8 @@ _MODULES_OF_PYTHON = """
 """Of Python 3.11 to 3.14."""
 
 _PACKAGES = """
-    _ruamel_yaml OpenGL PIL absl action_msgs actionlib_msgs ament_index_python annotated_types argcomplete
+    _ruamel_yaml OpenGL PIL absl action_msgs actionlib_msgs ament_index_python annotated_types
+    argcomplete
     attr attrs builtin_interfaces cattr cattrs click cloudpickle cmeel coal contourpy
     control_msgs cv2 cycler dask dateutil diagnostic_msgs distributed dot_parser eigenpy etils
     fontTools fsspec geometry_msgs glfw hppfcl hypothesis importlib_resources jinja2 jsonschema
