@@ -64,6 +64,13 @@ class Copies:
         return key
 
 
+def copies_in(names: tuple[str, ...], abstraction: Abstraction) -> list[Copies]:
+    """The copies among the machines of a slice, which are the same at any precision."""
+    if names not in abstraction.copies:
+        abstraction.copies[names] = Symmetry(names, abstraction).copies()
+    return abstraction.copies[names]
+
+
 class Symmetry:
     """Finds the copies among the machines of a slice."""
 
