@@ -354,6 +354,11 @@ def check_writable(path: Path, kind: str) -> None:
     # The file is replaced as a whole, which would put an ordinary one in the place of a device.
     if path.exists() and not path.is_file():
         raise UsageError(f"cannot write {path}: it is no ordinary file")
+    # Reports and films take the place of a link; a recording is written as the run goes on.
+    if kind == RECORDING and path.is_symlink():
+        raise UsageError(
+            f"cannot write {path}: it is a link, which may lead anywhere: name the file itself"
+        )
     if not os.access(folder, os.W_OK | os.X_OK):
         raise UsageError(f"cannot write {path}: permission denied")
     if path.exists() and not _is_of(kind, path):

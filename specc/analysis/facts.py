@@ -30,6 +30,7 @@ from specc.model.requirement import Requirement
 from specc.model.system import Constant, Element, Subsystem, System
 from specc.model.wires import Wires
 from specc.proof import Numbering, Ticks
+from specc.proof.decide import Sessions
 from specc.reachable import reachable
 
 
@@ -52,6 +53,7 @@ class Facts:
         self.broken = broken | _named_twice(system)
         self.faulty = faulty
         self._kept = kept or AnswerCache()
+        self._sessions = Sessions()
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self.wires = Wires(system.agents)
 
@@ -73,7 +75,7 @@ class Facts:
         known: Machine | None = self._kept.answer(f"machine {name}", made_of)
         if known is not None and known.is_repeatable:
             return known
-        made = Machine(subsystem, constants, arrivals, faulty=faulty)
+        made = Machine(subsystem, constants, arrivals, faulty=faulty, sessions=self._sessions)
         self._kept.keep(f"machine {name}", made_of, made)
         return made
 

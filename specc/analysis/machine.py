@@ -21,6 +21,7 @@ from specc.model.expr import Expr, Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
 from specc.proof import Prover, RowVerdict, Witness
+from specc.proof.decide import Sessions
 from specc.reachable import grouped
 
 T = TypeVar("T")
@@ -74,6 +75,7 @@ class Machine:
         arrivals: Arrivals,
         *,
         faulty: bool = False,
+        sessions: Sessions | None = None,
     ) -> None:
         """`constants` that the subsystem names have values; they are in order of dependence.
 
@@ -83,6 +85,7 @@ class Machine:
         self.arrivals = arrivals
         self.faulty = faulty
         self._constants = constants
+        self._sessions = sessions
         self._settled: dict[int, bool | None] = {}
         self._provers: list[Prover] = []
         self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
@@ -123,7 +126,7 @@ class Machine:
         given = {constant.name for constant in self.subsystem.constants}
         known = {name: c for name, c in self._constants.items() if name not in given}
         values = {name: constant.value for name, constant in known.items()}
-        self._provers.append(Prover(subsystem, values, self.arrivals.declared))
+        self._provers.append(Prover(subsystem, values, self.arrivals.declared, self._sessions))
         return self._provers[-1]
 
     @property

@@ -72,6 +72,8 @@ def _init(command: Parser) -> None:
     add("--agent", metavar="NAME", help=words)
     words = "of a model: one effector for these, `arm=joint1..joint7`; may be repeated"
     add("--group", metavar="NAME=JOINTS", action=CollectValues, default={}, help=words)
+    words = "of a model outside: copy files that it uses from this folder, too; may be repeated"
+    add("--assets", metavar="FOLDER", action="append", default=[], help=words)
     add("--python", metavar="FILE", help="of ROS 2: the Python that finds rclpy (default: python3)")
     words = "of ROS 2: how long to look, in seconds (default: 2)"
     add("--wait", metavar="S", type=ranged(float, 0.1, 600), help=words)

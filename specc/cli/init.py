@@ -14,8 +14,6 @@ from specc.diagnostics import nearest
 from specc.refusal import Refused
 from specc.resources import specs_dir
 
-_MOST_SHOWN = 5
-
 
 def init(options: Namespace) -> int:
     """Write a specification into a directory, created if it does not exist, and say how to go on.
@@ -26,10 +24,8 @@ def init(options: Namespace) -> int:
         places = _written(options)
     except OSError as error:
         raise Refused(reason(error)) from error
-    for place in places[:_MOST_SHOWN]:
+    for place in places:
         streams.show(f"{place}\n")
-    if len(places) > _MOST_SHOWN:
-        streams.show(f"and {len(places) - _MOST_SHOWN} more files beside it\n")
     named = shlex.quote(str(places[0]))
     cycles = "" if options.model is not None else " --cycles 1"
     streams.show(f"\nspecc status {named}\nspecc run {named}{cycles}\n")
@@ -62,8 +58,9 @@ def _misplaced(options: Namespace) -> str:
     """Why options do not go together; empty if they do."""
     if options.ros2 is None and (options.python or options.wait):
         return f"{'--python' if options.python else '--wait'} is about ROS 2; add --ros2"
-    if options.group and options.model is None:
-        return "--group is about a model; add --model FILE.xml"
+    for option in ("group", "assets"):
+        if getattr(options, option) and options.model is None:
+            return f"--{option} is about a model; add --model FILE.xml"
     if options.agent and options.model is None and options.ros2 is None:
         return "--agent is about a model or ROS 2; add --model FILE.xml, or --ros2"
     return ""

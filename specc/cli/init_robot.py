@@ -6,6 +6,7 @@ It reads the model of the robot, or looks at the graph of ROS 2.
 from __future__ import annotations
 
 import os
+import shlex
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
@@ -18,10 +19,11 @@ from specc.cli import streams
 from specc.cli.new_files import placing, refuse_taken
 from specc.cli.rewrite import rewrite
 from specc.diagnostics import Diagnostic
+from specc.lang.packages import PACKAGES
 from specc.mjcf import Model, read_model
 from specc.pipeline import Result, check_spec
 from specc.policy import reach_of
-from specc.read import ANYWHERE, read_file
+from specc.read import ANYWHERE, Reach, read_file
 from specc.refusal import Refused
 from specc.source import real_path
 from specc.tools.fmt import LayoutError
@@ -82,12 +84,13 @@ def _new(options: Namespace) -> list[Path]:
     """Write a new specification; the files that were written, the specification first."""
     path, folder = options.model, Path(options.directory)
     model = _model(path)
-    system = SpecNames(PEERS).new(_name(path, model))
+    system = SpecNames(PEERS | PACKAGES).new(_name(path, model))
     spec = folder / f"{system}.yaml"
-    plant, copies = _plant(path, model, spec)
+    facts = facts_of(path)
+    plant, copies = _plant(options, model, facts, spec)
     refuse_taken(copies)
     name = system if options.agent is None else _legal(options.agent)
-    robot = _robot(name, facts_of(path), model, options)
+    robot = _robot(name, facts, model, options)
     text = document(robot, system, plant, _command(path))
     with placing(spec, text) as new:
         new.put(copies)
@@ -131,10 +134,10 @@ def _added(options: Namespace) -> list[Path]:
     written = read.data.get("agents")
     if name in _agents(before) or (isinstance(written, dict) and name in written):
         raise Refused(f"there is an agent {name} already; give another --agent")
-    model = _model(path)
-    plant, copies = _same_plant(read.data, path, model, spec)
+    model, facts = _model(path), facts_of(path)
+    plant, copies = _same_plant(read.data, options, model, facts, spec)
     refuse_taken(copies)
-    robot = _robot(name, facts_of(path), model, options, bound(before.system))
+    robot = _robot(name, facts, model, options, bound(before.system))
     try:
         text = added(read.source.text, read.data, robot, plant, _command(path))
     except LayoutError:
@@ -162,13 +165,14 @@ def _not_added(spec: Path, name: str) -> str:
 
 
 def _same_plant(
-    data: Mapping[str, Any], path: str, model: Model, spec: Path
+    data: Mapping[str, Any], options: Namespace, model: Model, facts: ModelFacts, spec: Path
 ) -> tuple[str, dict[Path, str | Path]]:
     """See `_plant`; a specification has one plant, in which all its agents are."""
+    path = options.model
     plant = data.get("plant")
     named = plant.get("model") if isinstance(plant, dict) else None
     if not plant:
-        return _plant(path, model, spec)
+        return _plant(options, model, facts, spec)
     is_same = isinstance(named, str) and real_path(path) == real_path(str(spec.parent / named))
     if not isinstance(named, str) or not os.path.exists(path) or not is_same:
         shown = named if isinstance(named, str) else "made by Python"
@@ -223,20 +227,39 @@ def _name(path: str, model: Model) -> str:
     return (model.name or stem).lower() if stem in ("robot", "model", "scene") else stem.lower()
 
 
-def _plant(path: str, model: Model, spec: Path) -> tuple[str, dict[Path, str | Path]]:
+def _plant(
+    options: Namespace, model: Model, facts: ModelFacts, spec: Path
+) -> tuple[str, dict[Path, str | Path]]:
     """The model as the specification names it, and where copies of its files go.
 
-    A model inside the project stays where it is. Of another one, all files that it names are
-    copied, in the same places to each other.
+    A model inside the project stays where it is. Of another one, the files that it uses are
+    copied, in the same places to each other: those below its folder, and below `options.assets`.
     """
-    reach = reach_of(str(spec))
-    if all(map(reach.holds, model.files)):
+    path, reach = options.model, reach_of(str(spec))
+    used = model.files.used(facts.files)
+    if all(map(reach.holds, used)):
         return os.path.relpath(path, spec.parent), {}
-    real = [os.path.realpath(each) for each in model.files]
-    top = os.path.commonpath([os.path.dirname(each) for each in real])
-    places = {each: spec.parent / PLANTS / os.path.relpath(each, top) for each in real}
-    own = places[os.path.realpath(path)]
-    return own.relative_to(spec.parent).as_posix(), {p: Path(f) for f, p in places.items()}
+    own = os.path.dirname(path)
+    folders = (own, os.path.dirname(os.path.realpath(path)), *options.assets)
+    copied = Reach(tuple(map(os.path.realpath, folders)))
+    for each in used:
+        if not copied.holds(each):
+            folder = shlex.quote(os.path.dirname(os.path.realpath(each)))
+            raise Refused(
+                f"{path} uses {each}, which is not below its folder; nothing was written: to have "
+                f"it copied, add --assets {folder}"
+            )
+        if os.path.realpath(os.path.abspath(each)) != os.path.realpath(each):
+            raise Refused(
+                f"{path} names {each} by way of a link and `..`; nothing was written: name the "
+                "place without `..`"
+            )
+    for each in sorted({*model.files.possible, *model.files.unused} - {*used}):
+        streams.say(f"specc: not copied, since MuJoCo does not open it: {each}")
+    top = os.path.commonpath([os.path.dirname(os.path.abspath(each)) for each in used])
+    plants = spec.parent / PLANTS
+    places = {each: plants / os.path.relpath(os.path.abspath(each), top) for each in used}
+    return places[path].relative_to(spec.parent).as_posix(), {p: Path(f) for f, p in places.items()}
 
 
 # From the graph of ROS 2.
@@ -246,7 +269,7 @@ def _of_ros2(options: Namespace) -> list[Path]:
     """Write a specification for what there is on the graph; see `write`."""
     wish = Path(options.ros2)
     is_file = wish.suffix in (".yaml", ".yml")
-    system = SpecNames(PEERS).new(wish.stem if is_file else options.ros2)
+    system = SpecNames(PEERS | PACKAGES).new(wish.stem if is_file else options.ros2)
     spec = Path(options.directory) / (wish if is_file else f"{system}.yaml")
     agent = _legal(options.agent or system)
     refuse_taken({spec: ""})

@@ -117,7 +117,7 @@ class _Spreading(ast.NodeTransformer):
         """Count the parts of what is about to be written out, each so many times."""
         self.parts += parts
         message = ""
-        if not spend("parts", parts * times):
+        if not spend("parts", parts * times * _OF_A_PART):
             message = OUT_OF_PARTS
         if self.parts > MAX_SPREAD_PARTS:
             message = f"written out for each member, this has more than {MAX_SPREAD_PARTS} parts"
@@ -126,6 +126,8 @@ class _Spreading(ast.NodeTransformer):
 
 
 _SHOWN = 8
+_OF_A_PART = 4
+"""Parts that one counts for which is written out: checks look at it as if it stood in the text."""
 
 
 def _is_whole(value: object) -> TypeGuard[int]:

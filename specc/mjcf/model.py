@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 from specc.frozen import frozen
@@ -43,6 +45,40 @@ class ModelPart:
     """Forces of an actuator beyond it are cut."""
 
 
+@frozen
+class ModelFiles:
+    """Paths of the files that a model is made of."""
+
+    texts: tuple[str, ...] = ()
+    """MJCF: the model itself, and what it includes and attaches."""
+    assets: tuple[tuple[str, ...], ...] = ()
+    """Meshes and the like; of each one the places that may be meant and have a file."""
+    unused: tuple[str, ...] = ()
+    """Files that are there and named in the texts, but that MuJoCo does not open."""
+
+    @property
+    def possible(self) -> tuple[str, ...]:
+        """All that may be meant."""
+        return (*self.texts, *(place for places in self.assets for place in places))
+
+    def used(self, found: Collection[str]) -> tuple[str, ...]:
+        """Those that are used, of which MuJoCo has `found` some.
+
+        Raises:
+            ModelError: a file is at several places, and it is not known which one is meant.
+        """
+        real = set(map(os.path.realpath, found)) - set(map(os.path.realpath, self.unused))
+        chosen: list[str] = []
+        for places in self.assets:
+            if len(places) > 1:
+                meant = [place for place in places if os.path.realpath(place) in real]
+                if not meant:
+                    raise ModelError(f"{places[0]} may be {places[1]} as well: name one folder")
+                places = (meant[0],)
+            chosen += places
+        return (*self.texts, *dict.fromkeys(chosen))
+
+
 @dataclass(slots=True)
 class Model:
     """Name -> size, in numbers; None where the file does not say.
@@ -60,8 +96,7 @@ class Model:
     """Whether no further names come into being when MuJoCo compiles the model."""
     parts: dict[tuple[str, str], ModelPart] = field(default_factory=dict)
     """By `joint`, `sensor` or `actuator`, and name, as they are written."""
-    files: tuple[str, ...] = ()
-    """Paths of the model itself and of all files there are that it names."""
+    files: ModelFiles = field(default_factory=ModelFiles)
     missing: tuple[str, ...] = ()
     """What it names, or a model that it attaches, and is not there: `the mesh arm.obj`."""
     name: str = ""
@@ -96,7 +131,6 @@ class Model:
                 part, joint=joint, actuator=actuator, object=object_, reference=reference
             )
         self.complete &= other.complete
-        self.missing = tuple(dict.fromkeys(self.missing + other.missing))
 
     def joint_kind(self, name: str) -> str:
         """`hinge`, `slide`, `ball` or `free`; empty where that is not known."""

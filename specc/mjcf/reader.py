@@ -14,8 +14,9 @@ from xml.parsers import expat
 from specc.mjcf.actuator_names import ActuatorNames
 from specc.mjcf.assets import Assets
 from specc.mjcf.defaults import Defaults
-from specc.mjcf.model import Model, ModelError, ModelObject, ModelPart
-from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, excess, number, step_s
+from specc.mjcf.model import Model, ModelError, ModelFiles, ModelObject, ModelPart
+from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, digits, excess, number, step_s
+from specc.reachable import reachable
 from specc.read import ANYWHERE, Reach
 from specc.refusal import reason_of
 from specc.source import real_path
@@ -71,7 +72,7 @@ def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
     """
     reader = _ModelReader(path, reach)
     model = reader.read_whole(path)
-    model.files = reader.found
+    model.files, model.missing = reader.files_of(path)
     return model
 
 
@@ -100,12 +101,28 @@ class _ModelReader:
         """Section, tag, class and attributes of all that have names, and of all actuators."""
         self._bytes = 0
         self._root = "mujoco"
-        self._named: set[str] = set()
+        self._texts: set[str] = set()
+        self._weighed: set[str] = set()
+        self._named_by: dict[str, tuple[str, Assets]] = {}
+        """Real path of a model -> its folder, and the files that it names."""
+        self._attachments: dict[str, set[str]] = {}
+        """Real path of a model -> those that it attaches."""
 
-    @property
-    def found(self) -> tuple[str, ...]:
-        """The files that were read, and those named in them that are there."""
-        return tuple(sorted(filter(os.path.isfile, self._named)))
+    def files_of(self, path: str) -> tuple[ModelFiles, tuple[str, ...]]:
+        """The files of a model with what it attaches, and what of them is not there, in words."""
+        attached = reachable([real_path(path)], lambda real: self._attachments.get(real, ()))
+        assets: dict[tuple[str, ...], None] = {}
+        missing: dict[str, None] = {}
+        unused: dict[str, None] = {}
+        for real, (base, named) in self._named_by.items():
+            if real in attached:
+                assets |= dict.fromkeys(named.there(base))
+                missing |= dict.fromkeys(named.missing(base))
+            else:  # MuJoCo reads its text and goes no further
+                unused |= dict.fromkeys(place for places in named.there(base) for place in places)
+            unused |= dict.fromkeys(named.unopened(base))
+        texts = tuple(sorted(self._texts))
+        return ModelFiles(texts, tuple(sorted(assets)), tuple(sorted(unused))), tuple(missing)
 
     def read_whole(self, path: str) -> Model:
         """A model with those that it attaches; all files that they name must lie inside."""
@@ -121,23 +138,26 @@ class _ModelReader:
             whole = self._defaults.applied(class_, tag, given)
             if name := given.get("name") or unnamed.of(whole):
                 self._take(section, tag, name, whole)
-        for asset in assets.paths(base):
+        for asset, is_opened in assets.paths(base):
             self._places += 1
             if self._places > _MOST_PLACES:
                 shown = os.path.basename(path)
                 raise ModelError(f"files of {shown} may be at more than {_MOST_PLACES:,} places")
-            self._confine(asset)
-            self._weigh(asset)
-            self._named.add(asset)
-        model.missing = tuple(assets.missing(base))
+            if is_opened:
+                self._confine(asset)
+                self._weigh(asset)
+        real = real_path(path)
+        self._named_by[real] = base, assets
         others = self._others(assets.models(base))
         for name, prefix in dict.fromkeys(attached):
             if name in others:
-                self._count(path, model, others[name], prefix)
-                model.attach(others[name], prefix)
+                other = self._models[others[name]]
+                self._count(path, model, other, prefix)
+                model.attach(other, prefix)
+                self._attachments.setdefault(real, set()).add(others[name])
             else:
                 model.complete = False
-        self._models[real_path(path)] = model
+        self._models[real] = model
         return model
 
     def _count(self, path: str, model: Model, other: Model, prefix: str) -> None:
@@ -153,21 +173,22 @@ class _ModelReader:
         if model.size > MOST_ELEMENTS:
             raise ModelError(f"with what it attaches {shown} has more than {_MOST}")
 
-    def _others(self, named: Iterable[tuple[str, str]]) -> dict[str, Model]:
-        """The models that can be attached, by name; one that is being read attaches itself."""
-        found: dict[str, Model] = {}
+    def _others(self, named: Iterable[tuple[str, str]]) -> dict[str, str]:
+        """Name -> real path of the models that can be attached; one being read attaches itself."""
+        found: dict[str, str] = {}
         for name, path in named:
             real = real_path(path)
             if os.path.isfile(path) and real not in self._files:
                 self.read_whole(path)
             other = self._models.get(real)
             if other is not None:
-                found[name or other.name] = other
+                found[name or other.name] = real
         return found
 
     def _weigh(self, asset: str) -> None:
         """Count the bytes of a file that only the simulator reads."""
-        if asset not in self._named and os.path.isfile(asset):
+        if asset not in self._weighed and os.path.isfile(asset):
+            self._weighed.add(asset)
             self._weight += os.path.getsize(asset)
             if self._weight > MOST_BYTES:
                 shown = os.path.basename(asset)
@@ -188,7 +209,7 @@ class _ModelReader:
             raise ModelError(f"{shown} is included twice")
         self._confine(path)
         self._files.append(real)
-        self._named.add(path)
+        self._texts.add(path)
         depth = len(self._open)
 
         def start(tag: str, attributes: dict[str, str]) -> None:
@@ -217,6 +238,11 @@ class _ModelReader:
         except expat.ExpatError as error:
             reason = expat.errors.messages[error.code]
             raise ModelError(f"{shown} is not XML: {reason}, line {error.lineno}") from None
+        except (LookupError, ValueError):  # of codecs of Python, which the text names
+            raise ModelError(
+                f"the encoding that {shown} names cannot be read: save it as UTF-8, which MuJoCo "
+                "takes it for"
+            ) from None
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         if len(self._open) >= _DEEPEST:
@@ -326,8 +352,8 @@ def _content(path: str, shown: str) -> bytes:
 def _sensor_size(tag: str, attributes: dict[str, str]) -> int | None:
     if tag == "rangefinder" and ("data" in attributes or "camera" in attributes):
         return None
-    if tag == "user" and attributes.get("dim", "").isdigit():
-        return int(attributes["dim"])
+    if tag == "user":
+        return digits(attributes.get("dim", "")) or None
     return _SIZE_OF_SENSOR.get(tag)
 
 
@@ -366,10 +392,8 @@ def _is_other(text: str, usual: float) -> bool:
 
 
 def _resolution(text: str) -> tuple[int, int] | None:
-    numbers = text.split()
-    if len(numbers) != 2 or not all(n.isdigit() for n in numbers):
-        return None
-    return int(numbers[0]), int(numbers[1])
+    numbers = [digits(each) for each in text.split()]
+    return (numbers[0], numbers[1]) if len(numbers) == 2 and all(numbers) else None
 
 
 def _too_large(shown: str) -> ModelError:

@@ -16,6 +16,7 @@ STEPS_S = (1e-6, 1.0)
 MOST_BYTES = 500_000_000
 """Of all meshes, textures and height fields."""
 
+_MOST_DIGITS = 18
 _COPYING = ("replicate", "composite", "flexcomp")
 _NUMBERS = {"texture": ("width", "height"), "hfield": ("nrow", "ncol")}
 _RESERVED = ("njmax", "nconmax", "nstack", "nuserdata", "nkey")
@@ -34,7 +35,8 @@ def copies(tag: str, attributes: Mapping[str, str]) -> int:
     """How many times an element makes what stands in it."""
     if tag not in _COPYING:
         return 1
-    return max(1, prod(_whole(text) for text in attributes.get("count", "").split()))
+    numbers = attributes.get("count", "").split(maxsplit=3)[:3]
+    return max(1, prod(map(_whole, numbers)))
 
 
 def excess(tag: str, attributes: Mapping[str, str]) -> str:
@@ -75,6 +77,11 @@ def number(text: str) -> float | None:
         return float(text)
     except ValueError:
         return None
+
+
+def digits(text: str) -> int:
+    """A number that is written in digits, 0 for any other text."""
+    return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else 0
 
 
 def _whole(text: str) -> int:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ KEYS: dict[str, type] = {
 }
 """Keys of the section, with the kinds of their values."""
 
+_KNOWN_KEYS = "known keys: " + ", ".join(f"`{known}`" for known in KEYS)
 _EXAMPLES = {
     "select": '["W06"]',
     "ignore": '["W0611"]',
@@ -37,6 +39,31 @@ _EXAMPLES = {
     "allow": '["../shared"]',
 }
 _ENCODING = "save the file with the encoding UTF-8"
+
+# Bounds of a file that a stranger may have written.
+MAX_BYTES = 200_000
+"""Of the file; what other tools say in it is read with it."""
+MAX_NESTING = 32
+"""Parts of a dotted key, of which the reader of TOML stores each prefix; brackets in brackets."""
+MAX_DIGITS = 1_000
+"""Of a number."""
+MAX_KEYS = 50
+"""Of the section."""
+MAX_ITEMS = 200
+"""Of a list: each file that a specification names is compared with each."""
+MAX_LETTERS = 1_000
+"""Of an item."""
+
+_TEXT_OR_COMMENT = re.compile(
+    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}+|\Z)'
+    r"|'''(?:[^']|'(?!''))*+(?:'{3,5}+|\Z)"
+    r'|"(?:[^"\\\n]|\\.)*+"?'
+    r"|'[^'\n]*+'?"
+    r"|#[^\n]*+",
+    re.DOTALL,
+)
+_LONG_KEY = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{MAX_NESTING}}}")
+_LONG_NUMBER = re.compile(rf"(?<!\w)[+-]?\d[\d_]{{{MAX_DIGITS}}}")
 _AT = re.compile(r" \(at line (?P<line>\d+), column (?P<column>\d+)\)")
 _SECTION = re.compile(r"^[ \t]*\[tool\.specc\][^\n]*$", re.MULTILINE)
 
@@ -139,9 +166,12 @@ def code_fault(code: str) -> str:
 def _settings_in(directory: Path) -> FoundSettings | None:
     path = directory / FILE
     try:
-        content = path.read_bytes() if path.is_file() else b""
+        with path.open("rb") if path.is_file() else BytesIO() as file:
+            content = file.read(MAX_BYTES + 1)
     except (OSError, ValueError):
         return None
+    if len(content) > MAX_BYTES:
+        return _too_large(str(path))
     if b"specc" not in content:
         return None
     try:
@@ -156,6 +186,8 @@ def _parsed(path: str, text: str) -> FoundSettings | None:
     import tomllib
 
     source = SourceFile(path, text)
+    if excess := _excess(source):
+        return FoundSettings(Settings(), source, (excess,))
     try:
         tool = tomllib.loads(text).get("tool", {})
     except tomllib.TOMLDecodeError as error:
@@ -170,6 +202,43 @@ def _parsed(path: str, text: str) -> FoundSettings | None:
     return _checked(source, table)
 
 
+def _too_large(path: str) -> FoundSettings:
+    message = f"the file has more than {MAX_BYTES:,} bytes"
+    fault = Diagnostic("E0905", message, Place(path), help="keep settings in a smaller file")
+    return FoundSettings(Settings(), None, (fault,))
+
+
+def _excess(source: SourceFile) -> Diagnostic | None:
+    """What of a text would take the reader of TOML too many steps, or too much memory."""
+    # Texts and comments become words and blanks of the same length.
+    bare = _TEXT_OR_COMMENT.sub(
+        lambda found: (" " if found[0][0] == "#" else "s") * len(found[0]), source.text
+    )
+    if found := _LONG_KEY.search(bare):
+        message, span = f"a key has more than {MAX_NESTING} parts", found.span()
+    elif found := _LONG_NUMBER.search(bare):
+        message, span = f"a number has more than {MAX_DIGITS:,} digits", found.span()
+    elif (deep := _too_deep(bare)) is not None:
+        message, span = f"brackets are nested more than {MAX_NESTING} deep", (deep, deep + 1)
+    else:
+        return None
+    place = Place(source.path, (), "text", *span)
+    return Diagnostic("E0905", message, place, help=f"shorten it; {_WITHOUT_EFFECT}")
+
+
+def _too_deep(text: str) -> int | None:
+    """Where brackets are nested too deep."""
+    depth = 0
+    for bracket in re.finditer(r"[\[\]{}]", text):
+        depth += 1 if bracket[0] in "[{" else -1
+        if depth > MAX_NESTING:
+            return bracket.start()
+    return None
+
+
+_WITHOUT_EFFECT = "until then no setting takes effect"
+
+
 def _not_toml(source: SourceFile, error: str) -> Diagnostic:
     """The finding about a text that is not TOML, where its reader says that it is not."""
     at = _AT.search(error)
@@ -179,20 +248,22 @@ def _not_toml(source: SourceFile, error: str) -> Diagnostic:
     what = error[: at.start()] if at else error.removesuffix(" (at end of document)")
     message = f"this is not TOML: {what[:1].lower()}{what[1:]}"
     place = Place(source.path, (), "text", offset, offset)
-    return Diagnostic(
-        "E0905", message, place, help="correct the line; until then no setting takes effect"
-    )
+    return Diagnostic("E0905", message, place, help=f"correct the line; {_WITHOUT_EFFECT}")
 
 
 def _checked(source: SourceFile, table: Mapping[str, Any]) -> FoundSettings:
     values: dict[str, Any] = {}
     findings: list[Diagnostic] = []
+    if len(table) > MAX_KEYS:
+        message = f"the section has more than {MAX_KEYS} keys"
+        place = _key_place(source, next(iter(table)))
+        fault = Diagnostic("E0905", message, place, help=_KNOWN_KEYS)
+        return FoundSettings(Settings(), source, (fault,))
     for key, value in table.items():
-        fault = _fault(source, key, value)
-        if fault is None:
-            values[key] = tuple(value) if isinstance(value, list) else value
+        if wrong := _fault(source, key, value):
+            findings.append(wrong)
         else:
-            findings.append(fault)
+            values[key] = tuple(value) if isinstance(value, list) else value
     settings = Settings(**values, base=str(Path(source.path).parent))
     return FoundSettings(settings, source, tuple(findings))
 
@@ -208,6 +279,9 @@ def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
     if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
         hint = f"write e.g. `{key} = {_EXAMPLES[key]}`"
         return Diagnostic("E0905", f"`{key}` takes a list of texts", place, help=hint)
+    if wrong := _bad_item(value):
+        hint = f"write e.g. `{key} = {_EXAMPLES[key]}`"
+        return Diagnostic("E0905", f"`{key}` {wrong}", place, help=hint)
     for code in value if key in ("select", "ignore") else ():
         if wrong := code_fault(code):
             wrong, _, hint = wrong.partition("; ")
@@ -218,10 +292,19 @@ def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
     return None
 
 
+def _bad_item(items: list[str]) -> str:
+    """What no list of settings has; empty if this one does not either."""
+    if len(items) > MAX_ITEMS:
+        return f"has more than {MAX_ITEMS} items"
+    if any(len(item) > MAX_LETTERS for item in items):
+        return f"has an item of more than {MAX_LETTERS:,} letters"
+    # Neither a path nor a pattern of paths nor a code has one.
+    return "has an item with a NUL character" if any("\0" in item for item in items) else ""
+
+
 def _unknown(key: str, place: Place) -> Diagnostic:
     close = nearest(key, KEYS)
-    listed = ", ".join(f"`{known}`" for known in KEYS)
-    hint = f"did you mean `{close[0]}`?" if close else f"known keys: {listed}"
+    hint = f"did you mean `{close[0]}`?" if close else _KNOWN_KEYS
     meant = surely_meant(key, close)
     fix = renaming(place, key, meant)
     return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint, fix=fix)

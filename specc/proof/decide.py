@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING
 
-from specc.limits import spend
+from specc.limits import OUT_OF_STEPS, spend
 from specc.proof.formula import Arrival, Atom, Formula, atoms_of
 from specc.proof.numbering import Numbering
 from specc.proof.relations import Relations, components, conjuncts, related, variables_of
@@ -27,11 +27,47 @@ if TYPE_CHECKING:
     from specc.proof.solver import Session, Theory
 
 
+MOST_SESSIONS = 8
+"""That are open at once: each takes 18 MB."""
+_OF_A_SESSION = 4_000
+"""Steps of proofs that making one takes."""
+
+
+class Sessions:
+    """The sessions of the solvers of a system; the one that was not asked longest makes room."""
+
+    def __init__(self) -> None:
+        self._open: dict[Solver, Session] = {}
+
+    def of(self, solver: Solver) -> Session:
+        """The session of a solver. Raises UnsureError if none can be made."""
+        session = self._open.pop(solver, None)
+        if session is None:
+            try:
+                from specc.proof.solver import Session
+            except ImportError:
+                message = "it needs the solver, which is not installed"
+                raise UnsureError(message, INSTALL) from None
+            solver.was_asked = True
+            if not spend("proof", _OF_A_SESSION):
+                raise UnsureError(OUT_OF_STEPS)
+            if len(self._open) >= MOST_SESSIONS:
+                del self._open[next(iter(self._open))]
+            session = Session()
+        self._open[solver] = session
+        return session
+
+    def close(self, solver: Solver) -> None:
+        """Let go of the memory of a session; the next question makes it anew."""
+        self._open.pop(solver, None)
+
+
 class Solver:
     """The solver for the questions about one subsystem; z3 is not imported before it is asked."""
 
-    def __init__(self, numbering: Numbering) -> None:
+    def __init__(self, numbering: Numbering, sessions: Sessions | None = None) -> None:
         self._numbering = numbering
+        self._sessions = sessions or Sessions()
         self.relations = Relations(numbering)
         self.was_asked = False
         """Whether a question has needed the solver."""
@@ -45,23 +81,14 @@ class Solver:
         return DecisionProcedure(partial(self._theory, atoms))
 
     def _theory(self, atoms: Sequence[Atom], *, exact: bool) -> Theory:
-        session = self._session
+        session = self._sessions.of(self)
         from specc.proof.solver import Theory
 
         return Theory(session, self._numbering, atoms, exact=exact)
 
     def release(self) -> None:
         """Let go of the memory of the solver; the next question makes it anew."""
-        self.__dict__.pop("_session", None)
-
-    @cached_property
-    def _session(self) -> Session:
-        try:
-            from specc.proof.solver import Session
-        except ImportError:
-            raise UnsureError("it needs the solver, which is not installed", INSTALL) from None
-        self.was_asked = True
-        return Session()
+        self._sessions.close(self)
 
 
 # Decides on truth tables whether exactly one of several conditions holds.

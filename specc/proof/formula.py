@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from specc.frozen import frozen, interned
 from specc.lang import show
+from specc.limits import spend
 from specc.model.expr import Expr
 from specc.reachable import reachable
 
@@ -211,8 +212,16 @@ class Formula:
     parts: tuple[Formula, ...] = ()
 
 
+_JOINED_IN_A_STEP = 2
+"""Parts of a formula that are joined in about the time of a step of a proof."""
+
+
 class Formulas:
-    """Makes formulas, simplified as far as constants and repetition go."""
+    """Makes formulas, simplified as far as constants and repetition go.
+
+    Parts that are joined count as steps of proofs. Whoever makes formulas asks whether they are
+    used up before it makes more.
+    """
 
     def __init__(self) -> None:
         self._made: dict[object, Formula] = {}
@@ -276,9 +285,11 @@ class Formulas:
     def _join(
         self, kind: Literal["and", "or"], parts: Iterable[Formula], none: Formula, end: Formula
     ) -> Formula:
+        every = [part.parts if part.kind == kind else (part,) for part in parts]
+        spend("proof", sum(map(len, every)) // _JOINED_IN_A_STEP)
         kept: dict[Formula, None] = {}
-        for part in parts:
-            kept |= dict.fromkeys(part.parts if part.kind == kind else (part,))
+        for each in every:
+            kept |= dict.fromkeys(each)
         kept.pop(none, None)
         if end in kept or any(self._negations.get(part) in kept for part in kept):
             return end

@@ -11,7 +11,7 @@ from specc.model.expr import Expr, Input, children
 from specc.model.fsm import Behaviour, Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Enum
-from specc.proof.decide import Question, Solver, can_hold
+from specc.proof.decide import Question, Sessions, Solver, can_hold
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, atoms_of
 from specc.proof.relations import conjuncts, related
 from specc.proof.translate import Translator
@@ -36,8 +36,12 @@ class Prover:
         subsystem: Subsystem,
         constants: Mapping[str, Expr],
         always_present: Collection[InputName] = (),
+        sessions: Sessions | None = None,
     ) -> None:
-        """`constants` of the system by name, in order of dependence."""
+        """`constants` of the system by name, in order of dependence.
+
+        `sessions` are those of the solvers of the whole system.
+        """
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
         known = lets, {**constants, **own}, always_present
@@ -45,7 +49,8 @@ class Prover:
         self._translator = Translator(*known, period_s)
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
-        self._solver = Solver(self.numbering)
+        self._sessions = sessions
+        self._solver = Solver(self.numbering, sessions)
         self._solvers = [self._solver]
         self._formula = self._translator.formula
         self.timer = self._translator.timer
@@ -232,7 +237,7 @@ class Prover:
     def _anywhere(self) -> tuple[Translator, Solver]:
         """Formulas about any moment, in functions as well."""
         translator = self._elsewhere()
-        self._solvers.append(Solver(translator.numbering))
+        self._solvers.append(Solver(translator.numbering, self._sessions))
         return translator, self._solvers[-1]
 
     def _can_hold(self, formulas: Iterable[Formula], axioms: Iterable[Formula]) -> bool | None:

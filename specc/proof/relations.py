@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from itertools import islice
 
 from specc.lang.builtins import FUNCTIONS
+from specc.limits import spend
 from specc.model.expr import (
     LENGTH,
     Among,
@@ -118,6 +119,8 @@ _LOOKED_INTO = (
 )  # fmt: skip
 
 
+_MET_IN_A_STEP = 16
+"""Things that are put together in about the time of a step of a proof."""
 _MOST_LEAVES = 64
 """Parts of a comparison that are counted, in which lets may be many times over."""
 _MOST_APART = 64
@@ -155,7 +158,9 @@ class Relations:
         found: set[object] = set()
         for atom in atoms_of(formulas):
             found.add(atom.variable)
-            found |= self._of(atom)
+            roots = self._of(atom)
+            spend("proof", len(roots) // _MET_IN_A_STEP)
+            found |= roots
         return found
 
     def _of(self, atom: Atom) -> frozenset[object]:
@@ -177,6 +182,8 @@ class Relations:
             part = open_.pop()
             if part is None:
                 continue
+            if not spend("proof", 1):  # nothing more is decided then, whatever is related
+                return
             expr = self._through(part)
             if id(expr) in seen or self._is_known(expr):
                 continue

@@ -14,6 +14,7 @@ from functools import partial
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
+from specc.limits import is_used_up
 from specc.model.expr import (
     COMPARED,
     FLOAT,
@@ -108,7 +109,12 @@ class Translator:
     def _bool(self, expr: Expr, bound: Depths) -> Formula:
         key = (self._numbering.number(expr, bound), len(bound))
         if key not in self._memo:
-            self._memo[key] = self._translate(self._look_through(expr), bound)
+            # Nothing more is decided then: a condition is a question that nothing is known of.
+            is_opaque = is_used_up("proof")
+            whole = self._look_through(expr)
+            self._memo[key] = (
+                self._ask(Flag(key[0]), None, whole) if is_opaque else self._translate(whole, bound)
+            )
         return self._memo[key]
 
     def _translate(self, expr: Expr, bound: Depths) -> Formula:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from specc.answers import AnswerCache
 from specc.diagnostics import Related
 from specc.frozen import frozen
+from specc.lang.packages import PACKAGES
 from specc.model.binding import PLANT
 from specc.model.requirement import Requirement
 from specc.model.system import Agent, Constant, Operator, Plant, System
@@ -116,6 +117,10 @@ def resolve(
 
 def _report_lacking(file: Loaded, findings: Findings) -> None:
     """Report a file without a system, or a system without agents."""
+    if file.spec.system in PACKAGES:
+        message = f"`{file.spec.system}` names a Python module already, so it cannot name a system"
+        hint = f"choose another name, e.g. `{file.spec.system}_system`"
+        findings.report("E0221", message, file.top["system"].place, help=hint)
     if file.spec.system is None:
         message, hint = _NOT_A_SYSTEM if file.spec.is_part else _NO_NAME
         findings.report("E0102", message, file.top.place, help=hint)

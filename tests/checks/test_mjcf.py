@@ -10,7 +10,7 @@ import pytest
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import load_model
 
-from specc.mjcf import Model, ModelError, read_model
+from specc.mjcf import Model, ModelError, ModelFiles, read_model
 from specc.mjcf.actuator_names import ActuatorNames
 from tests.scenarios.runs import INSTALLED, SPECS
 
@@ -74,7 +74,7 @@ def as_mujoco_reads(path: Path) -> Model:
 
 
 def sizes_in(path: Path) -> Model:
-    return replace(read_model(str(path)), parts={}, files=(), name="")
+    return replace(read_model(str(path)), parts={}, files=ModelFiles(), name="")
 
 
 def test_the_time_step(tmp_path: Path) -> None:
@@ -228,6 +228,10 @@ def test_includes_stand_for_their_content(tmp_path: Path) -> None:
         ("<mujoco>" + "<body>" * 300 + "</body>" * 300 + "</mujoco>", "nested"),
         ('<mujoco><include file="model.xml"/></mujoco>', "twice"),
         ('<mujoco><include file="none.xml"/></mujoco>', "cannot be read"),
+        *(
+            (f'<?xml version="1.0" encoding="{name}"?><mujoco/>', "the encoding")
+            for name in ("utf-7", "shift_jis", "nothing", "rot13", "zlib", "undefined", "idna")
+        ),
     ],
 )
 def test_what_is_no_model_is_refused(tmp_path: Path, text: str, reason: str) -> None:
@@ -235,6 +239,24 @@ def test_what_is_no_model_is_refused(tmp_path: Path, text: str, reason: str) -> 
     path.write_text(text)
     with pytest.raises(ModelError, match=reason):
         read_model(str(path))
+
+
+def test_encodings_of_one_byte_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "model.xml"
+    text = '<?xml version="1.0" encoding="iso-8859-1"?><mujoco model="b\u00e4r"/>'
+    path.write_text(text, encoding="iso-8859-1")
+    assert read_model(str(path)).name == "b\u00e4r"
+
+
+@pytest.mark.parametrize("number", ["\u00b2", "9" * 5000, "-1", ""])
+def test_a_size_that_is_no_number_is_not_known(number: str, tmp_path: Path) -> None:
+    path = tmp_path / "model.xml"
+    path.write_text(
+        f'<mujoco><worldbody><camera name="c" resolution="{number} 2"/></worldbody>'
+        f'<sensor><user name="s" dim="{number}"/></sensor></mujoco>'
+    )
+    model = read_model(str(path))
+    assert (model.cameras, model.sensors) == ({"c": None}, {"s": None})
 
 
 def test_a_directory_is_no_model(tmp_path: Path) -> None:

@@ -1,5 +1,20 @@
 """Small models of robots, as texts."""
 
+import struct
+import zlib
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+PNG = (
+    b"\x89PNG\r\n\x1a\n"
+    + _chunk(b"IHDR", struct.pack(">IIBBBBB", 2, 2, 8, 2, 0, 0, 0))
+    + _chunk(b"IDAT", zlib.compress((b"\0" + bytes(6)) * 2))
+    + _chunk(b"IEND", b"")
+)
+"""A picture of four black pixels."""
 HEAD = '<mujoco model="{name}"><option timestep="0.002"/>'
 FLOOR = '<geom name="floor" type="plane" size="5 5 0.1"/>'
 

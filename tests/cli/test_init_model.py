@@ -236,6 +236,152 @@ def test_files_of_a_model_are_copied_in_their_places(tmp_path: Path) -> None:
     assert main(["validate", "--strict", str(spec)]) == 0
 
 
+OBJECT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+PRIVATE = "PRIVATE KEY"
+
+
+def with_assets(assets: str, beside: str = "") -> str:
+    """An arm with these assets."""
+    return arm(SERVOS).replace("<worldbody>", f"<asset>{assets}</asset><worldbody>{beside}", 1)
+
+
+def drawn(file: str) -> str:
+    """A texture that MuJoCo draws; it takes no look at the file."""
+    return f'<texture name="t" type="2d" builtin="flat" width="2" height="2" {file}/>'
+
+
+UNOPENED = {
+    "drawn": with_assets(drawn('file="id_rsa"')),
+    "drawn cube": with_assets(drawn('fileright="id_rsa"').replace("2d", "cube")),
+    "in a folder": with_assets(drawn('file="../id_rsa"')).replace(
+        "<asset>", '<compiler texturedir="parts"/><asset>'
+    ),
+    "absolute": with_assets(drawn('file="{folder}/id_rsa"')),
+    "grid": with_assets(
+        "", '<flexcomp name="f" type="grid" count="2 2 2" dim="3" file="id_rsa" rigid="true"/>'
+    ),
+    "model that is not attached": with_assets('<model name="p" file="parts/part.xml"/>'),
+    "drawn in a model that is attached": with_assets(
+        '<model name="p" file="parts/drawn.xml"/>', '<attach model="p" prefix="p_"/>'
+    ),
+    "sides of a cube beside its file": with_assets(
+        '<texture name="t" type="cube" file="side.png" fileright="id_rsa"/>'
+    ),
+    "two folders": with_assets('<mesh name="m" file="m.obj"/>').replace(
+        "<asset>", '<compiler meshdir="parts"/><compiler meshdir="meshes"/><asset>'
+    ),
+    "a second folder that another element names": with_assets(
+        '<mesh name="m" file="m.obj"/><model name="p" file="parts/named.xml"/>',
+        '<attach model="p" prefix="p_"/>',
+    ).replace("<asset>", '<compiler meshdir="parts"/><compiler meshdir="meshes"/><asset>'),
+}
+"""Models that name a private file, of which MuJoCo opens none."""
+
+
+@pytest.mark.parametrize("name", UNOPENED)
+def test_a_model_carries_no_file_that_it_does_not_use(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "models"
+    for private in ("id_rsa", "parts/id_rsa", "parts/m.obj"):
+        at(folder / private, PRIVATE)
+    at(folder / "meshes/m.obj", OBJECT)
+    texture = drawn('file="id_rsa"')
+    at(folder / "parts/drawn.xml", f"<mujoco><asset>{texture}</asset><worldbody/></mujoco>")
+    texture = drawn('file="m.obj"')
+    at(folder / "parts/named.xml", f"<mujoco><asset>{texture}</asset><worldbody/></mujoco>")
+    texture = texture.replace('builtin="flat"', "")
+    at(folder / "parts/part.xml", f"<mujoco><asset>{texture}</asset><worldbody/></mujoco>")
+    (folder / "side.png").write_bytes(robots.PNG)
+    spec = started(UNOPENED[name].replace("{folder}", str(folder)), tmp_path)
+    copied = {each for each in spec.parent.rglob("*") if each.is_file()} - {spec}
+    assert not any(PRIVATE in each.read_text(errors="replace") for each in copied)
+    said = capsys.readouterr()
+    assert {str(each) for each in copied} <= set(said.out.splitlines())
+    assert "not copied, since MuJoCo does not open it: " in said.err
+    assert main(["validate", "--strict", str(spec)]) == 0
+    begin(spec)
+
+
+OUTSIDE = {
+    "above": '<mesh name="m" file="../m.obj"/>',
+    "absolute": '<mesh name="m" file="{folder}/m.obj"/>',
+    "link": '<mesh name="m" file="link.obj"/>',
+    "through a link to a folder": '<mesh name="m" file="up/m.obj"/>',
+    "include": '<include file="../mesh.xml"/>',
+    "attached": '<model name="p" file="../part.xml"/>',
+}
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_files_beyond_the_folder_of_a_model_are_copied_if_they_are_named(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    at(tmp_path / "m.obj", OBJECT)
+    at(tmp_path / "part.xml", "<mujoco><worldbody/></mujoco>")
+    at(tmp_path / "mesh.xml", '<mujocoinclude><mesh name="m" file="../m.obj"/></mujocoinclude>')
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models/link.obj").symlink_to("../m.obj")
+    (tmp_path / "models/up").symlink_to("..")
+    text = with_assets(OUTSIDE[name].replace("{folder}", str(tmp_path)))
+    model = at(tmp_path / "models/robot.xml", text)
+    command = ["init", str(tmp_path / "cell"), "--model", str(model)]
+    assert main(command) == 2
+    said = capsys.readouterr().err
+    assert f"is not below its folder; nothing was written: to have it copied, add {NAMED}" in said
+    assert not (tmp_path / "cell").exists()
+    done = main([*command, "--assets", str(tmp_path)])
+    if name == "absolute":  # the copy would still use the file itself
+        assert (done, (tmp_path / "cell").exists()) == (2, False)
+        assert "lies outside the project" in capsys.readouterr().err
+    else:
+        assert done == 0
+        (spec,) = (tmp_path / "cell").glob("*.yaml")
+        assert main(["validate", "--strict", str(spec)]) == 0
+        begin(spec)
+
+
+NAMED = "--assets "
+
+
+def test_links_within_the_folder_of_a_model_are_followed(tmp_path: Path) -> None:
+    """As they are named; the model itself may be a link, whose folder is that of the file, too."""
+    at(tmp_path / "versions/2/m.obj", OBJECT)
+    at(tmp_path / "versions/robot.xml", with_assets('<mesh name="m" file="now/m.obj"/>'))
+    (tmp_path / "versions/now").symlink_to("2")
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models/robot.xml").symlink_to("../versions/robot.xml")
+    (tmp_path / "models/now").symlink_to("../versions/2")
+    assert (
+        main(["init", str(tmp_path / "cell"), "--model", str(tmp_path / "models/robot.xml")]) == 0
+    )
+    plants = tmp_path / "cell/plants"
+    assert sorted(each.relative_to(plants).as_posix() for each in plants.rglob("*.*")) == [
+        "now/m.obj",
+        "robot.xml",
+    ]
+    assert not any(each.is_symlink() for each in plants.rglob("*"))
+    assert main(["validate", "--strict", str(tmp_path / "cell/arm.yaml")]) == 0
+
+
+def test_of_a_file_in_two_folders_the_one_is_copied_that_the_simulator_opens(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It does not say so of sides of a cube: then the model has to name one folder."""
+    for folder in ("one", "two"):
+        (tmp_path / "models" / folder).mkdir(parents=True)
+        (tmp_path / "models" / folder / "side.png").write_bytes(robots.PNG)
+    sides = with_assets('<texture name="t" type="cube" fileright="side.png"/>').replace(
+        "<asset>", '<compiler texturedir="one"/><compiler texturedir="two"/><asset>'
+    )
+    model = at(tmp_path / "models/robot.xml", sides)
+    assert main(["init", str(tmp_path / "cell"), "--model", str(model)]) == 2
+    assert "name one folder" in capsys.readouterr().err
+    at(model, sides.replace('texturedir="one"', ""))
+    assert main(["init", str(tmp_path / "cell"), "--model", str(model)]) == 0
+    assert (tmp_path / "cell/plants/two/side.png").is_file()
+
+
 def test_groups_can_be_named(tmp_path: Path) -> None:
     spec = started(
         arm(SERVOS), tmp_path, "--group", "upper=shoulder..elbow", "--group", "tip=wrist"
@@ -330,7 +476,7 @@ def test_strange_names_become_names(tmp_path: Path) -> None:
     begin(spec)
 
 
-ODD = ("he said &quot;hi&quot;: #1", "a&#10;b'c", "- {x")
+ODD = ("he said &quot;hi&quot;: #1", "a&#10;b'c \U0001f600", "- {x")
 
 
 def test_names_may_be_any_texts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -360,7 +506,7 @@ def test_names_that_come_into_being_in_the_simulator(model: str, tmp_path: Path)
     """A camera beside the body that is attached does not."""
     beside = '<worldbody><camera name="beside" pos="0 0 2"/>'
     at(tmp_path / "parts/arm.xml", arm(SERVOS).replace("<worldbody>", beside))
-    spec = started(model, tmp_path)
+    spec = started(model, tmp_path, "--assets", str(tmp_path / "parts"))
     assert is_clean(spec)
     begin(spec)
     assert "beside" not in spec.read_text()
@@ -520,7 +666,8 @@ def test_a_specification_with_errors_is_not_written(
         tmp_path / "models/cell.xml", f'<mujoco model="cell"><include file="{parts}"/></mujoco>'
     )
     before = files_below(tmp_path)
-    assert main(["init", str(tmp_path / "new/cell"), "--model", str(model)]) == 2
+    command = ["init", str(tmp_path / "new/cell"), "--model", str(model)]
+    assert main([*command, "--assets", str(parts.parent)]) == 2
     said = capsys.readouterr().err
     assert "nothing was written: the specification would have errors" in said and "  E0" in said
     assert files_below(tmp_path) == before

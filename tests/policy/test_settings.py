@@ -103,3 +103,51 @@ def test_a_wrong_setting_refuses(
     write(tmp_path / "a.yaml")
     assert main(["validate", "a.yaml"]) == 1
     assert "help: did you mean `strict`?" in capsys.readouterr().err
+
+
+HEAD = "[tool.specc]\n"
+EXCESSIVE = {
+    "a dotted key": ("# specc\n" + "a." * 20_000 + "a = 1\n", "a key has more than 32 parts"),
+    "a dotted key behind quotes": (
+        '# specc\nx = [""" """", {' + "a." * 33 + "a = 1}]\n",
+        "a key has more than 32 parts",
+    ),
+    "quoted keys": (HEAD + "'a.b' . \"c\" ." * 20 + "a = 1\n", "a key has more than 32 parts"),
+    "brackets": (HEAD + "a = " + "[" * 2000, "brackets are nested more than 32 deep"),
+    "digits": (HEAD + "x = " + "9" * 5000, "a number has more than 1,000 digits"),
+    "a NUL": (HEAD + 'allow = ["\\u0000"]', "`allow` has an item with a NUL character"),
+    "items": (HEAD + f"allow = {['a'] * 201}", "`allow` has more than 200 items"),
+    "a long item": (HEAD + f"allow = ['{'a/' * 501}']", "`allow` has an item of more than"),
+    "keys": (HEAD + "".join(f"k{i} = 1\n" for i in range(51)), "the section has more than 50 keys"),
+    "bytes": ("#" * 200_001, "the file has more than 200,000 bytes"),
+}
+
+
+@pytest.mark.parametrize("name", EXCESSIVE)
+def test_files_of_strangers_are_bounded(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Refused before the reader of TOML sees it, which would take gigabytes for some of them."""
+    text, message = EXCESSIVE[name]
+    monkeypatch.chdir(project(tmp_path, text))
+    write(tmp_path / "a.yaml")
+    assert main(["validate", "a.yaml"]) == 1
+    assert f"error[E0905]: {message}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"description = '{'a.' * 50}'",
+        f'description = """{"[" * 50} "" {"a." * 50}\\\\"""',
+        f"ends = '''{'a.' * 50}'''''\nversions = [{'1.5, ' * 50}]",
+        f"{'a.' * 31}a = '1' # {'a.' * 50}",
+    ],
+)
+def test_texts_and_comments_of_other_tools_count_as_what_they_are(
+    text: str, tmp_path: Path
+) -> None:
+    project(tmp_path, f"[project]\n{text}\n[tool.specc]\nstrict = true\n")
+    found = settings_for(str(tmp_path))
+    assert found.settings.strict
+    assert not found.diagnostics

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from specc_runtime.clock import WallClock
+from specc_runtime.options import UsageError
 from specc_runtime.recording.log import Log
 
 from specc.cli.main import main
@@ -47,3 +48,24 @@ def test_the_file_of_a_process_that_was_killed_is_free(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", command], cwd=ROOT / "runtime", timeout=60, check=False)
     assert file.exists()
     Log(file, WallClock()).close()
+
+
+def test_a_recording_does_not_follow_a_link(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """To a file that is not there, or to a recording: it may be anybody's."""
+    outside, project = tmp_path / "outside", tmp_path / "project"
+    outside.mkdir()
+    project.mkdir()
+    there = outside / "there.mcap"
+    Log(there, WallClock()).close()
+    before = there.read_bytes()
+    for name in ("there.mcap", "new.mcap"):
+        link = project / name
+        link.symlink_to(outside / name)
+        command = ["run", str(CONVEYOR), "--duration", "0.1", "--record", str(link)]
+        assert main(command) == 2
+        assert f"cannot write {link}: it is a link" in capsys.readouterr().err
+        with pytest.raises(UsageError):  # it may have come since
+            Log(link, WallClock())
+    assert (sorted(outside.iterdir()), there.read_bytes()) == ([there], before)

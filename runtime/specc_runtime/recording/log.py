@@ -42,10 +42,11 @@ _date = itemgetter(2)
 def own(path: Path) -> IO[bytes]:
     """Open a file, emptied, and lock it until it is closed or the process ends.
 
-    Raises UsageError.
+    Raises UsageError, also for a link.
     """
+    how = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
     try:
-        file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
+        file = os.fdopen(os.open(path, how, 0o666), "r+b")
         check_unowned(file, path)
         file.truncate()
     except OSError as error:

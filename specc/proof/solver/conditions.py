@@ -33,14 +33,13 @@ from specc.model.expr import (
 )
 from specc.model.types import Enum, Int, ListOf, Pose, Vector
 from specc.proof.numbering import Numbering
-from specc.proof.solver.terms import Terms
+from specc.proof.solver.terms import STEPS_OF_A_TERM, Terms, count_term
 from specc.proof.verdict import UnsureError
 
 MOST_ITEMS = 64
 """Components of a vector that a condition is spelt out for."""
 MOST_PARTS = 12_000
 """Parts of conditions that are spelt out for items, in one question: a part takes about 25 us."""
-_STEPS_OF_A_PART = 25
 
 
 class Conditions(Terms):
@@ -69,6 +68,7 @@ class Conditions(Terms):
         expr = self._numbering.looked_through(expr)
         key = self._numbering.number(expr)
         if key not in self._booleans:
+            count_term()
             self._booleans[key] = self._boolean(expr, key)
         return self._booleans[key]
 
@@ -214,7 +214,7 @@ class Conditions(Terms):
             raise UnsureError(
                 f"spelt out for each item, conditions have more than {MOST_PARTS} parts"
             )
-        if not spend("proof", parts * _STEPS_OF_A_PART):
+        if not spend("proof", parts * STEPS_OF_A_TERM):
             raise UnsureError(OUT_OF_STEPS)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import z3
 
-from specc.limits import OUT_OF_STEPS, is_used_up, left, spend
+from specc.limits import OUT_OF_STEPS, left, spend
 from specc.model.expr import Among, LetRef, Quantifier, children
 from specc.model.types import Bool, ListOf
 from specc.proof.formula import (
@@ -32,6 +32,8 @@ from specc.proof.verdict import Decision, InputName, UnsureError, Witness, round
 _STEPS = "rlimit count"
 MOST_STEPS = 400_000
 """Steps of the solver for one question; steps and not seconds, so that all machines agree."""
+_OF_A_THEORY = 1_000
+"""Steps of proofs that making one takes, beside its terms."""
 
 
 class Session:
@@ -67,7 +69,7 @@ class Theory:
         *,
         exact: bool,
     ) -> None:
-        if is_used_up("proof"):
+        if not spend("proof", _OF_A_THEORY):
             raise UnsureError(OUT_OF_STEPS)
         items, reached = _quantified(atoms, numbering)
         self._conditions = Conditions(numbering, items, exact=exact)

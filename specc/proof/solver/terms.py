@@ -13,6 +13,7 @@ import z3
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.lang.signs import SIGNS
+from specc.limits import OUT_OF_STEPS, spend
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -28,6 +29,7 @@ from specc.model.expr import (
 from specc.model.types import Enum, Int, Real
 from specc.proof.numbering import Numbering, labels
 from specc.proof.solver.rounding import Rounding, constant
+from specc.proof.verdict import UnsureError
 
 # Values of the language as terms: what is not known of is an unknown function of its parts.
 
@@ -40,6 +42,16 @@ _LARGEST_FLOAT = 2**1023
 _EXACT_FACTORS = frozenset(sign * 2.0**power for power in range(64) for sign in (1, -1))
 """Factors with which the product of a float is a float, if it is finite."""
 _APPLIED = (Builtin, Call, Component, FieldOf)
+
+
+STEPS_OF_A_TERM = 25
+"""Steps of proofs that making one takes."""
+
+
+def count_term() -> None:
+    """Count a term before it is made. Raises UnsureError if no steps are left."""
+    if not spend("proof", STEPS_OF_A_TERM):
+        raise UnsureError(OUT_OF_STEPS)
 
 
 class Terms:
@@ -73,6 +85,7 @@ class Terms:
         expr = self._numbering.looked_through(expr)
         key = kind, self._numbering.number(expr)
         if key not in self._made:
+            count_term()
             self._made[key] = make(expr)
         return self._made[key]
 
@@ -151,6 +164,7 @@ class Terms:
         key = self._numbering.number(expr)
         memo = key, isinstance(expr.type, Int)
         if memo not in self._numbers:
+            count_term()
             self._numbers[memo] = self._number(expr, key)
         return self._numbers[memo]
 

@@ -12,8 +12,10 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 from specc.analysis import Facts, Machine
+from specc.analysis.rates import base_tick
 from specc.analysis.reads import Dependences, texts
 from specc.frozen import mutable
 from specc.model import expr as m
@@ -132,12 +134,19 @@ class Abstraction:
         self.sender_of = facts.wires.sender
         self.noise = self._noise()
         self._cones: dict[str, Cone] = {}
+        self.copies: dict[tuple[str, ...], list[Any]] = {}
+        """Of slices that were looked at, what `symmetry` says of them."""
         self._keep()
         required = list(requirements)
         for reading in (each for requirement in required for each in requirement.readings):
             self._watch(reading)
         atoms = [atom for requirement in required for atom in r.expressions(requirement.formula)]
         self._atoms = tuple(atoms)
+
+    @cached_property
+    def tick_s(self) -> Fraction:
+        """The base tick of the whole system."""
+        return base_tick(1 / each.rate_hz for each in self.facts.system.subsystems)
 
     @cached_property
     def cuts(self) -> frozenset[float]:

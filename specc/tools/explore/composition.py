@@ -19,7 +19,7 @@ from specc.proof import InputName
 from specc.reachable import reachable
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.moves import OVER, Local, Move, SentValues
-from specc.tools.explore.symmetry import Copies, Permutation, Symmetry
+from specc.tools.explore.symmetry import Copies, Permutation, copies_in
 from specc.tools.explore.values import MOST_VALUES, Numbers, ValueNumbers
 from specc.tools.explore.walker import Walker
 from specc.tools.explore.watch import Visible, Watch
@@ -123,8 +123,8 @@ class Composition:
             for name in names
             for cone, kept in [(abstraction.cone(name), abstraction.kept[name])]
         )
-        of_kinds = symmetric and not watched
-        self.copies = Symmetry(names, abstraction).copies() if of_kinds else []
+        of_kinds = symmetric and not watched and len(names) > 1
+        self.copies = copies_in(names, abstraction) if of_kinds else []
         self._views: dict[tuple[int, int, MachineState], tuple[tuple[int, ...], ...]] = {}
         self._exchanges: dict[tuple[int, int, MachineState, tuple[int, ...]], MachineState] = {}
         for first, index in self._alike():
@@ -141,8 +141,7 @@ class Composition:
         self._stepped: list[dict[int, tuple[_Result, ...]]] = [{} for _ in names]
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
         self._until = [self._until_next(phase) for phase in range(self.hyperperiod)]
-        system = abstraction.facts.system
-        whole_s = base_tick(1 / subsystem.rate_hz for subsystem in system.subsystems)
+        system, whole_s = abstraction.facts.system, abstraction.tick_s
         self.lasts = [int(ticks * self.tick_s / whole_s) for ticks in self._until]
         self.watch: Watch | None = None
         if watched:

@@ -154,6 +154,13 @@ class Cone:
         """The cone with lets and constants filled in, and everything without an order sorted."""
         return self.renamed({}, {})
 
+    @cached_property
+    def size(self) -> int:
+        """How many parts its expressions have, and the lets that these may name."""
+        every = [expr for state in self.states for expr in state.expressions]
+        every += [*self.axioms, *self.static.lets.values()]
+        return sum(1 for expr in every for _ in m.walk(expr))
+
     def renamed(self, inputs: Renaming, outputs: Renaming) -> Cone:
         """The normal form of the cone with other names of inputs and outputs."""
         known = self.static

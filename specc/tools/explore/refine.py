@@ -48,10 +48,12 @@ def refined(
     # Time that may pass in any way adds traces, which counting it removes.
     if is_open and graph.composition.is_timed and not graph.broken_off:
         least = share if graph.complete else budget // FOR_TIME
-        counted = explored(Precision(exact=True), budget if found else least)
+        steps = budget if found else least
+        # Without a step it would be the first state again, and making machines takes time, too.
+        counted = explored(Precision(exact=True), steps) if steps else graph
         if counted.complete or counted.broken_off:
             graph, found = counted, told[-1][1]
-    if graph.composition.widened and not graph.broken_off:
+    if budget and graph.composition.widened and not graph.broken_off:
         finest = Precision(graph.composition.precision.exact, None)
         explored(finest, budget if found else share)
     return told

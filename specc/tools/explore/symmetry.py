@@ -64,11 +64,23 @@ class Copies:
         return key
 
 
+MOST_COMPARED = 100_000
+"""Parts of expressions that are compared to find copies; what is left over counts as no copy."""
+
+
+def copies_in(names: tuple[str, ...], abstraction: Abstraction) -> list[Copies]:
+    """The copies among the machines of a slice, which are the same at any precision."""
+    if names not in abstraction.copies:
+        abstraction.copies[names] = Symmetry(names, abstraction).copies()
+    return abstraction.copies[names]
+
+
 class Symmetry:
     """Finds the copies among the machines of a slice."""
 
     def __init__(self, names: Sequence[str], abstraction: Abstraction) -> None:
         self._abstraction = abstraction
+        self._left = MOST_COMPARED
         self._index = {name: index for index, name in enumerate(names)}
         self._agents: dict[str, dict[str, str]] = {}
         for name, kept in abstraction.kept.items():
@@ -132,9 +144,14 @@ class Symmetry:
             names = self._names(name, one, other)
             if names is None or (self._agent[name] in agents and any(names)):
                 return False
-            if any(names) and self._cone(name).normal != self._cone(name).renamed(*names):
+            if any(names) and not self._is_same(self._cone(name), *names):
                 return False
         return True
+
+    def _is_same(self, cone: Cone, *names: Renaming) -> bool:
+        """Whether a machine is the same with other names, as far as parts are left to compare."""
+        self._left -= cone.size
+        return self._left >= 0 and cone.normal == cone.renamed(*names)
 
     def _are_connected_alike(self, name: str, like: str, one: str, other: str) -> bool:
         for key in self._abstraction.kept[name].subsystem.inputs:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import keyword
 import re
 import textwrap
@@ -11,6 +10,7 @@ from fractions import Fraction
 
 from specc.frozen import frozen
 from specc.lang import RESERVED
+from specc.tools.fmt.scalars import quoted
 
 # SpecNames of other formats as names of a specification.
 
@@ -143,4 +143,4 @@ def _scalar(text: str, plain_form: re.Pattern[str] = _PLAIN) -> str:
     plain = plain_form.fullmatch(text) or _NUMBER.fullmatch(text)
     if plain and text.lower() not in _SPECIAL:
         return text
-    return json.dumps(text, ensure_ascii=True)
+    return quoted(text)

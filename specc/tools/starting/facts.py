@@ -93,6 +93,8 @@ class ModelFacts:
     strayed: Mapping[str, float]
     sensors: tuple[Sensor, ...]
     cameras: tuple[str, ...]
+    files: tuple[str, ...]
+    """Where the simulator has found files beside the texts; some it only names."""
 
 
 def facts_of(path: str) -> ModelFacts:
@@ -115,6 +117,7 @@ def facts_of(path: str) -> ModelFacts:
         "mocap": {body: tuple(tied) for body, tied in answer["mocap"].items()},
         "sensors": tuple(Sensor(**each) for each in answer["sensors"]),
         "cameras": tuple(answer["cameras"]),
+        "files": tuple(answer["files"]),
     }
     return ModelFacts(**{**answer, **many})
 

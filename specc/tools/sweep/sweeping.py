@@ -56,7 +56,7 @@ def inputs_of(spec: str, sources: Sources, system: System) -> InputFiles:
     base = os.path.abspath(os.path.dirname(spec))
     named = [os.path.join(base, path) for _, path in system.files]
     model = plant_model(system)
-    paths = [*_below(named), *(model.files if isinstance(model, Model) else ())]
+    paths = [*_below(named), *(model.files.possible if isinstance(model, Model) else ())]
     content = {os.path.abspath(path): Path(path).read_bytes() for path in paths}
     root = os.path.commonpath([base, *map(os.path.dirname, content)])
     files = {os.path.relpath(path, root): content[path] for path in sorted(content)}

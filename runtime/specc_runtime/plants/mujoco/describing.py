@@ -3,6 +3,7 @@
 The keys are those of `specc.tools.starting.facts`, which reads them.
 """
 
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
@@ -58,6 +59,8 @@ def described(path: str) -> dict[str, Any]:
         "strayed": _named(model, how.strayed) if how else {},
         "sensors": [_sensor(model, i) for i in range(model.nsensor)],
         "cameras": [model.camera(i).name for i in range(model.ncam)],
+        # Those of textures that MuJoCo draws are named here, too.
+        "files": [os.fsdecode(each) for each in model.paths.split(b"\0") if each],
     }
     for kind in ("joint", "actuator", "sensor"):
         for part in facts[f"{kind}s"]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
+from specc.lang.packages import PACKAGES
 from specc.tools.importers.fabric.reader import FabricSubsystem, read_definition
 from specc.tools.importers.fabric.subsystem import AgentMaker
 from specc.tools.importers.fabric.wiring import End, Ends, SharedDefinitions, Wiring, connect
@@ -80,7 +81,8 @@ def _text(
         agents |= AgentMaker(definition, own, ends, library, notes).agents()
         _assumed(definition, notes)
         notes.leftovers(definition.root, _REASONS)
-    system = SpecNames().of(name or (definitions[0].name if len(definitions) == 1 else "fabric"))
+    wish = name or (definitions[0].name if len(definitions) == 1 else "fabric")
+    system = SpecNames(PACKAGES).of(wish)
     data: dict[str, Data] = {"specc": "1", "system": system, "types": library.types}
     data |= {"operators": library.operators, "agents": agents}
     modules = ", ".join(library.modules)

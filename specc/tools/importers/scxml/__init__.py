@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
+from specc.lang.packages import PACKAGES
 from specc.tools.importers.import_notes import Notes, document, read_markup
 from specc.tools.importers.logic import atoms
 from specc.tools.importers.scxml.chart import Chart, ChartState, Transition, read_charts
@@ -43,7 +44,7 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
         message = "a chart has no period; 10 ms is assumed"
         notes.changed(message, root.place, "give one with `--period`")
     stem = os.path.splitext(os.path.basename(path))[0]
-    own = SpecNames((*PEERS, _OUTSIDE)).of(name or root.get("name") or stem)
+    own = SpecNames((*PEERS, *PACKAGES, _OUTSIDE)).of(name or root.get("name") or stem)
     sections = _SystemMaker(charts, own, period or DEFAULT_PERIOD_S, notes).sections()
     notes.leftovers(root, _REASONS)
     data: dict[str, Data] = {"specc": "1", "system": own, **sections}
