@@ -13,6 +13,7 @@ from specc.cli import streams
 from specc.cli.recordings import called, values_of
 from specc.diagnostics import stops
 from specc.diagnostics.phrases import few
+from specc.resources import is_library_part
 from specc.source import COMMAND_LINE, Sources, beside, real_path, relative_path
 
 if TYPE_CHECKING:
@@ -28,11 +29,16 @@ def texts_of(sources: Sources) -> dict[str, str]:
 
     They are named as they are found from here; if some are elsewhere, from the folder of them all.
     """
-    texts = {os.path.abspath(s.path): s.text for s in sources if s.path not in COMMAND_LINE}
+    texts = {
+        s.path if is_library_part(s.path) else os.path.abspath(s.path): s.text
+        for s in sources
+        if s.path not in COMMAND_LINE
+    }
+    own = [path for path in texts if not is_library_part(path)]
     here = os.path.join(os.getcwd(), "")
-    are_here = all(path.startswith(here) for path in texts)
-    root = here if are_here else os.path.commonpath(map(os.path.dirname, texts))
-    return {_shown(os.path.relpath(path, root)): text for path, text in texts.items()}
+    are_here = all(path.startswith(here) for path in own)
+    root = here if are_here else os.path.commonpath(map(os.path.dirname, own))
+    return {_shown(relative_path(path, root)): text for path, text in texts.items()}
 
 
 def _shown(name: str) -> str:

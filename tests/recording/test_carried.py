@@ -108,7 +108,7 @@ class World:
         return T(self.count + self.last)
 """
 TYPES = """specc: 1.1
-system: types
+system: typed
 types:
   T: {opaque: true, python: "own:T"}
   Pair: {fields: {n: int, t: T}, python: "own:Pair"}
