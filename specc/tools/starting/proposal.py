@@ -57,7 +57,9 @@ class ProposedDevice:
         for name, type_ in self.reports.items():
             oldest_s = self.oldest_s.get(name)
             limit_ms = _round_ms(oldest_s + periods / self.rate_hz) if oldest_s else 0
-            found[name] = {"type": type_, "max_age": _spelt(limit_ms)} if limit_ms else type_
+            found[name] = (
+                {"type": type_, "max_age": _duration_text(limit_ms)} if limit_ms else type_
+            )
         return found
 
     @property
@@ -191,7 +193,7 @@ class Devices:
         # A period that was measured is a little longer or shorter.
         gap_ms = _round_ms(0.95 * _gap_s(topic, device.rate_hz)) if is_measured else 0
         if gap_ms:
-            more["max_gap"] = _spelt(gap_ms)
+            more["max_gap"] = _duration_text(gap_ms)
             age_s = topic.message.get("age_s", 0.0)
             if isinstance(age_s, float) and abs(age_s) < _MOST_AGE_S:
                 device.oldest_s |= dict.fromkeys(found, gap_ms / 1e3 + 2 * max(0.0, age_s))
@@ -226,7 +228,7 @@ def _round_ms(time_s: float) -> int:
     return next((ms for ms in steps if ms >= 1e3 * time_s), 0) if time_s > 0 else 0
 
 
-def _spelt(time_ms: int) -> str:
+def _duration_text(time_ms: int) -> str:
     return f"{time_ms} ms" if time_ms < 1000 else f"{time_ms // 1000} s"
 
 

@@ -130,8 +130,8 @@ class _SystemMaker:
         send: dict[str, Data] = {}
         for maker in self._makers:
             x |= {maker.own: maker.outputs} if maker.outputs else {}
-            y |= {maker.own: {name: types[name] for name in maker.asked}} if maker.asked else {}
-            for name in maker.asked:
+            y |= {maker.own: {name: types[name] for name in maker.inputs}} if maker.inputs else {}
+            for name in maker.inputs:
                 target = send if name == "event" else answer
                 target[f"y.{maker.own}.{name}"] = f"x.source.{name}"
         answers: list[Data] = ["answer"] if answer else []
@@ -203,18 +203,18 @@ class _ChartMaker:
         behaviours: dict[str, Data] = {name: {"terminal": end} for name, end in ends.items()}
         transitions: list[Data] = [row for s in self.chart.states for row in self._rows(s)]
         self._report()
-        told = self._told() if not self.asked else {}
-        for name in behaviours if told else ():
+        tells = self._state_functions() if not self.inputs else {}
+        for name in behaviours if tells else ():
             behaviours[name] = {"functions": [f"tell_{name}"], "terminal": ends[name]}
         return filled(
             {
                 "title": self.chart.name,
                 "rate": rate(period),
-                "x": {_OUTSIDE: self._inputs()} if self.asked else {},
-                "y": {_OUTSIDE: {"state": self._type}} if told else {},
+                "x": {_OUTSIDE: self._inputs()} if self.inputs else {},
+                "y": {_OUTSIDE: {"state": self._type}} if tells else {},
                 "let": self._let,
                 "conditions": filled({"initial": self._initial, "terminal": self._terminal}),
-                "functions": told,
+                "functions": tells,
                 "behaviours": behaviours,
                 "states": {name: name for name in behaviours},
                 "initial_state": self._states.of(self.chart.initial),
@@ -223,7 +223,7 @@ class _ChartMaker:
         )
 
     @property
-    def asked(self) -> tuple[str, ...]:
+    def inputs(self) -> tuple[str, ...]:
         """The inputs of the chart."""
         has_events = any(t.events for s in self.chart.states for t in s.transitions)
         return (*(["event"] if has_events else []), *self._own_guards.values())
@@ -231,7 +231,7 @@ class _ChartMaker:
     @property
     def outputs(self) -> dict[str, Data]:
         """What a chart tells that asks for nothing: an agent talks to somebody."""
-        if self.asked:
+        if self.inputs:
             return {}
         return {"state": {"type": self._type, "init": self._states.of(self.chart.initial)}}
 
@@ -239,14 +239,14 @@ class _ChartMaker:
     def types(self) -> dict[str, Data]:
         """The type of what it tells."""
         members = ", ".join(self._states.of(state.id) for state in self.chart.states)
-        return {} if self.asked else {self._type: f"enum[{members}]"}
+        return {} if self.inputs else {self._type: f"enum[{members}]"}
 
     @property
     def _type(self) -> str:
         members = [self._states.of(state.id) for state in self.chart.states]
         return SpecNames((*members, "Event")).of(f"State_{self.own}")
 
-    def _told(self) -> dict[str, Data]:
+    def _state_functions(self) -> dict[str, Data]:
         names = [self._states.of(state.id) for state in self.chart.states]
         return {f"tell_{name}": {f"y.{_OUTSIDE}.state": name} for name in names}
 
@@ -299,7 +299,7 @@ class _ChartMaker:
 
     def _inputs(self) -> dict[str, Data]:
         """The queue of events, and each guard as an input that is false until it is answered."""
-        events: dict[str, Data] = {"event": "Event"} if "event" in self.asked else {}
+        events: dict[str, Data] = {"event": "Event"} if "event" in self.inputs else {}
         guards: dict[str, Data] = {
             name: {"type": "bool", "init": "False", "title": text}
             for text, name in self._own_guards.items()
@@ -309,7 +309,7 @@ class _ChartMaker:
     def _report(self) -> None:
         """Names that changed, and guards that became inputs."""
         self._tell_guards()
-        if not self.asked:
+        if not self.inputs:
             message = "nothing that the chart asks for comes from outside; it tells its state there"
             self._notes.changed(message, self.chart.root.place)
         for state in self.chart.states:
