@@ -6,12 +6,11 @@ import ast
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 
 from specc.diagnostics import Diagnostic, Related
-from specc.frozen import mutable
 from specc.lang import (
     CUT_SHORT,
     FOLLOW_UP,
@@ -82,7 +81,7 @@ def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> fl
     raise ExprError("the value is not known before a run", *expr.span, help, code)
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Expressions:
     """Reads texts in one scope. `broken` holds names whose own definition has an error.
 

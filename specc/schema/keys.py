@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType, NoneType, UnionType
 from typing import (
     Annotated,
@@ -19,8 +20,6 @@ from typing import (
     get_args,
     get_origin,
 )
-
-from specc.frozen import frozen
 
 SymbolKind = Literal[
     "frame", "type", "field", "member", "constant", "file", "operator", "parameter", "agent",
@@ -49,7 +48,7 @@ Fault = tuple[str, str]
 """What is wrong with a value, in words that follow it, and a way out."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Role:
     """What a text is; a name is one of a symbol of `kind` in the subsystem around it."""
 
@@ -60,7 +59,7 @@ class Role:
 # Kinds of values, as the annotations of keys say them.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Text:
     """Text.
 
@@ -90,17 +89,17 @@ class Text:
         return form | {name: value for name, value in told.items() if value}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Whole:
     """A whole number."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Truth:
     """`true` or `false`."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class OneOf:
     """One of a few values."""
 
@@ -111,7 +110,7 @@ class OneOf:
         return {"enum": list(self.values)}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Listed:
     """How a list is written: an item of these types `alone`, at `least` and at `most` so many."""
 
@@ -130,7 +129,7 @@ class Listed:
         return {"anyOf": [form["items"], form]} if self.alone else form
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Several:
     """A list or tuple of items."""
 
@@ -139,7 +138,7 @@ class Several:
     how: Listed
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Named:
     """A mapping from names that people choose."""
 
@@ -147,7 +146,7 @@ class Named:
     value: ValueKind
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Optional:
     """A value, or nothing."""
 
@@ -257,7 +256,7 @@ class Part:
         cls.makers = {one.attribute: one.make for one in cls.keys.values() if one.make}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Key:
     """A key as the file spells it, with the attribute that has its value."""
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection
+from dataclasses import dataclass
 from functools import cache, lru_cache, partial
 from typing import Any, TypeVar
 
-from specc.frozen import frozen
 from specc.schema.keys import (
     OTHERS,
     Named,
@@ -157,7 +157,7 @@ def _several(kind: Several, make: Make, value: Any) -> Any:
     return kind.made(list(map(make, value)))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Plan:
     """Of mappings with the same keys: their set, what makes each value, and the defaults."""
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from specc.frozen import frozen
 from specc.model.expr import TRUE, Expr
 from specc.source import Place
 from specc.tools.importers.import_notes import Notes
@@ -23,7 +22,7 @@ _ACTIONS = ("send", "invoke", "assign", "cancel", "raise", "log", "if", "foreach
 """Elements of SCXML that do something; a `target` of theirs is no state."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Transition:
     """A transition; no `events` means that it needs none, no `target` that the state stays."""
 
@@ -33,7 +32,7 @@ class Transition:
     element: XmlElement
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ChartState:
     """A state; a final one has no transitions."""
 
@@ -42,7 +41,7 @@ class ChartState:
     element: XmlElement
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Chart:
     """States in document order; `root` is the document, or the region that the chart is of."""
 
