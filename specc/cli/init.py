@@ -49,7 +49,7 @@ def _written(options: Namespace) -> list[Path]:
     # The specification is the first, and so comes last.
     files = sorted(filter(Path.is_file, source.rglob("*")), key=lambda path: path.suffix != ".yaml")
     places = {target / path.relative_to(source): path for path in files}
-    with placing(*next(iter(places.items()))) as new:
+    with placing(next(iter(places))) as new:
         new.put(places)
     return list(places)
 
