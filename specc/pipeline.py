@@ -19,10 +19,10 @@ from specc.limits import (
     too_many_steps,
 )
 from specc.model.system import System
-from specc.policy import reach_of
+from specc.policy import allowed_paths
 from specc.read import Document, read_file, read_text
 from specc.resolve import Findings, Loaded, resolve
-from specc.resolve.expressions import told_of_comments
+from specc.resolve.expressions import add_comment_hints
 from specc.resolve.loader import Loader
 from specc.resolve.standalone import is_certain, resolve_alone
 from specc.source import Place, Sources, real_path
@@ -90,7 +90,7 @@ def _with_texts(path: str, texts: Mapping[str, str]) -> Loader:
         text = texts.get(real_path(named))
         return read_file(named, row_keys) if text is None else read_text(named, text, row_keys)
 
-    return Loader(Findings(), read, reach_of(path))
+    return Loader(Findings(), read, allowed_paths(path))
 
 
 def check_spec(
@@ -114,10 +114,10 @@ def _checked_alone(file: Loaded, loader: Loader) -> Result:
     findings = loader.findings
     system, resolver = resolve_alone(file, loader.load, findings, loader.reach)
     broken, faulty = frozenset(resolver.broken), frozenset(resolver.faulty)
-    checked, proofs = run_checks(system, broken, faulty, sound=False, kept=findings.kept)
-    own = told_of_comments(findings.diagnostics, loader.sources)
+    checked, proofs = run_checks(system, broken, faulty, sound=False, kept=findings.cache)
+    own = add_comment_hints(findings.diagnostics, loader.sources)
     found = findings.certain((*own, *(d for d in checked if is_certain(d, file.path))))
-    found = _told_of_rest(found, file)
+    found = _add_budget_findings(found, file)
     return Result(system, proofs, found, loader.sources, broken, is_part=True)
 
 
@@ -140,16 +140,16 @@ def _compiled(
         resolved = replace(resolved, system=replace(resolved.system, plant=plant))
     sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
     checked, proofs = run_checks(
-        resolved.system, resolved.broken, resolved.faulty, sound=sound, kept=findings.kept
+        resolved.system, resolved.broken, resolved.faulty, sound=sound, kept=findings.cache
     )
-    own = told_of_comments(findings.diagnostics, loader.sources)
+    own = add_comment_hints(findings.diagnostics, loader.sources)
     agents = [agent.name for agent in resolved.system.agents]
     every = findings.certain((*without_follow_ups(own, checked), *checked))
-    found = _told_of_rest(tuple(once(every, agents)), file)
+    found = _add_budget_findings(tuple(once(every, agents)), file)
     return Result(resolved.system, proofs, found, loader.sources, resolved.broken, resolved.units)
 
 
-def _told_of_rest(found: tuple[Diagnostic, ...], file: Loaded) -> tuple[Diagnostic, ...]:
+def _add_budget_findings(found: tuple[Diagnostic, ...], file: Loaded) -> tuple[Diagnostic, ...]:
     """The findings; where an allowance is used up and something was left out, one says so.
 
     Whoever used it up may have been looking at something whose findings are not shown, or be
@@ -178,7 +178,7 @@ def read_spec(path: str, texts: Mapping[str, str] = _AS_WRITTEN) -> Result:
         if file is None:
             return Result(None, None, tuple(loader.findings.diagnostics), loader.sources)
         resolved = resolve(file, loader.load, loader.findings, loader.reach)
-        diagnostics = _told_of_rest(tuple(loader.findings.diagnostics), file)
+        diagnostics = _add_budget_findings(tuple(loader.findings.diagnostics), file)
     return Result(
         resolved.system, None, diagnostics, loader.sources, resolved.broken, resolved.units
     )

@@ -22,7 +22,7 @@ StampedRead = tuple[int, bool]
 
 
 @dataclass(frozen=True, slots=True)
-class Trail:
+class AgeChain:
     """A value on its way: read at `read_s`, and computed from one read before, if there is one.
 
     Its age counts from `since_s`, when it was measured; when it was computed, if nothing that was
@@ -32,17 +32,17 @@ class Trail:
     node: InputNode
     read_s: Fraction
     since_s: Fraction
-    before: Trail | None
+    before: AgeChain | None
 
     @property
     def age_s(self) -> Fraction:
         """Seconds since its age began."""
         return self.read_s - self.since_s
 
-    def hops(self) -> list[Trail]:
+    def hops(self) -> list[AgeChain]:
         """This one and those before it, the measured or computed one first."""
-        found: list[Trail] = []
-        trail: Trail | None = self
+        found: list[AgeChain] = []
+        trail: AgeChain | None = self
         while trail is not None:
             found.append(trail)
             trail = trail.before
@@ -79,7 +79,7 @@ class Timeline:
         self._repeats = lcm(*(int(p / self._tick) for p in every))
         self._settled = -(-2 * sum(int(p / self._tick) for p in every) // self._repeats)
 
-    def oldest(self, node: InputNode, on_arrival: bool) -> Trail | None:
+    def oldest(self, node: InputNode, on_arrival: bool) -> AgeChain | None:
         """The oldest value once everything has been sent, on the first time stamp that has it."""
         if self._repeats > LONGEST:
             return None
@@ -92,7 +92,7 @@ class Timeline:
                 for stamp in self._sent_at(n, need):
                     for m, arrival in self._edges[n]:
                         wanted[m].add((stamp, arrival))
-        found: dict[tuple[InputNode, StampedRead], Trail] = {}
+        found: dict[tuple[InputNode, StampedRead], AgeChain] = {}
         for n in self._order:
             for need in sorted(wanted[n]):
                 trail = self._trail(n, need, found)
@@ -102,17 +102,17 @@ class Timeline:
         return max(trails, key=lambda t: (t.age_s, -t.read_s), default=None)
 
     def _trail(
-        self, n: InputNode, need: StampedRead, found: dict[tuple[InputNode, StampedRead], Trail]
-    ) -> Trail | None:
+        self, n: InputNode, need: StampedRead, found: dict[tuple[InputNode, StampedRead], AgeChain]
+    ) -> AgeChain | None:
         read_s = need[0] * self._tick
         if n in self._sporadic:
-            return Trail(n, read_s, read_s - self._since_sample_s(n, on_arrival=need[1]), None)
+            return AgeChain(n, read_s, read_s - self._since_sample_s(n, on_arrival=need[1]), None)
         if n in self._sample:
             sample = self._sample[n]
             taken = need[0] - need[0] % sample if sample else need[0]
             if need[1] and taken <= need[0] - self._reader[n]:
                 return None
-            return Trail(n, read_s, taken * self._tick, None)
+            return AgeChain(n, read_s, taken * self._tick, None)
         stamps = self._sent_at(n, need)
         reads = [
             trail
@@ -122,9 +122,9 @@ class Timeline:
         ]
         if reads:
             before = min(reads, key=lambda t: t.since_s)
-            return Trail(n, read_s, before.since_s, before)
+            return AgeChain(n, read_s, before.since_s, before)
         if stamps and n in self._computed:
-            return Trail(n, read_s, stamps[0] * self._tick, None)
+            return AgeChain(n, read_s, stamps[0] * self._tick, None)
         return None
 
     def _since_sample_s(self, n: InputNode, *, on_arrival: bool) -> Fraction:
@@ -159,7 +159,7 @@ class Timeline:
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class UnboundedAge:
     """A value that is read although its source may have been silent for an unlimited time."""
 
     node: InputNode
@@ -173,13 +173,13 @@ class Ages:
         """`periods_s` of the subsystems, by their qualified names."""
         self.sources = sources
         self._periods_s = periods_s
-        self._oldest: dict[InputNode, Trail | Held | None] = {}
+        self._oldest: dict[InputNode, AgeChain | UnboundedAge | None] = {}
         # What was ordered so far, with all upstream of it: a value stands after those behind it.
         self._edges: ReadEdges = {}
         self._places: dict[InputNode, int] = {}
         self._measured: set[InputNode] = set()
 
-    def oldest(self, node: InputNode) -> Trail | Held | None:
+    def oldest(self, node: InputNode) -> AgeChain | UnboundedAge | None:
         """The oldest value that is read, or why there is none; None if its source is not known.
 
         A device takes a value when it is sent; a subsystem that uses one only where it is fresh
@@ -212,14 +212,14 @@ class Ages:
         edges = self._edges[node]
         return tuple(e for e in edges if e[0] in self._measured) if is_measured else edges
 
-    def _follow(self, node: InputNode) -> Trail | Held | None:
+    def _follow(self, node: InputNode) -> AgeChain | UnboundedAge | None:
         if self.sources.of(node) is None:
             return None
         upstream = reachable([node], lambda here: (above for above, _ in self._followed(here)))
         order = sorted(upstream, key=self._places.__getitem__)
         edges = {n: self._followed(n) for n in order}
         on_arrival = not node.peer or self.sources.only_on_arrival(node)
-        held = self._held(order, edges, node, on_arrival)
+        held = self._unbounded(order, edges, node, on_arrival)
         if held is not None:
             return held
         periods_s = {n: self._period_s(n) for n in order}
@@ -273,16 +273,16 @@ class Ages:
                 edges[n] = tuple(e for e in reads if part[e[0]] != part[n])
             return list(TopologicalSorter(_targets(edges)).static_order())
 
-    def _held(
+    def _unbounded(
         self, order: list[InputNode], edges: ReadEdges, node: InputNode, on_arrival: bool
-    ) -> Held | None:
+    ) -> UnboundedAge | None:
         """The first value on the path to `node` whose age nothing limits."""
         held = {node} if not on_arrival else set()
         held |= {n for reads in edges.values() for n, arrival in reads if not arrival}
         for n in order:
             source = self.sources.of(n)
             if n in held and source is not None and _may_be_silent(source):
-                return Held(n, source)
+                return UnboundedAge(n, source)
         return None
 
 

@@ -51,7 +51,7 @@ class SenderVerdict:
     slower: Subsystem | None = None
 
 
-class Arriving:
+class AssumptionChecker:
     """Judges the assumptions of subsystems by what is sent to them."""
 
     def __init__(self, wires: Wires, machines: dict[str, Machine]) -> None:
@@ -59,7 +59,7 @@ class Arriving:
         self._wires = wires
         self._machines = machines
 
-    def judged(self, machine: Machine, axiom: Axiom) -> SenderVerdict:
+    def check_assumption(self, machine: Machine, axiom: Axiom) -> SenderVerdict:
         """Whether an assumption of a machine follows from what its senders do."""
         asked = machine.dependences.of(axiom.that).arrivals
         if not asked:

@@ -61,14 +61,14 @@ class ConstantPart:
         return said
 
 
-class Constancy:
+class ConstantConditions:
     """Asks about the expressions of one subsystem that has no unknowns."""
 
     def __init__(self, machine: Machine) -> None:
         subsystem = machine.subsystem
         self._subsystem = subsystem
         self._machine = machine
-        self._misfits = machine.misfits
+        self._misfits = machine.suspicious
         lets = {item.name: item for item in subsystem.lets}
         self._of_lets = InOrder(
             {name: item.value for name, item in lets.items()},

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from specc.analysis.graph import CAUSES
-from specc.analysis.guards import Guards, Implied
+from specc.analysis.guards import Guards, ImpliedFacts
 from specc.analysis.machine import Machine
 from specc.analysis.plant import BoundElement
 from specc.model.expr import Expr, Fresh, Input
@@ -36,7 +36,7 @@ class Reads:
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         lets = machine.subsystem.lets
-        asked = Implied(lets, _asked)
+        asked = ImpliedFacts(lets, _fresh_input)
         self._guards = Guards[InputNames](
             lets, lambda fresh, *test: fresh | asked.by(*test), frozenset.intersection
         )
@@ -50,17 +50,21 @@ class Reads:
     @cached_property
     def own(self) -> frozenset[Read]:
         """The inputs whose values the machine uses."""
-        found = [read(state) for state in self.states for read in (self.asked, self.used)]
+        found = [
+            read(state)
+            for state in self.states
+            for read in (self.read_by_conditions, self.read_by_functions)
+        ]
         return frozenset[Read]().union(*found)
 
-    def asked(self, state: State) -> frozenset[Read]:
+    def read_by_conditions(self, state: State) -> frozenset[Read]:
         """The inputs whose values the conditions depend on that may end a state."""
         rows = (self._machine.subsystem.rows(state.name, cause) for cause in CAUSES)
         ends = (state.behaviour.terminal.when, state.behaviour.error.when)
         entered = [row.condition.when for of_cause in rows for _, row in of_cause]
         return frozenset[Read]().union(*map(self.of, (*ends, *entered)))
 
-    def used(self, state: State) -> frozenset[Read]:
+    def read_by_functions(self, state: State) -> frozenset[Read]:
         """The inputs whose values the functions of a state depend on."""
         values = (item.value for item in state.behaviour.assignments)
         return frozenset[Read]().union(*map(self.of, values))
@@ -71,7 +75,7 @@ class Reads:
         return [s for s in self._machine.subsystem.states if s.name in self._machine.reached]
 
 
-def _asked(expr: Expr, holds: bool) -> InputNames:
+def _fresh_input(expr: Expr, holds: bool) -> InputNames:
     """The input that must be fresh where a condition holds."""
     if holds and isinstance(expr, Fresh):
         return frozenset((expr.input.key,))

@@ -9,9 +9,9 @@ from functools import cached_property
 from itertools import compress
 
 from specc.analysis.graph import CAUSES
-from specc.analysis.guards import said
+from specc.analysis.guards import as_conditions
 from specc.analysis.reads import Dependences
-from specc.analysis.unknown_parts import possibly
+from specc.analysis.unknown_parts import may_hold_part
 from specc.model.expr import Expr, has_unknown
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
 from specc.model.logic import joined
@@ -23,7 +23,7 @@ _MOST_TURNS = 24
 
 
 @dataclass(frozen=True, slots=True)
-class Late:
+class OverdueExit:
     """`condition` could hold in a state only after the state is `over` by its other conditions.
 
     `row` is the row that asks it, if it is an initial condition; `ended_by` end the state by then,
@@ -80,7 +80,7 @@ class Durations:
         ending = self._ending(state.behaviour)
         return ending is not None and ending.over_s == 1 / self._subsystem.rate_hz
 
-    def late(self, state: State) -> Iterator[Late]:
+    def late(self, state: State) -> Iterator[OverdueExit]:
         """The conditions that time makes false for ever in a state before they can hold."""
         if not self._turning:
             return
@@ -100,16 +100,16 @@ class Durations:
             if not verdict.decision.possible:
                 continue
             if self._excludes(ending, cause, None):
-                yield Late(state, condition, None, *end)
+                yield OverdueExit(state, condition, None, *end)
                 continue
             for row, possible in zip(verdict.rows, verdict.decision.satisfiable, strict=True):
                 if possible and self._excludes(ending, cause, row.condition):
-                    yield Late(state, row.condition, row, *end)
+                    yield OverdueExit(state, row.condition, row, *end)
 
     @cached_property
     def _turning(self) -> set[int]:
         """The texts of conditions in which time alone turns something, by identity."""
-        asked = self._subsystem.asked
+        asked = self._subsystem.exit_conditions
         return {id(each.when) for each in asked if self._prover.timer.turning(each.when)}
 
     def _excludes(self, ending: _Ending, cause: Cause, asked: Condition | None) -> bool:
@@ -123,11 +123,11 @@ class Durations:
     def excludes(self, row: Transition) -> bool:
         """Whether a row that is never taken is never taken because of conditions on time."""
         source = self._subsystem.state(row.source).behaviour
-        return self.is_why(*said(source.ended(row.cause)), row.condition.when)
+        return self.is_cause(*as_conditions(source.ended(row.cause)), row.condition.when)
 
-    def is_why(self, *conditions: Expr) -> bool:
+    def is_cause(self, *conditions: Expr) -> bool:
         """Whether conditions that never hold together could, but for what they say of time."""
-        timeless = [possibly(condition, self._is_timed) for condition in conditions]
+        timeless = [may_hold_part(condition, self._is_timed) for condition in conditions]
         return any(map(self._is_timed, conditions)) and self._prover.satisfiable(timeless) is True
 
     def _is_timed(self, expr: Expr) -> bool:
@@ -154,7 +154,7 @@ class Durations:
                 return _Ending(
                     periods / self._subsystem.rate_hz,
                     (not other, not alone),
-                    {cause: [*said(behaviour.ended(cause)), by_then] for cause in CAUSES},
+                    {cause: [*as_conditions(behaviour.ended(cause)), by_then] for cause in CAUSES},
                 )
         return None
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from specc.analysis.arrivals import always_present
 from specc.analysis.facts import Facts
-from specc.analysis.machine import Decided
+from specc.analysis.machine import RowVerdictAt
 from specc.analysis.unknown_parts import is_vague, sure, unmet
 from specc.lang.kinds import first_value
 from specc.lang.values import Value
@@ -18,10 +18,10 @@ from specc.model.types import Type, Vector
 from specc.proof import Witness
 from specc.proof.search import (
     NO_VALUE,
-    Freedom,
+    FreeVariables,
     Goal,
+    Interpreter,
     SearchBudget,
-    Semantics,
     Situation,
     showing,
 )
@@ -44,10 +44,10 @@ class Examples:
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
         self._left = SearchBudget(MOST_IN_ALL)
-        self._meanings: dict[str, Semantics] = {}
+        self._meanings: dict[str, Interpreter] = {}
         self._known: dict[object, Example | None] = {}
 
-    def text(self, decided: Decided, witness: Witness, facts: str) -> str:
+    def text(self, decided: RowVerdictAt, witness: Witness, facts: str) -> str:
         """Values of an example of a witness about rows, in words.
 
         Where none are found, its `facts` in words are an example if more is said than these. Empty
@@ -70,7 +70,7 @@ class Examples:
         """
         name = subsystem.qualified_name
         if name not in self._meanings:
-            self._meanings[name] = Semantics(self._facts.system, subsystem)
+            self._meanings[name] = Interpreter(self._facts.system, subsystem)
         meaning = self._meanings[name]
         machine = self._facts.of(subsystem)
         seen, given = subsystem, [(fact, True) for fact in machine.invariants]
@@ -83,7 +83,7 @@ class Examples:
         there = machine.presence.in_conditions(state.name) | always
         key = name, every, about, there
         if key not in self._known:
-            freedom = Freedom(meaning.changing, there)
+            freedom = FreeVariables(meaning.changing, there)
             self._known[key] = self._searched(every, about, meaning, freedom)
         return self._known[key]
 
@@ -91,8 +91,8 @@ class Examples:
         self,
         every: Sequence[tuple[Goal, ...]],
         about: Sequence[Expr],
-        meaning: Semantics,
-        freedom: Freedom,
+        meaning: Interpreter,
+        freedom: FreeVariables,
     ) -> Example | None:
         if self._left.left <= 0:
             return None
@@ -120,7 +120,7 @@ def _size(expr: Expr) -> int:
     return size
 
 
-def _start(meaning: Semantics, number: float) -> Situation:
+def _start(meaning: Interpreter, number: float) -> Situation:
     """Everything is there, nothing is fresh, a period after the state was entered."""
     at = meaning.blank(number)
     for item in meaning.subsystem.memory:
@@ -129,7 +129,7 @@ def _start(meaning: Semantics, number: float) -> Situation:
     return replace(at, periods=1)
 
 
-def _value(meaning: Semantics, expr: Expr, type_: Type, at: Situation) -> Value:
+def _value(meaning: Interpreter, expr: Expr, type_: Type, at: Situation) -> Value:
     """The value of an expression, or any other of its type where it has none."""
     try:
         return meaning.value(expr, at)

@@ -9,16 +9,16 @@ from typing import Any
 
 from specc.analysis.ages import Ages
 from specc.analysis.arrivals import arrivals_of
-from specc.analysis.assumed_arrivals import Arriving
+from specc.analysis.assumed_arrivals import AssumptionChecker
 from specc.analysis.dataflow import DataFlow, InputNode
 from specc.analysis.failures import no_value
 from specc.analysis.formula_values import known_of_readings
-from specc.analysis.machine import Decided, Machine
+from specc.analysis.machine import Machine, RowVerdictAt
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
-from specc.analysis.pointless import PointlessParts
 from specc.analysis.rates import Rates
 from specc.analysis.reaching import ReachingDefinitions
 from specc.analysis.reads import Dependences, nodes
+from specc.analysis.suspicious_expressions import SuspiciousExpressions
 from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, take
@@ -89,18 +89,18 @@ class Facts:
         return tuple(self._machines.values())
 
     @cached_property
-    def consistent(self) -> tuple[Machine, ...]:
+    def consistent_machines(self) -> tuple[Machine, ...]:
         """Those whose axioms do not contradict each other."""
         return tuple(machine for machine in self.machines if machine.is_consistent)
 
     @cached_property
-    def whole(self) -> tuple[Machine, ...]:
+    def complete_machines(self) -> tuple[Machine, ...]:
         """The consistent ones that have no unknowns, and rows for all states that end."""
         return tuple(machine for machine in self.machines if machine.is_whole)
 
-    def decided(self) -> Iterator[Decided]:
+    def row_verdicts(self) -> Iterator[RowVerdictAt]:
         """The verdicts about every state and cause of the consistent ones."""
-        for machine in self.consistent:
+        for machine in self.consistent_machines:
             yield from machine.decided
 
     def is_proved(self, subsystem: str, state: str, cause: Cause) -> bool:
@@ -135,15 +135,17 @@ class Facts:
         return constants_in(self._constants[name].value) if name in self._constants else ()
 
     @cached_property
-    def misfits(self) -> PointlessParts:
+    def suspicious(self) -> SuspiciousExpressions:
         """What cannot be meant in the constants of the system."""
         numbering = Numbering({}, {c.name: c.value for c in self.system.constants})
-        return PointlessParts(self.system, self._constants, Dependences({}), numbering)
+        return SuspiciousExpressions(self.system, self._constants, Dependences({}), numbering)
 
     @cached_property
     def ticks(self) -> Ticks:
         """What formulas of requirements, and those that disturbances wait for, say of a tick."""
-        known = known_of_readings(self.system, {m.subsystem.qualified_name: m for m in self.whole})
+        known = known_of_readings(
+            self.system, {m.subsystem.qualified_name: m for m in self.complete_machines}
+        )
         return Ticks({name: c.value for name, c in self._constants.items()}, known)
 
     def release(self) -> None:
@@ -168,11 +170,11 @@ class Facts:
         return Ages(sources, {s.qualified_name: 1 / s.rate_hz for s in self.subsystems})
 
     @cached_property
-    def arriving(self) -> Arriving:
+    def assumption_checker(self) -> AssumptionChecker:
         """What senders say of assumptions about arrival; nothing where rates do not fit."""
-        return Arriving(self.wires, {} if self.rates.clash else self._machines)
+        return AssumptionChecker(self.wires, {} if self.rates.clash else self._machines)
 
-    def received(self) -> Iterator[tuple[InputNode, Element]]:
+    def inputs(self) -> Iterator[tuple[InputNode, Element]]:
         """All elements that subsystems and devices receive, those with errors in them left out."""
         for subsystem in self.subsystems:
             for name, element in subsystem.inputs.items():
@@ -183,7 +185,7 @@ class Facts:
                     yield InputNode(device.qualified_name, "", element.name), element
 
     @cached_property
-    def judging(self) -> tuple[Requirement, ...]:
+    def formulas(self) -> tuple[Requirement, ...]:
         """The formulas that runs are watched for; a name for a part of one is in its text."""
         return *self.system.requirements, *self.system.triggers
 
@@ -191,7 +193,7 @@ class Facts:
         """The memory that the task or a formula looks at."""
         task, name = self.system.task, subsystem.qualified_name
         found = task.watch if task and task.subsystem == name else ()
-        readings = (reading for item in self.judging for reading in item.readings)
+        readings = (reading for item in self.formulas for reading in item.readings)
         named = (r.element[0] for r in readings if (r.subsystem, r.kind) == (name, "memory"))
         return frozenset((*found, *named))
 

@@ -115,7 +115,7 @@ class _Walk(Generic[K]):
                     self.follow(child, known, let)
 
 
-class Implied(Generic[T]):
+class ImpliedFacts(Generic[T]):
     """Facts that follow from conditions; `told` gives those that one without operands tells."""
 
     def __init__(self, lets: Iterable[Let], told: Callable[[Expr, bool], frozenset[T]]) -> None:
@@ -150,7 +150,9 @@ Tests = tuple[tuple[Expr, bool], ...]
 """Conditions, and whether they held."""
 
 
-def asked(state: State, rows: Sequence[Transition]) -> Iterator[tuple[Tests, list[Condition]]]:
+def tested_conditions(
+    state: State, rows: Sequence[Transition]
+) -> Iterator[tuple[Tests, list[Condition]]]:
     """The conditions that may end a state, after what is true when they are asked."""
     error, terminal = state.behaviour.error, state.behaviour.terminal
     yield (), [error]
@@ -159,7 +161,7 @@ def asked(state: State, rows: Sequence[Transition]) -> Iterator[tuple[Tests, lis
         yield state.behaviour.ended(cause), [r.condition for r in rows if r.cause == cause]
 
 
-def said(tests: Tests) -> tuple[Expr, ...]:
+def as_conditions(tests: Tests) -> tuple[Expr, ...]:
     """Tests as conditions that hold."""
     return tuple(test if holds else negation(test) for test, holds in tests)
 
@@ -189,7 +191,7 @@ def uses(subsystem: Subsystem, rows: Iterable[Transition]) -> Iterator[Evaluatio
         for function in state.behaviour.functions:
             for item in function.assignments:
                 yield Evaluation(text_of(item), function, state)
-        for tests, conditions in asked(state, leaving.get(state.name, ())):
+        for tests, conditions in tested_conditions(state, leaving.get(state.name, ())):
             for condition in conditions:
                 yield Evaluation(text_of(condition), condition, state, tests)
 

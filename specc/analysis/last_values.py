@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from specc.analysis.dataflow import Reads
 from specc.analysis.facts import Facts
 from specc.analysis.graph import RowEdge
-from specc.analysis.guards import Guards, Implied
+from specc.analysis.guards import Guards, ImpliedFacts
 from specc.analysis.machine import Machine
 from specc.model.expr import Choice, Clock, Expr, Fresh, Input, Lag, MemoryRef, Present
 from specc.model.fsm import Condition, State
@@ -112,7 +112,7 @@ class _Relay:
         self._origin = origin
         self._held = held
         lets = machine.subsystem.lets
-        self._implied = Implied(lets, self._missing)
+        self._implied = ImpliedFacts(lets, self._missing)
         self._guards = Guards[InputNames](
             lets, lambda missing, *test: missing | self._implied.by(*test), frozenset.intersection
         )

@@ -10,12 +10,12 @@ from typing import Any, TypeVar
 from specc.analysis.arrivals import Arrivals
 from specc.analysis.durations import Durations
 from specc.analysis.graph import CAUSES, RowEdge, find_steps, reached_from
-from specc.analysis.memory import MemoryFacts
-from specc.analysis.pointless import PointlessParts
-from specc.analysis.presence import Presence, PresentValues
+from specc.analysis.memory import ValueRanges
+from specc.analysis.presence import DefiniteAssignment, PresentValues
 from specc.analysis.reactions import Reactions
 from specc.analysis.reads import Dependences
-from specc.analysis.unknown_parts import Views, is_vague
+from specc.analysis.suspicious_expressions import SuspiciousExpressions
+from specc.analysis.unknown_parts import MustMayAnalysis, is_vague
 from specc.model.expr import Expr, Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
@@ -27,7 +27,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Decided:
+class RowVerdictAt:
     """The verdict about the rows of one state and cause."""
 
     machine: Machine
@@ -51,7 +51,7 @@ class Decided:
         if self.verdict.rows or not self.verdict.decision.possible:
             return False
         known = not self.machine.faulty and not self.machine.dead_ends
-        return not (known and self.machine.lasting.never_ends(self.state, self.cause))
+        return not (known and self.machine.dwell_times.never_ends(self.state, self.cause))
 
     def overlap(self, pair: tuple[int, int]) -> Witness | None:
         """Where two of the rows surely apply together, by their indices."""
@@ -89,7 +89,7 @@ class Machine:
         self._provers: list[Prover] = []
         self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
 
-    def told(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
+    def results_of(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
         """What a check finds that asks nothing but this machine."""
         if check not in self._told:
             self._told[check] = tuple(check(self))
@@ -110,16 +110,16 @@ class Machine:
         return self._new_prover(replace(self.subsystem, constants=()))
 
     @cached_property
-    def memory_facts(self) -> MemoryFacts:
+    def memory_facts(self) -> ValueRanges:
         """What is known of memory, whatever the parameters of the subsystem are."""
-        return MemoryFacts(self.subsystem, self.any_prover.numbering)
+        return ValueRanges(self.subsystem, self.any_prover.numbering)
 
     @cached_property
     def invariants(self) -> tuple[Expr, ...]:
         """What always holds of memory, with the parameters that the subsystem is given."""
         if not self.subsystem.constants:
             return self.memory_facts.invariants
-        return MemoryFacts(self.subsystem, self.prover.numbering).invariants
+        return ValueRanges(self.subsystem, self.prover.numbering).invariants
 
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         given = {constant.name for constant in self.subsystem.constants}
@@ -139,15 +139,15 @@ class Machine:
             prover.release()
 
     @cached_property
-    def views(self) -> Views:
+    def views(self) -> MustMayAnalysis:
         """What is certain where something is unknown."""
-        return Views(self.subsystem, self._new_prover)
+        return MustMayAnalysis(self.subsystem, self._new_prover)
 
     @cached_property
-    def misfits(self) -> PointlessParts:
+    def suspicious(self) -> SuspiciousExpressions:
         """What cannot be meant in expressions."""
         numbering = self.prover.numbering
-        return PointlessParts(self.subsystem, self._constants, self.dependences, numbering)
+        return SuspiciousExpressions(self.subsystem, self._constants, self.dependences, numbering)
 
     @cached_property
     def dependences(self) -> Dependences:
@@ -160,7 +160,7 @@ class Machine:
         return Reactions(self.subsystem, self.prover, self.dependences)
 
     @cached_property
-    def lasting(self) -> Durations:
+    def dwell_times(self) -> Durations:
         """How long states can last, if there are no unknowns."""
         return Durations(self.subsystem, self.prover, self.dependences, self.verdict)
 
@@ -198,14 +198,14 @@ class Machine:
     # What is decided about its rows.
 
     @cached_property
-    def decided(self) -> tuple[Decided, ...]:
+    def decided(self) -> tuple[RowVerdictAt, ...]:
         """The verdicts about every state and cause.
 
         Where conditions are unknown, what they say holds whatever these are.
         """
         every = ((state, cause) for state in self.subsystem.states for cause in CAUSES)
         found = ((state, cause, self._certain(state, cause)) for state, cause in every)
-        return tuple([Decided(self, s, cause, v) for s, cause, v in found if v is not None])
+        return tuple([RowVerdictAt(self, s, cause, v) for s, cause, v in found if v is not None])
 
     def _certain(self, state: State, cause: Cause) -> RowVerdict | None:
         """The verdict that does not depend on anything unknown; None if there is none."""
@@ -283,10 +283,13 @@ class Machine:
     @cached_property
     def conditions_vary(self) -> bool:
         """Whether no condition has one value by mistake."""
-        named = {(condition.kind, condition.name): condition for condition in self.subsystem.asked}
-        return all(self.settled(condition) is None for condition in named.values())
+        named = {
+            (condition.kind, condition.name): condition
+            for condition in self.subsystem.exit_conditions
+        }
+        return all(self.constant_value(condition) is None for condition in named.values())
 
-    def settled(self, condition: Condition) -> bool | None:
+    def constant_value(self, condition: Condition) -> bool | None:
         """The constant truth value of a condition that should change; None if it can change.
 
         A literal `True` or `False` is intended, and what is given to parameters may well decide it.
@@ -304,10 +307,10 @@ class Machine:
     # What must hold in its states.
 
     @cached_property
-    def presence(self) -> Presence:
+    def presence(self) -> DefiniteAssignment:
         """Where inputs surely have values."""
         steps = self.views.steps() if self._is_vague else self.steps
-        return Presence(self.subsystem, steps, self.arrivals)
+        return DefiniteAssignment(self.subsystem, steps, self.arrivals)
 
     @cached_property
     def values(self) -> PresentValues:

@@ -219,7 +219,7 @@ _MOST_VALUES = 8
 _KnownLeaf = Truth | Member | Number
 
 
-class MemoryFacts:
+class ValueRanges:
     """What always holds of the memory of one subsystem."""
 
     def __init__(self, subsystem: Subsystem, numbering: Numbering) -> None:

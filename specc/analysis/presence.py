@@ -12,7 +12,7 @@ from functools import cache, cached_property
 
 from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import HeldByState, RowEdge, must_hold
-from specc.analysis.guards import Evaluation, Guards, Implied, Tests, said, there
+from specc.analysis.guards import Evaluation, Guards, ImpliedFacts, Tests, as_conditions, there
 from specc.analysis.reads import Dependences, nodes, texts
 from specc.model.expr import (
     TRUE,
@@ -54,7 +54,7 @@ class InputRead:
     let: Let | None
 
 
-class Presence:
+class DefiniteAssignment:
     """Inputs of a subsystem that surely have a value, by state; `steps` may be taken.
 
     A state that is never entered has everything, and so has every state if it is not known where
@@ -68,13 +68,13 @@ class Presence:
         self._close = cache(arrivals.close)
         self._after = cache(self._once_taken)
         self._everything = frozenset(subsystem.inputs)
-        self._told = Implied(subsystem.lets, self._asked).by
-        self._guards = Guards(subsystem.lets, self.behind, frozenset.intersection)
+        self._told = ImpliedFacts(subsystem.lets, self._implied_by).by
+        self._guards = Guards(subsystem.lets, self.after_test, frozenset.intersection)
         self.in_first_period = self._close(arrivals.always)
         """In the first period of all."""
         self.in_later_periods = self._close(arrivals.always | arrivals.later)
         """In every period after the first, in any state: when conditions are asked."""
-        self.in_functions = self._settled()
+        self.in_functions = self._fixpoint()
         """In the functions of a state, from its first period on."""
 
     def in_conditions(self, state: str) -> InputNames:
@@ -93,10 +93,10 @@ class Presence:
             return self.in_functions[use.state.name]
         present = self.in_conditions(use.state.name)
         for test, holds in use.tests:
-            present = self.behind(present, test, holds)
+            present = self.after_test(present, test, holds)
         return present
 
-    def behind(self, present: InputNames, test: Expr, holds: bool) -> InputNames:
+    def after_test(self, present: InputNames, test: Expr, holds: bool) -> InputNames:
         """What is present after a test that held, or did not."""
         return self._close(present | self._told(test, holds))
 
@@ -106,7 +106,7 @@ class Presence:
         if self.in_first_period == self._everything:
             return True
         # The texts of lets are among them, so that none needs to be followed from its users.
-        alone = Guards((), self.behind, frozenset.intersection)
+        alone = Guards((), self.after_test, frozenset.intersection)
         first, every = self.in_first_period, texts(self._subsystem)
         parts = (part for text in every for part in alone.parts(text.expr, first))
         return all(read.key in part.known for part in parts if (read := _read(part.expr)))
@@ -118,20 +118,20 @@ class Presence:
             if read and read.key not in known:
                 yield InputRead(read, let)
 
-    def after(self, step: RowEdge) -> InputNames:
+    def after_row(self, step: RowEdge) -> InputNames:
         """Once a row was taken."""
         return self._after(self.in_functions[step.row.source], step.ensures)
 
     def _once_taken(self, in_functions: InputNames, ensures: InputNames) -> InputNames:
         return self._close(self._close(in_functions | self._arrivals.later) | ensures)
 
-    def way_without(self, state: str, element: InputName) -> list[str]:
+    def path_without(self, state: str, element: InputName) -> list[str]:
         """States on a shortest way to `state` on which the element may be missing."""
-        without = (step.row for step in self._steps if element not in self.after(step))
+        without = (step.row for step in self._steps if element not in self.after_row(step))
         leaving = grouped((row.source, row.target) for row in without)
         return shortest(self._subsystem.initial_state, state, lambda here: leaving.get(here, ()))
 
-    def _asked(self, expr: Expr, holds: bool) -> InputNames:
+    def _implied_by(self, expr: Expr, holds: bool) -> InputNames:
         """Inputs that have a value where a condition holds; the unknown may be about any input."""
         match expr:
             case Unknown():
@@ -140,7 +140,7 @@ class Presence:
                 return frozenset((element.key,))
         return _NONE
 
-    def _settled(self) -> HeldByState[InputName]:
+    def _fixpoint(self) -> HeldByState[InputName]:
         most = {state.name: self._everything for state in self._subsystem.states}
         if not self._subsystem.begun:
             return most
@@ -227,7 +227,7 @@ class PresentValues:
         known = self._known_at(use)
         key = id(use.text.expr), known, use.tests, self._moment(use)
         if key not in self._lacking:
-            context = (*self._in_order(known), *said(use.tests))
+            context = (*self._in_order(known), *as_conditions(use.tests))
             needs = self.needs(use.text.expr)
             self._lacking[key] = [n for n in needs if self._lacks(n, context, key[-1])]
         return self._lacking[key]
@@ -291,7 +291,7 @@ class PresentValues:
             ends = (state.behaviour.terminal.when, state.behaviour.error.when)
             found[state.name] = [(state.name, self._timeless(map(negation, ends)))]
         for row in self._rows:
-            before = said(self._subsystem.state(row.source).behaviour.ended(row.cause))
+            before = as_conditions(self._subsystem.state(row.source).behaviour.ended(row.cause))
             found[row.source].append((row.target, self._timeless([*before, row.condition.when])))
         return found
 

@@ -36,7 +36,7 @@ def lacks(python: str, folder: str = "", known: dict[str, ModuleSpec | None] | N
     try:
         found = os.stat(path)
         text = _text(path, found.st_mtime_ns, found.st_size)
-        if name in _said(text):
+        if name in _described(text):
             return False
         if not spend("modules", len(text)):
             return False
@@ -79,7 +79,7 @@ def _text(path: str, changed_ns: int, size: int) -> str:
 
 
 @lru_cache(maxsize=256)
-def _said(text: str) -> frozenset[str]:
+def _described(text: str) -> frozenset[str]:
     """The classes and functions at the top of a module, as its lines begin."""
     return frozenset(_DEFINED.findall(text))
 

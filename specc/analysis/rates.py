@@ -32,7 +32,7 @@ class Clash:
 
 
 @dataclass(frozen=True, slots=True)
-class RateMisfit:
+class RateConflict:
     """A sensor whose rate does not fit those of `readers` or, without readers, the base tick."""
 
     bound: BoundElement
@@ -86,12 +86,12 @@ class Rates:
         return base_tick(1 / s.rate_hz for s in self.timed)
 
     @cached_property
-    def misfits(self) -> tuple[RateMisfit, ...]:
+    def conflicts(self) -> tuple[RateConflict, ...]:
         """Sensors whose rates fit neither those of their readers nor the tick, if that is known."""
-        found = (self._misfit(bound) for bound in self._bindings)
+        found = (self._conflict(bound) for bound in self._bindings)
         return tuple(misfit for misfit in found if misfit is not None)
 
-    def _misfit(self, bound: BoundElement) -> RateMisfit | None:
+    def _conflict(self, bound: BoundElement) -> RateConflict | None:
         rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_of_all_s
         if rate is None or bound.commanded:
             return None
@@ -99,7 +99,7 @@ class Rates:
         readers = [s for s in self.timed if s.qualified_name in reading]
         strangers = tuple(s for s in readers if not _divides(rate, s.rate_hz))
         fits = tick_s is None or (1 / rate / tick_s).denominator == 1
-        return None if fits and not strangers else RateMisfit(bound, rate, strangers, tick_s)
+        return None if fits and not strangers else RateConflict(bound, rate, strangers, tick_s)
 
     @cached_property
     def _tick_of_all_s(self) -> Fraction | None:

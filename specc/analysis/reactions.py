@@ -29,7 +29,7 @@ class Reactions:
         if not isinstance(type_, Enum):
             return frozenset()
         element = Input(*key, type=type_)
-        asked = [part for expr in exprs for part in self._asked(expr, key)]
+        asked = [part for expr in exprs for part in self._conditions_on(expr, key)]
         return frozenset(
             member
             for member in type_.members
@@ -39,7 +39,7 @@ class Reactions:
             )
         )
 
-    def _asked(self, expr: Expr, key: InputName) -> Iterator[Expr]:
+    def _conditions_on(self, expr: Expr, key: InputName) -> Iterator[Expr]:
         """The conditions in an expression that depend on an input, and the input outside of any."""
         if key not in self._dependences.of(expr).inputs:
             return
@@ -48,4 +48,4 @@ class Reactions:
         else:
             whole = self._prover.numbering.looked_through(expr)
             for part in children(expr) if whole is expr else (whole,):
-                yield from self._asked(part, key)
+                yield from self._conditions_on(part, key)

@@ -64,7 +64,9 @@ def text_of(part: TextOwner) -> ExpressionText:
     return ExpressionText(getattr(part, name), part.place, key)
 
 
-def _kept(find: Callable[[Subsystem], Iterable[T]]) -> Callable[[Subsystem], Sequence[T]]:
+def _stored_on_subsystem(
+    find: Callable[[Subsystem], Iterable[T]],
+) -> Callable[[Subsystem], Sequence[T]]:
     """What subsystems keep the answer to: many checks ask."""
 
     def answer(subsystem: Subsystem) -> Sequence[T]:
@@ -76,7 +78,7 @@ def _kept(find: Callable[[Subsystem], Iterable[T]]) -> Callable[[Subsystem], Seq
     return answer
 
 
-@_kept
+@_stored_on_subsystem
 def texts(subsystem: Subsystem) -> Iterator[ExpressionText]:
     """All expressions of a subsystem."""
     first = (e for port in subsystem.ports for e in port.elements if e.init is not None)
@@ -86,7 +88,7 @@ def texts(subsystem: Subsystem) -> Iterator[ExpressionText]:
     return map(text_of, every)
 
 
-@_kept
+@_stored_on_subsystem
 def nodes(subsystem: Subsystem) -> Iterator[Expr]:
     """Every part of every expression of a subsystem."""
     return (node for text in texts(subsystem) for node in walk(text.expr))

@@ -48,7 +48,7 @@ class MessagePart:
 
 
 @dataclass(frozen=True, slots=True)
-class MessageMisfit:
+class MessageTypeMismatch:
     """Why an element is not what its messages carry, and a way out; `code` is of the finding."""
 
     code: str
@@ -133,7 +133,7 @@ STATUSES = (
 
 def _part_of_action(
     binding: Binding, type_: Type, *, commanded: bool
-) -> MessagePart | MessageMisfit:
+) -> MessagePart | MessageTypeMismatch:
     """The part of an action: a text, or what a function makes, which may be missing.
 
     A goal that is given back is what was commanded.
@@ -144,13 +144,13 @@ def _part_of_action(
             return MessagePart("scalar")
         help = f"make it a text, or an enum with these members: {', '.join(STATUSES)}"
         wrong = f"{type_} lacks {', '.join(missing)}" if missing else f"{type_} is neither"
-        return MessageMisfit(
+        return MessageTypeMismatch(
             "E0521", f"the status of an action is a text or an enum: {wrong}", help
         )
     is_given_back = binding.part == "goal" and not commanded
     if not (binding.through or is_given_back):
         made = "the fields of a goal" if binding.part == "goal" else "its value of a message"
-        return MessageMisfit(
+        return MessageTypeMismatch(
             "E0521",
             f"the {binding.part} of an action is a message of its own type",
             f"name a function under `through:` that makes {made}",
@@ -158,7 +158,7 @@ def _part_of_action(
     if not isinstance(type_, OptionalOf):
         cancels = binding.part == "goal" and commanded
         none = "cancels the goal" if cancels else "is what there is before the first"
-        return MessageMisfit(
+        return MessageTypeMismatch(
             "E0521",
             f"{type_} has no None, which {none}",
             f'make it an "optional[{type_}]"',
@@ -166,18 +166,18 @@ def _part_of_action(
     return MessagePart("scalar" if is_given_back else "message")
 
 
-def _part_of_tf(binding: Binding, type_: Type) -> MessagePart | MessageMisfit:
+def _part_of_tf(binding: Binding, type_: Type) -> MessagePart | MessageTypeMismatch:
     wanted = Pose(*binding.tf)
     if type_ == wanted:
         return MessagePart("transform", frame="from", child="to")
-    return MessageMisfit(
+    return MessageTypeMismatch(
         "E0521",
         f"{type_} is not the transform from {binding.tf[0]} to {binding.tf[1]}",
         f'make it "{wanted}", or name the frames that it is between',
     )
 
 
-def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | MessageMisfit:
+def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | MessageTypeMismatch:
     """The part of a binding's messages that is the element's value, or why none is."""
     if binding.action:
         return _part_of_action(binding, type_, commanded=commanded)
@@ -188,7 +188,7 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
     message = short(binding.message)
     parts = MESSAGES.get(message)
     if parts is None:
-        return MessageMisfit(
+        return MessageTypeMismatch(
             "E0521",
             f"no value is known to stand in messages of type {message}",
             "name a function under `through:` that makes the value of a message"
@@ -205,21 +205,21 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
     return _another_unit(message, fitting, unit or DIMENSIONLESS)
 
 
-def _unfit(message: str, type_: Type, *, commanded: bool) -> MessageMisfit:
+def _unfit(message: str, type_: Type, *, commanded: bool) -> MessageTypeMismatch:
     verb = "sent as" if commanded else "read from"
-    return MessageMisfit(
+    return MessageTypeMismatch(
         "E0521",
         f"{type_} is not {verb} messages of type {message}",
         f"make it {_wanted(message)}, or name a function under `through:` that converts",
     )
 
 
-def _another_unit(message: str, parts: list[MessagePart], unit: Unit) -> MessageMisfit:
+def _another_unit(message: str, parts: list[MessagePart], unit: Unit) -> MessageTypeMismatch:
     units: dict[str, list[str]] = {}
     for part in parts:
         units.setdefault(part.path, []).append(str(part.unit))
     known = [f"{path} in {' or '.join(each)}".strip() for path, each in units.items()]
-    return MessageMisfit(
+    return MessageTypeMismatch(
         "E0511",
         f"numbers in {unit} are not those of {message}: it has {', '.join(known)}",
         "give the element the unit of REP 103, or name a function under `through:` that converts",
@@ -306,7 +306,7 @@ class PublishedValue:
         return "~/" + "/".join(re.sub("_+", "_", word).strip("_") for word in self.name.split("."))
 
 
-def watched(published: Published, system: System) -> PublishedValue | MessageMisfit:
+def watched(published: Published, system: System) -> PublishedValue | MessageTypeMismatch:
     """What a name stands for, or why nobody can watch it."""
     subsystems = {part.qualified_name: part for part in system.subsystems}
     name = published.name
@@ -329,21 +329,21 @@ def watched(published: Published, system: System) -> PublishedValue | MessageMis
     return _output(name, subsystem, *sent[name])
 
 
-def _unknown(kind: str, name: str, known: tuple[str, ...]) -> MessageMisfit:
+def _unknown(kind: str, name: str, known: tuple[str, ...]) -> MessageTypeMismatch:
     close = nearest(name, known)
     listed = ", ".join(f"`{one}`" for one in (close or known)[:6])
     help = f"did you mean {listed}?" if close else f"there are {listed}" if listed else "delete it"
-    return MessageMisfit("E0523", f"there is no {kind} `{name}` to publish", help)
+    return MessageTypeMismatch("E0523", f"there is no {kind} `{name}` to publish", help)
 
 
 def _output(
     name: str, subsystem: Subsystem, peer: str, element: Element
-) -> PublishedValue | MessageMisfit:
+) -> PublishedValue | MessageTypeMismatch:
     type_ = element.type.value if isinstance(element.type, OptionalOf) else element.type
     found = _message(type_)
     if found is None:
         help = "publish a part of it: send that as an element of its own"
-        return MessageMisfit("E0523", f"{type_} becomes no message that is known", help)
+        return MessageTypeMismatch("E0523", f"{type_} becomes no message that is known", help)
     return PublishedValue(name, subsystem, peer, element.name, *found, type_)
 
 

@@ -87,7 +87,7 @@ class ScalarRanges:
         core = expr.value if isinstance(expr, Component) else expr
         if not isinstance(core, (Input, MemoryRef)):
             return False
-        asked = (condition.when for condition in machine.subsystem.asked)
+        asked = (condition.when for condition in machine.subsystem.exit_conditions)
         return any(_compares(when) and _shared(of(when), of(core)) for when in asked)
 
 

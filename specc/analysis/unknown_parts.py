@@ -22,12 +22,12 @@ Rewriting = Callable[[Expr], Expr]
 Asks = Callable[[Expr], bool]
 
 
-def surely(condition: Expr, is_unknown: Asks = has_unknown) -> Expr:
+def must_hold_part(condition: Expr, is_unknown: Asks = has_unknown) -> Expr:
     """The condition where it holds whatever its unknown parts are."""
     return _bound(condition, FALSE, is_unknown)
 
 
-def possibly(condition: Expr, is_unknown: Asks = has_unknown) -> Expr:
+def may_hold_part(condition: Expr, is_unknown: Asks = has_unknown) -> Expr:
     """The condition where it may hold, its unknown parts permitting."""
     return _bound(condition, TRUE, is_unknown)
 
@@ -38,7 +38,7 @@ def _bound(expr: Expr, unknown: Expr, is_unknown: Asks) -> Expr:
     same = partial(_bound, unknown=unknown, is_unknown=is_unknown)
     match expr:
         case Unary(op="not", operand=operand):
-            opposite = surely if unknown is TRUE else possibly
+            opposite = must_hold_part if unknown is TRUE else may_hold_part
             return replace(expr, operand=opposite(operand, is_unknown))
         case Logic(operands=operands):
             return replace(expr, operands=tuple(map(same, operands)))
@@ -76,7 +76,7 @@ class Approximation:
     def _state(self, state: State) -> State:
         behaviour = state.behaviour
         # An error goes before an end: where it is not known, the end is not known either.
-        opposite = possibly if self.ends is surely else surely
+        opposite = may_hold_part if self.ends is must_hold_part else must_hold_part
         error = self.ends if self.cause == "error" else opposite
         seen = replace(
             behaviour,
@@ -88,17 +88,17 @@ class Approximation:
 
 def sure(cause: Cause) -> Approximation:
     """Where ends and rows surely hold."""
-    return Approximation(cause, surely, surely)
+    return Approximation(cause, must_hold_part, must_hold_part)
 
 
 def unmet(cause: Cause) -> Approximation:
     """Where ends surely hold, beside rows that possibly do."""
-    return Approximation(cause, surely, possibly)
+    return Approximation(cause, must_hold_part, may_hold_part)
 
 
 def possible(cause: Cause) -> Approximation:
     """Where ends and rows possibly hold."""
-    return Approximation(cause, possibly, possibly)
+    return Approximation(cause, may_hold_part, may_hold_part)
 
 
 def is_vague(subsystem: Subsystem, state: State, cause: Cause) -> bool:
@@ -118,7 +118,7 @@ def _known(condition: Condition, bound: Rewriting) -> Condition:
 # What is decided of a machine with unknown conditions in it, whatever these are.
 
 
-class Views:
+class MustMayAnalysis:
     """Answers about the machine of a subsystem in the views that are taken of it."""
 
     def __init__(self, subsystem: Subsystem, prover: Callable[[Subsystem], Prover]) -> None:

@@ -39,14 +39,16 @@ def axioms_needed(facts: Facts) -> Iterator[Diagnostic]:
     """W0610; assumptions that concern wrong rows are not judged before these are correct."""
     for machine in facts.machines:
         proved = _proved(facts, machine) if machine.subsystem.axioms else ()
-        yield from (d for d in machine.told(_useless) if d.primary not in proved)
+        yield from (d for d in machine.results_of(_useless) if d.primary not in proved)
 
 
 def _proved(facts: Facts, machine: Machine) -> frozenset[Place]:
     """Where assumptions stand that follow from what is sent."""
     axioms = machine.subsystem.axioms
     return frozenset(
-        a.place for a in axioms if facts.arriving.judged(machine, a).grounds == "proved"
+        a.place
+        for a in axioms
+        if facts.assumption_checker.check_assumption(machine, a).grounds == "proved"
     )
 
 
@@ -55,9 +57,9 @@ def _proved(facts: Facts, machine: Machine) -> frozenset[Place]:
 
 def axioms_kept(facts: Facts) -> Iterator[Diagnostic]:
     """W0619; only what is sent in one period of a sender is looked at."""
-    for machine in facts.whole:
+    for machine in facts.complete_machines:
         for axiom in machine.subsystem.axioms:
-            judged = facts.arriving.judged(machine, axiom)
+            judged = facts.assumption_checker.check_assumption(machine, axiom)
             if judged.grounds == "broken" and judged.state:
                 yield Diagnostic(
                     "W0619",

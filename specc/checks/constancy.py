@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis import Facts, Machine
-from specc.analysis.constancy import Constancy, ConstantPart
-from specc.analysis.durations import Late
+from specc.analysis.constancy import ConstantConditions, ConstantPart
+from specc.analysis.durations import OverdueExit
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.lang import show
@@ -21,8 +21,8 @@ from specc.source import Place
 def conditions_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0613 and W0617; what cannot be meant in a condition is `expressions_meant`'s matter."""
     told: set[Place] = set()
-    for machine in facts.whole:
-        for finding in machine.told(_findings):
+    for machine in facts.complete_machines:
+        for finding in machine.results_of(_findings):
             if finding.primary not in told:
                 told.add(finding.primary)
                 yield finding
@@ -30,11 +30,11 @@ def conditions_vary(facts: Facts) -> Iterator[Diagnostic]:
 
 def _findings(machine: Machine) -> Iterator[Diagnostic]:
     for condition in machine.subsystem.conditions:
-        settled = machine.settled(condition)
+        settled = machine.constant_value(condition)
         if settled is None:
-            parts = (part for part in machine.told(_parts) if part.condition is condition)
+            parts = (part for part in machine.results_of(_parts) if part.condition is condition)
             yield from (_part(machine, part) for part in parts)
-        elif not machine.misfits.within(condition.when):
+        elif not machine.suspicious.within(condition.when):
             word = "always" if settled else "never"
             yield Diagnostic(
                 "W0613",
@@ -43,26 +43,28 @@ def _findings(machine: Machine) -> Iterator[Diagnostic]:
                 _time(machine, condition, settled),
                 help=f"write `{word}` where it is used, or correct the condition",
             )
-    yield from (_part(machine, part) for part in Constancy(machine).parts_elsewhere())
+    yield from (_part(machine, part) for part in ConstantConditions(machine).parts_elsewhere())
 
 
 def _parts(machine: Machine) -> Iterator[ConstantPart]:
-    constancy = Constancy(machine)
+    constancy = ConstantConditions(machine)
     for condition in machine.subsystem.conditions:
-        if machine.settled(condition) is None:
+        if machine.constant_value(condition) is None:
             yield from constancy.parts(condition)
 
 
 def memory_is_written(facts: Facts) -> Iterator[Diagnostic]:
     """W0623: memory that conditions read, where it is not the reason of W0617."""
     told: set[Place] = set()
-    for machine in facts.whole:
-        reported = {name for part in machine.told(_parts) for name in part.unwritten}
+    for machine in facts.complete_machines:
+        reported = {name for part in machine.results_of(_parts) for name in part.unwritten}
         for item in machine.subsystem.memory:
             if item.name not in machine.memory_facts.unwritten.keys() - reported:
                 continue
             of = machine.dependences.of
-            reading = [c for c in machine.subsystem.asked if item.name in of(c.when).memory]
+            reading = [
+                c for c in machine.subsystem.exit_conditions if item.name in of(c.when).memory
+            ]
             if reading and item.place not in told:
                 told.add(item.place)
                 yield Diagnostic(
@@ -79,7 +81,7 @@ def _time(machine: Machine, condition: Condition, settled: bool) -> str:
     """The remark that time decides a condition, if it does."""
     when = condition.when
     never = negation(when) if settled else when
-    if not machine.lasting.is_why(never):
+    if not machine.dwell_times.is_cause(never):
         return ""
     first = ms(1 / machine.subsystem.rate_hz)
     return f"its times decide it; conditions are first evaluated after {first}"
@@ -121,14 +123,14 @@ def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
 
     What ends a state by mistake is the matter of `conditions_vary` and `expressions_meant`.
     """
-    for machine in facts.whole:
-        yield from machine.told(_out_of_time)
+    for machine in facts.complete_machines:
+        yield from machine.results_of(_out_of_time)
 
 
 def _out_of_time(machine: Machine) -> Iterator[Diagnostic]:
     told = set[Place]()
     for state in machine.subsystem.states:
-        for late in machine.lasting.late(state):
+        for late in machine.dwell_times.late(state):
             if any(_is_mistaken(machine, condition) for condition in late.ended_by):
                 continue
             finding = _finding(late, machine.subsystem)
@@ -138,11 +140,11 @@ def _out_of_time(machine: Machine) -> Iterator[Diagnostic]:
 
 
 def _is_mistaken(machine: Machine, condition: Condition) -> bool:
-    settled = machine.settled(condition) is not None
-    return settled or machine.misfits.within(condition.when)
+    settled = machine.constant_value(condition) is not None
+    return settled or machine.suspicious.within(condition.when)
 
 
-def _finding(late: Late, subsystem: Subsystem) -> Diagnostic:
+def _finding(late: OverdueExit, subsystem: Subsystem) -> Diagnostic:
     """About the condition that ends a state at once, or else about the one that comes too late."""
     state, ends = late.state, late.ended_by
     asked = Related(late.condition.place, f"`{late.condition.name}`")
@@ -171,7 +173,7 @@ def _finding(late: Late, subsystem: Subsystem) -> Diagnostic:
     )
 
 
-def _too_late(late: Late) -> str:
+def _too_late(late: OverdueExit) -> str:
     """The message; a condition without a time that ends a state does so at once."""
     state, name, over = late.state.name, late.condition.name, ms(late.over_s)
     if late.timed:
@@ -180,7 +182,7 @@ def _too_late(late: Late) -> str:
     return f"{ends} ends state `{state}` in its first period, {over}, before `{name}` can hold"
 
 
-def _timed_part(condition: Condition, late: Late) -> str:
+def _timed_part(condition: Condition, late: OverdueExit) -> str:
     if len(late.ended_by) > 1:
         return f"`{condition.name}` or the other one has ended it by then"
     return f"`{condition.name}` has ended it by then"

@@ -118,8 +118,8 @@ def _is_taken(machine: Machine, step: RowEdge, reached: Expr) -> bool:
 def counters_set_back(facts: Facts) -> Iterator[Diagnostic]:
     """W0620, once for each counter."""
     told = set[Place]()
-    for machine in facts.whole:
-        for finding in machine.told(_findings):
+    for machine in facts.complete_machines:
+        for finding in machine.results_of(_findings):
             if finding.primary not in told:
                 told.add(finding.primary)
                 yield finding

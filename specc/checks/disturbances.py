@@ -321,7 +321,7 @@ def _fitting(verb: Verb, of: str, deed: Deed, units: Units) -> Iterator[Diagnost
     several = len(draws) == 1 < len(units)
     for index, wanted in enumerate(() if verb.unit else units):
         draw = draws[0 if several else index]
-        if wanted is not None and (given := draw.misfit(wanted)):
+        if wanted is not None and (given := draw.invalid_unit(wanted)):
             mixed = several and len(set(units)) > 1
             name = f"number {index} of {of}" if len(units) > 1 else of
             help = f"write a number with that unit, e.g. `0.1[{wanted}]`"

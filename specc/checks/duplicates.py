@@ -19,8 +19,8 @@ from specc.source import Place
 def conditions_differ(facts: Facts) -> Iterator[Diagnostic]:
     """W0622: two declared conditions of one kind are not the same."""
     seen = set[Place]()
-    for machine in facts.whole:
-        for one, other in machine.told(_same_conditions):
+    for machine in facts.complete_machines:
+        for one, other in machine.results_of(_same_conditions):
             if other.place not in seen:
                 seen.add(other.place)
                 yield Diagnostic(
@@ -50,7 +50,7 @@ def _same_conditions(machine: Machine) -> Iterator[tuple[Condition, Condition]]:
 def lists_end(facts: Facts) -> Iterator[Diagnostic]:
     """W0621: memory to which functions only append."""
     seen = set[Place]()
-    for machine in facts.whole:
+    for machine in facts.complete_machines:
         for item in machine.subsystem.memory:
             if _only_grows(machine, item) and item.place not in seen:
                 seen.add(item.place)
@@ -68,7 +68,7 @@ def _only_grows(machine: Machine, item: Memory) -> bool:
     numbering, subsystem = machine.prover.numbering, machine.subsystem
     if not isinstance(item.type, ListOf):
         return False
-    asked = machine.dependences.all(condition.when for condition in subsystem.asked)
+    asked = machine.dependences.all(condition.when for condition in subsystem.exit_conditions)
     written = subsystem.written.get(("", item.name), {})
     values = [numbering.looked_through(value) for each in written.values() for value in each]
     again = any(

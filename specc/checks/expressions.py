@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis import Facts
-from specc.analysis.pointless import PointlessPart
 from specc.analysis.reads import nodes, texts
+from specc.analysis.suspicious_expressions import SuspiciousExpression
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED, show
 from specc.lang.builtins import FUNCTIONS
@@ -60,8 +60,8 @@ _CODES = {
 
 def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
     """E0330, E0331, W0332, W0333, W0338, W0340, W0342: once where several uses have one origin."""
-    found: dict[tuple[str, Place], list[PointlessPart]] = {}
-    for misfits in (facts.misfits, *(machine.misfits for machine in facts.machines)):
+    found: dict[tuple[str, Place], list[SuspiciousExpression]] = {}
+    for misfits in (facts.suspicious, *(machine.suspicious for machine in facts.machines)):
         for misfit in misfits.found:
             found.setdefault((_CODES[misfit.kind], _place(misfit)), []).append(misfit)
     elsewhere = {
@@ -79,14 +79,14 @@ def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
         yield Diagnostic(code, message, place, "", tuple(_uses(place, alike)), help_text)
 
 
-def _place(misfit: PointlessPart) -> Place:
+def _place(misfit: SuspiciousExpression) -> Place:
     if misfit.kind == "bounds":
         return misfit.text.place(misfit.expr)
     text, expr = misfit.origin
     return text.place(expr)
 
 
-def _uses(place: Place, misfits: list[PointlessPart]) -> Iterator[Related]:
+def _uses(place: Place, misfits: list[SuspiciousExpression]) -> Iterator[Related]:
     """Where a number is used that is written down elsewhere, or is written down."""
     for misfit in misfits[:4]:
         text, expr = misfit.origin
@@ -97,7 +97,7 @@ def _uses(place: Place, misfits: list[PointlessPart]) -> Iterator[Related]:
             yield Related(other, "written here" if misfit.kind == "bounds" else "used here")
 
 
-def _words(misfit: PointlessPart) -> tuple[str, str]:
+def _words(misfit: SuspiciousExpression) -> tuple[str, str]:
     """What is wrong, and a way out."""
     first = show(misfit.because[0])
     match misfit.kind:
@@ -137,7 +137,7 @@ def _words(misfit: PointlessPart) -> tuple[str, str]:
     return _itself(misfit), "replace one of the two by what is meant"
 
 
-def _itself(misfit: PointlessPart) -> str:
+def _itself(misfit: SuspiciousExpression) -> str:
     one, other = map(show, misfit.because)
     if isinstance(misfit.expr, Choice):
         parts = misfit.expr.then, misfit.expr.otherwise

@@ -99,7 +99,7 @@ class _Constant:
     def __init__(self, item: Requirement, facts: Facts) -> None:
         self._item = item
         self._ticks = facts.ticks
-        self._misfits = facts.misfits
+        self._misfits = facts.suspicious
 
     def parts(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
         """What is found in a formula, or else of it."""
@@ -123,7 +123,7 @@ class _Constant:
         varies = any(isinstance(node, BoundVariable | MemoryRef) for node in nodes)
         if meant or spoilt or not varies:
             return
-        asked = self._ticks.asked(formula)
+        asked = self._ticks.formula_at(formula)
         never = not self._ticks.is_possible(asked)
         if never or self._ticks.follows(asked):
             yield self._told(formula, "never" if never else "always")
@@ -153,7 +153,7 @@ class _Constant:
     def _conclusion(self, formula: Junction, premise: TemporalFormula) -> Iterator[Diagnostic]:
         """A conclusion that excludes its premise says only that this never holds."""
         conclusion, ticks = formula.operands[1], self._ticks
-        if not ticks.is_possible(ticks.asked(premise), ticks.asked(conclusion)):
+        if not ticks.is_possible(ticks.formula_at(premise), ticks.formula_at(conclusion)):
             before = self._item.part(premise)
             yield Diagnostic(
                 "W0617",
@@ -165,7 +165,7 @@ class _Constant:
     def _needless(self, formula: Junction) -> Iterator[Diagnostic]:
         """An operand that follows from the others, or from which they follow."""
         operands, ticks = formula.operands, self._ticks
-        asked = [ticks.asked(operand) for operand in operands]
+        asked = [ticks.formula_at(operand) for operand in operands]
         spans = {span_of(operand) for operand in operands}
         if len(operands) > 1 and len(spans) == 1:  # written out for the members of a group
             if len(set(asked)) == 1:
@@ -213,8 +213,8 @@ def _at_the_beginning(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
         return
     ticks = facts.ticks
     begun = [known for r in item.readings if (known := begins_in(r, facts.system))]
-    first = [ticks.asked(known) for known in begun]
-    asked, help = ticks.asked(item.formula), "write `always(...)` around it, or correct it"
+    first = [ticks.formula_at(known) for known in begun]
+    asked, help = ticks.formula_at(item.formula), "write `always(...)` around it, or correct it"
     if ticks.follows(asked, *first):
         message = "this holds at the first tick already, so nothing is asked of a run"
     elif not ticks.is_possible(asked, *first):
@@ -246,8 +246,8 @@ def names_say_more(facts: Facts) -> Iterator[Diagnostic]:
     """W0336."""
     for let in facts.system.formula_lets:
         other = let.value.name if isinstance(let.value, ConstantRef) else ""
-        if let.said and let.said.that in let.names:
-            other = let.said.that
+        if let.formula and let.formula.that in let.names:
+            other = let.formula.that
         if other:
             message = f"`{let.name}` is only another name for `{other}`"
             yield Diagnostic("W0336", message, let.place, help="use that name, or say more")
@@ -316,7 +316,7 @@ def requirements_differ(facts: Facts) -> Iterator[Diagnostic]:
     same = {id(other): (one, other) for one, other in _the_same(ticks, varied)}
     rest = [item for item in varied if id(item) not in same]
     for one, other in (*same.values(), *islice(_alike(rest), _MOST_PAIRS)):
-        first, second = ticks.asked(one.formula), ticks.asked(other.formula)
+        first, second = ticks.formula_at(one.formula), ticks.formula_at(other.formula)
         related = (Related(one.place, "the other one"),)
         if ticks.follows(first, second) and ticks.follows(second, first):
             message = "this requirement says the same as another one"
@@ -334,13 +334,13 @@ def _the_same(
 ) -> Iterator[tuple[Requirement, Requirement]]:
     first: dict[object, Requirement] = {}
     for item in required:
-        earlier = first.setdefault((item.lasts, ticks.asked(item.formula)), item)
+        earlier = first.setdefault((item.lasts, ticks.formula_at(item.formula)), item)
         if earlier is not item:
             yield earlier, item
 
 
 def _varies(ticks: Ticks, item: Requirement) -> bool:
-    asked = ticks.asked(item.formula)
+    asked = ticks.formula_at(item.formula)
     return ticks.is_possible(asked) and not ticks.follows(asked)
 
 

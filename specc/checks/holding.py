@@ -77,7 +77,7 @@ class HeldOutputs:
         }
         for name, state in named.items():
             group = [named[other] for other in behind[name] if name in behind[other]]
-            if group or not self._machine.lasting.is_one_period(state):
+            if group or not self._machine.dwell_times.is_one_period(state):
                 yield state, group or [state]
 
     def _held(
@@ -111,7 +111,7 @@ def _sent(state: State) -> set[InputName]:
 
 def commands_sent(facts: Facts) -> Iterator[Diagnostic]:
     """W0420, once for each state, with all that it does not send."""
-    for machine in facts.whole:
+    for machine in facts.complete_machines:
         found = grouped((held.state, held) for held in HeldOutputs(facts, machine).find())
         for state, several in found.items():
             yield _finding(machine.subsystem, state, several)
@@ -149,7 +149,7 @@ def _way(subsystem: Subsystem, held: HeldOutput) -> Iterator[Related]:
 
 def held_outputs_sent(facts: Facts) -> Iterator[Diagnostic]:
     """W0421."""
-    for machine in facts.whole:
+    for machine in facts.complete_machines:
         for state in machine.subsystem.states:
             for index, output in enumerate(state.holds):
                 yield from _without_effect(machine.subsystem, state, output, index)

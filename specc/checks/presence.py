@@ -68,8 +68,8 @@ def _named(owner: Function | Condition | Memory) -> str:
 
 def inputs_present(facts: Facts) -> Iterator[Diagnostic]:
     """E0701 to E0704, once for each place that reads without a value, about the first state."""
-    for machine in facts.consistent:
-        yield from machine.told(_without_input)
+    for machine in facts.consistent_machines:
+        yield from machine.results_of(_without_input)
 
 
 def _without_input(machine: Machine) -> Iterator[Diagnostic]:
@@ -137,7 +137,7 @@ def _why(absence: Absence, machine: Machine) -> str:
         return "nothing has been sent yet"
     if isinstance(absence.use.owner, Axiom):
         return "possibly nothing has been sent by then"
-    way = machine.presence.way_without(absence.state, absence.reading.input.key)
+    way = machine.presence.path_without(absence.state, absence.reading.input.key)
     if len(way) == 1:
         return f"possibly nothing has been sent when the system starts in `{way[0]}`"
     return f"on the path {' -> '.join(way)} no row asks whether it has arrived"
@@ -157,7 +157,7 @@ def values_there(facts: Facts) -> Iterator[Diagnostic]:
     """E0705, once for each place, about the first state."""
     for machine in facts.machines:
         if machine.is_legible and machine.values.needed:
-            yield from machine.told(_missing)
+            yield from machine.results_of(_missing)
 
 
 def _missing(machine: Machine) -> Iterator[Diagnostic]:

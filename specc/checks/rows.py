@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from specc.analysis import Decided, Facts
-from specc.analysis.guards import said
+from specc.analysis import Facts, RowVerdictAt
+from specc.analysis.guards import as_conditions
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.lang import show
@@ -75,10 +75,10 @@ class SharedRows:
     the `witness`, which is about the rows of the `widest`, holds for theirs too.
     """
 
-    first: Decided
-    widest: Decided
+    first: RowVerdictAt
+    widest: RowVerdictAt
     witness: Witness
-    others: list[Decided] = field(default_factory=list)
+    others: list[RowVerdictAt] = field(default_factory=list)
 
     @property
     def states(self) -> str:
@@ -99,10 +99,12 @@ class SharedRows:
         )
 
 
-def shared(facts: Facts, witness_of: Callable[[Decided], Witness | None]) -> Iterator[SharedRows]:
+def shared(
+    facts: Facts, witness_of: Callable[[RowVerdictAt], Witness | None]
+) -> Iterator[SharedRows]:
     """The refutations that `witness_of` selects, in the order of their first states."""
     alike: dict[_Key, list[SharedRows]] = {}
-    for decided in facts.decided():
+    for decided in facts.row_verdicts():
         witness = witness_of(decided)
         if witness is not None:
             asked = tuple(row.condition.name for row in decided.verdict.rows)
@@ -111,7 +113,7 @@ def shared(facts: Facts, witness_of: Callable[[Decided], Witness | None]) -> Ite
     yield from (told for known in alike.values() for told in known)
 
 
-def _tell(decided: Decided, witness: Witness, known: list[SharedRows]) -> None:
+def _tell(decided: RowVerdictAt, witness: Witness, known: list[SharedRows]) -> None:
     """Add a refutation to those about the same conditions; one that covers it represents it.
 
     If it covers some of them, it represents them instead.
@@ -133,7 +135,7 @@ def _tell(decided: Decided, witness: Witness, known: list[SharedRows]) -> None:
     kept.others.append(decided)
 
 
-def _covers(one: Decided, other: Decided) -> bool:
+def _covers(one: RowVerdictAt, other: RowVerdictAt) -> bool:
     """Whether the refutation of one state's rows also holds of the rows of another state."""
     there = [one.machine.presence.in_conditions(d.state.name) for d in (one, other)]
     if not there[0] <= there[1]:
@@ -146,9 +148,9 @@ def _covers(one: Decided, other: Decided) -> bool:
     return all(one.machine.prover.implies(context, part) for part in fact)
 
 
-def _ended(decided: Decided) -> tuple[Expr, ...]:
+def _ended(decided: RowVerdictAt) -> tuple[Expr, ...]:
     """What holds whenever a state ends by a cause."""
-    return said(decided.state.behaviour.ended(decided.cause))
+    return as_conditions(decided.state.behaviour.ended(decided.cause))
 
 
 # Values that show a refutation.
@@ -187,7 +189,7 @@ def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _gap(decided: Decided) -> Witness | None:
+def _gap(decided: RowVerdictAt) -> Witness | None:
     return decided.verdict.decision.gap if decided.verdict.rows else None
 
 
@@ -264,7 +266,7 @@ def _with_one_row_less(told: SharedRows) -> str:
 
 def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
     """E0603, and O0605 where the table says nothing of a state yet."""
-    unmet = [decided for decided in facts.decided() if decided.lacks_rows]
+    unmet = [decided for decided in facts.row_verdicts() if decided.lacks_rows]
     for subsystem in facts.subsystems:
         sources = {row.source for row in subsystem.transitions}
         without = {
@@ -279,7 +281,7 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
             yield _no_row(decided, examples)
 
 
-def _no_row(decided: Decided, examples: Callable[[], Examples]) -> Diagnostic:
+def _no_row(decided: RowVerdictAt, examples: Callable[[], Examples]) -> Diagnostic:
     state, cause = decided.state, decided.cause
     condition = state.behaviour.ending(cause)
     ended = Witness((), answers=((condition.when, True),))
@@ -324,7 +326,7 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
     A condition that never holds at all, and an error that always does, are `conditions_vary`'s
     matter.
     """
-    for decided in facts.decided():
+    for decided in facts.row_verdicts():
         rows, satisfiable = decided.verdict.rows, decided.verdict.decision.satisfiable
         if all(satisfiable):
             continue
@@ -333,18 +335,20 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
                 yield from _dead(row, decided)
 
 
-def _dead(row: Transition, decided: Decided) -> Iterator[Diagnostic]:
+def _dead(row: Transition, decided: RowVerdictAt) -> Iterator[Diagnostic]:
     machine, state, behaviour = decided.machine, decided.state, decided.state.behaviour
     occurs = decided.verdict.decision.possible
     end = behaviour.ending(decided.cause)
-    if machine.settled(end) is False or (not occurs and machine.settled(behaviour.error)):
+    if machine.constant_value(end) is False or (
+        not occurs and machine.constant_value(behaviour.error)
+    ):
         return
     if occurs and row.remainder:
         words = f"the other rows of state `{state.name}` leave nothing to `otherwise`"
         hint = "delete the row, or give another row a stricter condition"
         yield Diagnostic("W0605", words, row.place, "never taken", help=hint)
         return
-    if occurs and machine.settled(row.condition) is not None:
+    if occurs and machine.constant_value(row.condition) is not None:
         return
     code, about, named = "W0604", behaviour.place, f"behaviour `{behaviour.name}`"
     words = f"state `{state.name}` never ends {ending(behaviour, decided.cause)}"
@@ -352,7 +356,7 @@ def _dead(row: Transition, decided: Decided) -> Iterator[Diagnostic]:
         code, about, named = "W0605", row.condition.place, f"`{row.condition.name}`"
         when = f"when state `{state.name}` ends {ending(behaviour, decided.cause)}"
         words = f"{named} never holds {when}"
-    excluded = machine.lasting.excludes(row)
+    excluded = machine.dwell_times.excludes(row)
     yield Diagnostic(
         code,
         words,
@@ -374,7 +378,7 @@ _WAY_OUT = (
 
 def rows_proved(facts: Facts) -> Iterator[Diagnostic]:
     """W0606."""
-    for decided in facts.decided():
+    for decided in facts.row_verdicts():
         reason = decided.verdict.decision.unknown
         if reason and decided.verdict.rows:
             state = decided.state

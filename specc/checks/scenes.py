@@ -49,7 +49,7 @@ def _placed(draw: Draw, model: Model, *, relative: bool = False) -> Iterator[Dia
             yield _unknown(draw, joint, which, model)
     elif unit is None and kind:
         yield _no_coordinate(draw, joint, which, kind)
-    elif unit is not None and (given := draw.misfit(unit)):
+    elif unit is not None and (given := draw.invalid_unit(unit)):
         message = f"`{draw.name}` is in {unit}, not in {given}"
         help = f"write a number with that unit, e.g. `0.3[{unit}]`"
         yield Diagnostic("E0516", message, place, help=help)

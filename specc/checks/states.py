@@ -22,7 +22,7 @@ def states_end(facts: Facts) -> Iterator[Diagnostic]:
     Where there are rows, they are `rows_can_apply`'s matter; a condition that never holds at all
     is `conditions_vary`'s.
     """
-    for machine in facts.whole:
+    for machine in facts.complete_machines:
         for state in machine.subsystem.states:
             verdict = machine.verdict(state.name, "terminal")
             if verdict.rows or verdict.decision.possible:
@@ -72,7 +72,9 @@ def _findings(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
         following = partial(_untold, targets, told)
         behind = sorted(reachable(part.states[:1], following), key=order.__getitem__)
         told.update(behind)
-        never = [Related(row.place, _never_taken(machine.lasting.excludes(row))) for row in dead]
+        never = [
+            Related(row.place, _never_taken(machine.dwell_times.excludes(row))) for row in dead
+        ]
         lost = _unsent(subsystem, behind, senders)
         yield _not_reached(subsystem, part.states, behind, never, lost)
 
@@ -136,7 +138,7 @@ def _way_in(name: str, dead: list[Related]) -> str:
 
 def states_left(facts: Facts) -> Iterator[Diagnostic]:
     """W0612, once for states that only lead to one another."""
-    for machine in facts.whole:
+    for machine in facts.complete_machines:
         if not machine.ways_are_known:
             continue
         subsystem, reached = machine.subsystem, machine.reached

@@ -7,7 +7,7 @@ from fractions import Fraction
 from math import ceil
 
 from specc.analysis import Facts
-from specc.analysis.ages import Held, Trail
+from specc.analysis.ages import AgeChain, UnboundedAge
 from specc.analysis.dataflow import InputNode, Measured, Sent
 from specc.analysis.rates import LONGEST
 from specc.analysis.reads import arrivals_asked
@@ -117,7 +117,7 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
 def _asked(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
     """The elements of which it matters to their readers whether a new value has come."""
     asked = {s.qualified_name: (s, arrivals_asked(s)) for s in facts.subsystems}
-    for node, element in facts.received():
+    for node, element in facts.inputs():
         reader, names = asked.get(node.reader, (None, ()))
         if reader and (node.peer, node.element) in names:
             yield reader, node, element
@@ -129,7 +129,7 @@ def _source(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
         case Sent(sender=sender, silent=State()):
             return sender.rate_hz, sender.place.below("rate")
         case Measured(sporadic=False, device=device) as measured if measured.period_s:
-            unfit = (misfit.bound.binding for misfit in facts.rates.misfits)
+            unfit = (misfit.bound.binding for misfit in facts.rates.conflicts)
             if (device, node.element) not in ((b.device, b.element) for b in unfit):
                 return 1 / measured.period_s, measured.place
     return None
@@ -181,11 +181,11 @@ def _with_rate(subsystem: Subsystem) -> Related:
 
 def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
     """E0410, with the whole path of the oldest value."""
-    if facts.broken or facts.faulty or facts.rates.clash or facts.rates.misfits:
+    if facts.broken or facts.faulty or facts.rates.clash or facts.rates.conflicts:
         return
     for node, element in _bounded(facts):
         oldest, allowed = facts.ages.oldest(node), element.max_age_s
-        if isinstance(oldest, Trail) and allowed is not None and oldest.age_s > allowed:
+        if isinstance(oldest, AgeChain) and allowed is not None and oldest.age_s > allowed:
             yield Diagnostic(
                 "E0410",
                 f"`{node.short}` can be {ms(oldest.age_s)} old",
@@ -198,12 +198,12 @@ def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
 
 def _bounded(facts: Facts) -> Iterator[tuple[InputNode, Element]]:
     """The elements whose age their readers limit."""
-    for node, element in facts.received():
+    for node, element in facts.inputs():
         if element.max_age_s is not None:
             yield node, element
 
 
-def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
+def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
     """From the measurement, or the computation, to the reader, with the time passed since."""
     hops = oldest.hops()
     first = facts.ages.sources.of(hops[0].node)
@@ -235,7 +235,7 @@ def _at_least(age_s: Fraction) -> str:
     return ms(Fraction(ceil(age_s * scale), scale))
 
 
-def _shorten(oldest: Trail, facts: Facts) -> str:
+def _shorten(oldest: AgeChain, facts: Facts) -> str:
     """What would make the longest step of the way shorter."""
     steps: list[tuple[Fraction, str]] = []
     for hop in oldest.hops():
@@ -257,7 +257,7 @@ def ages_known(facts: Facts) -> Iterator[Diagnostic]:
     """W0415, where the age of a value counts from the time at which it comes out of memory."""
     for node, element in _bounded(facts):
         oldest = facts.ages.oldest(node)
-        first = oldest.hops()[0].node if isinstance(oldest, Trail) else None
+        first = oldest.hops()[0].node if isinstance(oldest, AgeChain) else None
         kept = facts.ages.sources.remembered(first) if first else ()
         memory = next((name for name, source in kept if facts.ages.is_measured(source)), "")
         if memory and not facts.ages.is_measured(node):
@@ -285,7 +285,7 @@ def ages_held(facts: Facts) -> Iterator[Diagnostic]:
     """W0416."""
     for node, element in _bounded(facts):
         held, allowed = facts.ages.oldest(node), element.max_age_s
-        if isinstance(held, Held) and allowed is not None:
+        if isinstance(held, UnboundedAge) and allowed is not None:
             yield Diagnostic(
                 "W0416",
                 f"nothing limits the age of `{node.short}`",
@@ -296,7 +296,7 @@ def ages_held(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _silence(held: Held, node: InputNode) -> Iterator[Related]:
+def _silence(held: UnboundedAge, node: InputNode) -> Iterator[Related]:
     source = held.source
     if isinstance(source, Measured):
         name = f"{source.device}.{held.node.element}"
@@ -312,7 +312,7 @@ def _silence(held: Held, node: InputNode) -> Iterator[Related]:
 
 def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
     """E0509."""
-    for misfit in facts.rates.misfits:
+    for misfit in facts.rates.conflicts:
         rate, tick = misfit.rate_hz, misfit.tick_s
         place = misfit.bound.binding.place.below("rate")
         if not misfit.readers and tick is not None:

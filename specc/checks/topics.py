@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, first_key
-from specc.analysis.ros2 import JOINT_STATE, MessageMisfit, frames_of, part_of, short, watched
+from specc.analysis.ros2 import JOINT_STATE, MessageTypeMismatch, frames_of, part_of, short, watched
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
 from specc.model.binding import PLANT
@@ -126,7 +126,7 @@ def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0511, E0521; a binding of the wrong kind is `topics_fit`'s matter."""
     for bound in _topics(facts):
         misfit = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
-        if isinstance(misfit, MessageMisfit):
+        if isinstance(misfit, MessageTypeMismatch):
             place = _place(bound)
             yield Diagnostic(
                 misfit.code, misfit.message, place, related=(_type(bound),), help=misfit.help
@@ -159,7 +159,7 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
     known = dict(ros2.frames)
     for bound in _topics(facts):
         part = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
-        if isinstance(part, MessageMisfit):
+        if isinstance(part, MessageTypeMismatch):
             continue
         for at, frame in frames_of(part, bound.element.type):
             if at and frame and frame not in known:
@@ -176,14 +176,14 @@ def published_known(facts: Facts) -> Iterator[Diagnostic]:
     """E0523."""
     plant = facts.system.plant
     for published in plant.published if plant else ():
-        found: object = MessageMisfit(
+        found: object = MessageTypeMismatch(
             "E0523",
             "nobody can watch it: there is no node of ROS 2",
             "say under `plant` which node there is: `ros2: {node: NAME}`, or delete it",
         )
         if plant is not None and plant.ros2 is not None:
             found = watched(published, facts.system)
-        if isinstance(found, MessageMisfit):
+        if isinstance(found, MessageTypeMismatch):
             yield Diagnostic(found.code, found.message, published.place, help=found.help)
 
 

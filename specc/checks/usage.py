@@ -76,7 +76,7 @@ Readable = dict[tuple[type[Expr], str], Let | Memory]
 
 def parts_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0611; memory that is written is not unused, if perhaps not read."""
-    for machine in facts.whole:
+    for machine in facts.complete_machines:
         yield from _unused_parts(machine.subsystem, facts.watched(machine.subsystem))
 
 
@@ -144,9 +144,9 @@ def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
 
 def observed_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0240, once something is required; of what one `for` observes, some is enough."""
-    plant, readings = facts.system.plant, [r for item in facts.judging for r in item.readings]
+    plant, readings = facts.system.plant, [r for item in facts.formulas for r in item.readings]
     named = {reading.element[0] for reading in readings if reading.kind == "observed"}
-    seen = plant.observed if plant and facts.judging else ()
+    seen = plant.observed if plant and facts.formulas else ()
     used = {item.place for item in seen if item.name in named}
     for place, name in {item.place: item.name for item in reversed(seen)}.items():
         if place not in used:
@@ -159,7 +159,7 @@ def formula_lets_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0240; those of formulas, which no expression of an agent names."""
     lets = {f"let {item.name}": item for item in facts.system.formula_lets}
     edges = {label: {f"let {name}" for name in item.names} for label, item in lets.items()}
-    start = {f"let {name}" for item in facts.judging for name in item.names}
+    start = {f"let {name}" for item in facts.formulas for name in item.names}
     yield from _unused("W0240", {label: i.place for label, i in lets.items()}, edges, start)
 
 
@@ -172,7 +172,7 @@ def _needed_by_agents(facts: Facts) -> set[str]:
         for _, safe in device.safe:
             found |= _named(walk(safe.value))
             found |= _named(walk(safe.otherwise)) if safe.otherwise else set()
-    for requirement in facts.judging:
+    for requirement in facts.formulas:
         for part in expressions(requirement.formula):
             found |= _named(walk(part))
     task = system.task

@@ -279,7 +279,7 @@ def _is_trap(resting: frozenset[str], reached: frozenset[str], steps: Sequence[R
 def waits_end(facts: Facts) -> Iterator[Diagnostic]:
     """W0417, once for each sender that a state may wait for forever."""
     waiting = Waiting(facts)
-    for machine in facts.whole:
+    for machine in facts.complete_machines:
         for state, needed, rest in waiting.in_vain(machine):
             if rest.sender.ways_are_known:
                 yield _finding(state, needed, rest)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from specc.analysis import Facts
-from specc.analysis.ages import Ages, Held, Trail
+from specc.analysis.ages import AgeChain, Ages, UnboundedAge
 from specc.analysis.dataflow import Measured
 from specc.cli import streams
 from specc.diagnostics.phrases import ms
@@ -42,7 +42,7 @@ def _as_json(facts: Facts) -> str:
         {
             "reader": reader,
             "element": name,
-            "age_s": float(oldest.age_s) if isinstance(oldest, Trail) else None,
+            "age_s": float(oldest.age_s) if isinstance(oldest, AgeChain) else None,
             "max_age_s": None if limit is None else float(limit),
             "way": _age(oldest, facts.ages)[1],
         }
@@ -51,18 +51,20 @@ def _as_json(facts: Facts) -> str:
     return streams.as_json(VERSION, facts.system.name, values=values)
 
 
-def _found(facts: Facts) -> Iterator[tuple[str, str, Fraction | None, Trail | Held | None]]:
+def _found(
+    facts: Facts,
+) -> Iterator[tuple[str, str, Fraction | None, AgeChain | UnboundedAge | None]]:
     """Reader, element, how old it may be, and what its oldest value comes from."""
-    for node, element in facts.received():
+    for node, element in facts.inputs():
         name = node.short if node.peer else node.element
         yield node.reader, name, element.max_age_s, facts.ages.oldest(node)
 
 
-def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:
+def _age(oldest: AgeChain | UnboundedAge | None, ages: Ages) -> tuple[str, str]:
     """The age in words, and how it comes about."""
     if oldest is None:
         return "-", "source not known"
-    if isinstance(oldest, Held):
+    if isinstance(oldest, UnboundedAge):
         silent = oldest.source
         if isinstance(silent, Measured):
             return "any", f"`{silent.device}.{oldest.node.element}` may have no new sample"

@@ -82,10 +82,10 @@ def _taken(directory: Path, first: str, path: str) -> Diagnostic:
 
 def _writable(spec: str, out: str | None) -> Reach:
     """Where a build may write: links below the working directory must not lead out of it."""
-    from specc.policy import reach_of
+    from specc.policy import allowed_paths
     from specc.read import Reach
 
-    project = reach_of(spec).folders
+    project = allowed_paths(spec).folders
     if out is None:
         return Reach(project)
     here = Path.cwd()

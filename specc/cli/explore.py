@@ -112,7 +112,7 @@ def _as_json(
             "name": r.requirement.name,
             "that": r.requirement.that,
             "verdict": r.verdict,
-            "asked": r.asked,
+            "asked": r.is_triggered,
             "until_a_step_fails": r.fails,
             "answer_cannot_come": r.is_dead_end,
             "rests_on": list(r.rests_on),

@@ -22,7 +22,7 @@ from specc.diagnostics import Diagnostic
 from specc.lang.packages import PACKAGES
 from specc.mjcf import Model, read_model
 from specc.pipeline import Result, check_spec
-from specc.policy import reach_of
+from specc.policy import allowed_paths
 from specc.read import ANYWHERE, Reach, read_file
 from specc.refusal import Refused
 from specc.source import real_path
@@ -235,7 +235,7 @@ def _plant(
     A model inside the project stays where it is. Of another one, the files that it uses are
     copied, in the same places to each other: those below its folder, and below `options.assets`.
     """
-    path, reach = options.model, reach_of(str(spec))
+    path, reach = options.model, allowed_paths(str(spec))
     used = model.files.used(facts.files)
     if all(map(reach.holds, used)):
         return os.path.relpath(path, spec.parent), {}

@@ -18,7 +18,7 @@ from specc.cli import streams
 from specc.cli.targets import is_named, targets
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Repair, report, resolve, shown_path
-from specc.policy import reach_of
+from specc.policy import allowed_paths
 from specc.read import read_file, read_text, specification
 from specc.refusal import reason_of
 from specc.repair import Accepts, changes_elsewhere, is_wrong_again, repaired
@@ -35,7 +35,7 @@ def rewrite(path: str, text: str) -> None:
         OSError: the system refuses, nobody may write the file, or a link leads out of the project;
             the file is unchanged.
     """
-    if not reach_of(path).holds(path):
+    if not allowed_paths(path).holds(path):
         raise OSError(errno.EPERM, "a link leads out of the project", path)
     try:
         _rewrite(Path(os.path.realpath(path)), text.encode())
@@ -172,7 +172,7 @@ def fmt(options: Namespace) -> int:
     changed, readable, files = [], 0, [*meant.systems, *meant.parts]
     only_look = options.check or options.diff
     for path in files:
-        reach = reach_of(path)
+        reach = allowed_paths(path)
         if not reach.holds(path):
             findings += resolve([reach.link_out(path)], Sources())
             continue

@@ -216,7 +216,7 @@ def assumptions(facts: Facts) -> Iterator[tuple[str, str, str]]:
     """Subsystem, assumption, and on what it rests, as far as senders alone tell."""
     for machine in facts.machines:
         for axiom in machine.subsystem.axioms:
-            grounds = facts.arriving.judged(machine, axiom).grounds
+            grounds = facts.assumption_checker.check_assumption(machine, axiom).grounds
             name = machine.subsystem.qualified_name.removeprefix(".")
             yield name, show(axiom.that), _GROUNDS[grounds]
 

@@ -95,9 +95,11 @@ def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding
     """Look the places of diagnostics up; equal diagnostics are kept once."""
     if not (told := dict.fromkeys(diagnostics)):
         return []
-    from specc.diagnostics.misspelt_side import settled  # not needed where nothing is found
+    from specc.diagnostics.typo_direction import (
+        with_repairs_of_typos,  # not needed where nothing is found
+    )
 
-    return [_finding(diagnostic, sources) for diagnostic in settled(told, sources)]
+    return [_finding(diagnostic, sources) for diagnostic in with_repairs_of_typos(told, sources)]
 
 
 def report(findings: Iterable[Finding], checked: Iterable[str]) -> Report:

@@ -232,7 +232,7 @@ class ExprError(ExprErrors):
         self.expected: Type | None = None
         super().__init__((self,))
 
-    def meant(self, name: str, close: Sequence[str]) -> ExprError:
+    def with_suggestions(self, name: str, close: Sequence[str]) -> ExprError:
         """This finding, about a name between the offsets that is like the `close` ones."""
         self.wrong, self.repair = name, surely_meant(name, close)
         return self
@@ -274,7 +274,9 @@ def unknown(
     close = nearest(name, known)
     help = did_you_mean(close or other) or way
     error = ExprError(f"unknown {kind} `{name}`", *at, help, code)
-    return error.meant(name, close).not_there(f"{kind} `{name}` is not there yet", way, name, close)
+    return error.with_suggestions(name, close).not_there(
+        f"{kind} `{name}` is not there yet", way, name, close
+    )
 
 
 def did_you_mean(close: Iterable[object]) -> str:

@@ -42,7 +42,7 @@ class Kind:
     first: Callable[[Any, float], Value]
     """A value to begin with, as `specc.lang.evaluate` has them: nothing, the identity, the first
     member; where it consists of numbers, of this one."""
-    taken: Callable[[Any, Any, Of], Value]
+    decode: Callable[[Any, Any, Of], Value]
     """The value that data of a recording stands for; `...` for data of another type."""
     contract: Callable[[Any, Python], str]
     """What checks its values where they come from outside (`specc_runtime.contracts`)."""

@@ -172,7 +172,7 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
     close = nearest(name, enum.members)
     help = did_you_mean(close) or f"members are {listed(enum.members)}"
     error = ctx.error(node, f"`{name}` is not a member of `{enum}`", help, "E0320")
-    error.meant(name, close)
+    error.with_suggestions(name, close)
     if isinstance(node, ast.Name):
         message = f"member `{name}` of `{enum}` is not there yet"
         raise error.not_there(message, "add it to the type", name, close)

@@ -122,7 +122,7 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
         return ctx.error(node, message, "name constants above it, and operators", "E0230")
     help = _unknown_help(ctx, name)
     near = _near(scope, name) if help.startswith("did you mean") else ()
-    error = ctx.error(node, f"unknown name `{name}`", help, "E0201").meant(name, near)
+    error = ctx.error(node, f"unknown name `{name}`", help, "E0201").with_suggestions(name, near)
     if help == f"write `{_FOREIGN.get(name)}`" and name in ("true", "false"):
         error.repair = _FOREIGN[name]
     if help and not near:
@@ -261,7 +261,7 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
 def _unknown_part(node: ast.expr, what: str, name: str, known: list[str], code: str) -> ExprError:
     end = span(node)[1]
     error = ExprError(f"{what}`{name}`", end - len(name), end, _suggestion(name, known), code)
-    return error.meant(name, nearest(name, known))
+    return error.with_suggestions(name, nearest(name, known))
 
 
 def _suggestion(name: str, known: list[str]) -> str:
@@ -306,4 +306,6 @@ def _no_part(ctx: Context, node: ast.Attribute, type: Type, known: tuple[str, ..
         help = "only operators look into it"
     end = span(node)[1]
     near = nearest(node.attr, known) if help.startswith("did you mean") else ()
-    return ExprError(message, end - len(node.attr), end, help, "E0234").meant(node.attr, near)
+    return ExprError(message, end - len(node.attr), end, help, "E0234").with_suggestions(
+        node.attr, near
+    )

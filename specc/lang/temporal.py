@@ -46,7 +46,7 @@ def refuse_misspelt(node: ast.expr, operators: Iterable[str]) -> None:
         if not USAGE.keys().isdisjoint(close):
             help = did_you_mean(close)
             error = ExprError(f"unknown operator `{name}`", *span(node.func), help, "E0202")
-            raise error.meant(name, close)
+            raise error.with_suggestions(name, close)
 
 
 def _original(origins: list[int], start: int, end: int) -> tuple[int, int]:

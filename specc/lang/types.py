@@ -215,7 +215,7 @@ class TypeReader:
         close = nearest(name, self.names.sizes)
         help = did_you_mean(close) or _SIZE_PARAMETER.format(name)
         message = f"`{name}` is not a size: that is {A_SIZE}, or a parameter"
-        return ExprError(message, *span(node), help, "E0306").meant(name, close)
+        return ExprError(message, *span(node), help, "E0306").with_suggestions(name, close)
 
     def _enum(self, nodes: list[ast.expr]) -> t.Enum:
         members: list[str] = []

@@ -150,14 +150,14 @@ class Fields:
         return hash(tuple(self.__dict__.items()))
 
     def __repr__(self) -> str:
-        return f"Fields({', '.join(f'{name}={spelled(value)}' for name, value in self)})"
+        return f"Fields({', '.join(f'{name}={literal_of(value)}' for name, value in self)})"
 
     def having(self, name: str, value: Value) -> Fields:
         """The same record with another value of one field."""
         return Fields(**{**self.__dict__, name: value})
 
 
-def spelled(value: Value) -> str:
+def literal_of(value: Value) -> str:
     """A value as it is written in a test."""
     match value:
         case float():
@@ -165,7 +165,7 @@ def spelled(value: Value) -> str:
         case ((1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, 0.0, 1.0, z), (0.0, 0.0, 0.0, 1.0)):
             return f"translation({x!r}, {y!r}, {z!r})"
         case tuple():
-            inside = ", ".join(map(spelled, value))
+            inside = ", ".join(map(literal_of, value))
             return f"({inside},)" if len(value) == 1 else f"({inside})"
     return repr(value)
 

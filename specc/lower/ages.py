@@ -57,8 +57,12 @@ def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) 
     reads = ages.sources.reads_of(node.reader)
     states = reads.states if reads else []
     name = node.peer, node.element
-    asked = tuple(s.name for s in states if reads and name in {r.input for r in reads.asked(s)})
-    used = tuple(s.name for s in states if reads and name in {r.input for r in reads.used(s)})
+    asked = tuple(
+        s.name for s in states if reads and name in {r.input for r in reads.read_by_conditions(s)}
+    )
+    used = tuple(
+        s.name for s in states if reads and name in {r.input for r in reads.read_by_functions(s)}
+    )
     if not asked and not used:
         return
     assert element.max_age_s is not None  # callers looked

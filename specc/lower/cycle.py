@@ -45,7 +45,7 @@ class CycleWriter(Writer):
         """A test, after locals for those of the terms `due` that it needs."""
         needed = test.perhaps & self.again | {t for t in test.perhaps - {test} if t.let}
         self.assign(due & needed)
-        return self.spelled(test)
+        return self.emit(test)
 
     def _check(self, check: Check) -> None:
         self.nodes.hint = check.condition.name
@@ -137,7 +137,7 @@ class CycleWriter(Writer):
                 self.write("self._periods = 0")
         if enter.activity.works:
             self.assign(enter.needed)
-            arguments = [self._argument(term, enter) for term in enter.taken]
+            arguments = [self._argument(term, enter) for term in enter.arguments]
             method = self.module.behaviour_methods[enter.activity.behaviour.name]
             self.write(f"self.{method}({', '.join(arguments)})")
 
@@ -174,7 +174,7 @@ class Methods:
         self._enters = [(self._first, NONE), *chain(*(f.enters() for f in self._flows.values()))]
         self._taken = self._parameters()
         for enter, _ in self._enters:
-            enter.taken = self._taken[enter.activity.behaviour.name]
+            enter.arguments = self._taken[enter.activity.behaviour.name]
 
     def plans(self) -> tuple[MethodPlan, ...]:
         """The methods in the order in which a reader needs them."""
@@ -208,7 +208,7 @@ class Methods:
 
     def _state(self, state: str) -> MethodPlan:
         flow, declared = self._flows[state], self._subsystem.state(state)
-        writer = self._writer(*flow.asked)
+        writer = self._writer(*flow.evaluated)
         writer.clocked = self.clocked
         if state in self.clocked:
             writer.write("self._periods += 1")
@@ -228,7 +228,7 @@ class Methods:
 
     def _start(self) -> MethodPlan:
         items = [(item, self._table.of(item.init, item.type)) for item in self._subsystem.memory]
-        writer = self._writer(*(term for _, term in items), *self._first.taken)
+        writer = self._writer(*(term for _, term in items), *self._first.arguments)
         writer.clocked = self.clocked
         writer.first(items, self._first)
         doc = "First period: initial memory and the behaviour of the initial state."

@@ -98,13 +98,13 @@ class Enter:
     """Whether the state is entered now, so that its clock starts."""
     is_same_state: bool = False
     """Whether it was already the state of the period before."""
-    taken: tuple[Term, ...] = ()
+    arguments: tuple[Term, ...] = ()
     """Terms that the behaviour takes as arguments."""
 
     @property
     def needed(self) -> tuple[Term, ...]:
         """Arguments that the behaviour needs in any case."""
-        return tuple(term for term in self.taken if term in self.activity.surely)
+        return tuple(term for term in self.arguments if term in self.activity.surely)
 
     def surely(self, _: Collection[Term]) -> TermSet:
         """No terms: nothing is evaluated before the state is entered."""
@@ -115,9 +115,9 @@ class Enter:
         yield self, before
 
     @property
-    def asked(self) -> tuple[Term, ...]:
+    def evaluated(self) -> tuple[Term, ...]:
         """What is evaluated, as often as it stands somewhere."""
-        return self.taken
+        return self.arguments
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -161,9 +161,9 @@ class Rows:
             yield row.enter, before.union(*asked)
 
     @property
-    def asked(self) -> tuple[Term, ...]:
+    def evaluated(self) -> tuple[Term, ...]:
         """What is evaluated, as often as it stands somewhere."""
-        taken = (term for row in self.rows for term in row.enter.taken)
+        taken = (term for row in self.rows for term in row.enter.arguments)
         return (*(row.test for row in self.tested), *taken)
 
 
@@ -188,9 +188,9 @@ class Check:
         yield from self.otherwise.enters(before)
 
     @property
-    def asked(self) -> tuple[Term, ...]:
+    def evaluated(self) -> tuple[Term, ...]:
         """What is evaluated, as often as it stands somewhere."""
-        return (self.test, *self.rows.asked, *self.otherwise.asked)
+        return (self.test, *self.rows.evaluated, *self.otherwise.evaluated)
 
 
 Flow = Check | Rows | Enter

@@ -164,7 +164,7 @@ class Nodes:
             if term.is_constant and not isinstance(term.node, e.ConstantRef):
                 return Spelled(self.array(term))
             if term.is_settled and term.args and self.is_settled:
-                return Spelled(self.settled(term), PRIMARY)
+                return Spelled(self.hoisted(term), PRIMARY)
         match term.node:
             case e.Quantifier() as node:
                 return self._quantifier(node, term)
@@ -240,7 +240,7 @@ class Nodes:
             self._define(key, name, term, "")
         return self.module.constants[key].name
 
-    def settled(self, term: Term) -> str:
+    def hoisted(self, term: Term) -> str:
         """An attribute for an array that stays as it is once the first period is over."""
         if term not in self.module.settled:
             part = f"_{term.node.name}" if isinstance(term.node, e.Builtin) else ""

@@ -27,7 +27,7 @@ from specc.model.requirement import (
     Temporal,
     TemporalFormula,
     TickCondition,
-    asked,
+    antecedent,
 )
 from specc.model.system import Device, Element, System
 from specc.model.trace import Trace
@@ -147,7 +147,7 @@ class _FormulaWriter:
         pairs = (f"{literal(r.name)}: {literal(self.module.memory[r.name])}" for r in item.readings)
         self._atoms = {}
         formula = self._formula(item.formula)
-        premise = asked(item.formula)
+        premise = antecedent(item.formula)
         return RequirementPlan(
             literal(item.that),
             literal(item.because),

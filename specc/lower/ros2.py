@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis.plant import BoundElement, bound_elements
-from specc.analysis.ros2 import MessageMisfit, frames_of, named_frames, part_of, short, watched
+from specc.analysis.ros2 import (
+    MessageTypeMismatch,
+    frames_of,
+    named_frames,
+    part_of,
+    short,
+    watched,
+)
 from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal
 from specc.model.binding import Published, Ros2
@@ -34,7 +41,7 @@ def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
 def _published(each: Published, system: System, ros2: Ros2, imports: Imports) -> str:
     """The call for what others can watch; empty for a name that stands for nothing."""
     found = watched(each, system)
-    if isinstance(found, MessageMisfit):
+    if isinstance(found, MessageTypeMismatch):
         return ""
     subsystem, known = found.subsystem, dict(ros2.frames)
     output = buffer_names(subsystem.outputs)[found.peer, found.element] if found.peer else ""
@@ -51,7 +58,7 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     binding, type_ = bound.binding, bound.element.type
     part = part_of(binding, type_, commanded=bound.commanded)
     where = binding.topic or binding.action or ("/tf" if binding.tf else "")
-    if not where or isinstance(part, MessageMisfit):
+    if not where or isinstance(part, MessageTypeMismatch):
         return ""
     frames = named_frames(part, type_, ros2)
     told = {

@@ -121,7 +121,7 @@ class Writer:
             )
         return names[term]
 
-    def spelled(self, term: Term) -> str:
+    def emit(self, term: Term) -> str:
         """A value in the statement that comes next; what it may need again stands before it."""
         for part in in_order(unknown((term,), self.nodes.known)):
             if part in self.again and part is not term:
@@ -143,7 +143,7 @@ class Writer:
         hint = self.nodes.hint
         for term in in_order(wanted - self.nodes.known.keys()):
             name = self.nodes.hint = self.local(term)
-            self.write(_noted(f"{name} = {self.spelled(term)}", term))
+            self.write(_noted(f"{name} = {self.emit(term)}", term))
             self.nodes.known[term] = Spelled(name)
         self.nodes.hint = hint
 
@@ -166,7 +166,7 @@ class Writer:
         """The initial value of a memory element."""
         self.nodes.hint = f"initial_{item.name}"
         self.assign(self._named_parts((term,)))
-        value = self.spelled(term)
+        value = self.emit(term)
         self.nodes.touched.add("memory")
         self.write(traced(f"memory.{self.module.memory[item.name]} = {value}", item.trace))
 
@@ -178,7 +178,7 @@ class Writer:
         with self.block("if self.state:"):
             for index, term in enumerate(violated):
                 self.nodes.hint = f"axiom_{index}"
-                with self.block(f"if {self.spelled(term)}:"):
+                with self.block(f"if {self.emit(term)}:"):
                     self.write(f"self.violated({index})")
 
     def activity(self, activity: Activity, taken: tuple[Term, ...]) -> tuple[str, ...]:
@@ -191,7 +191,7 @@ class Writer:
         outputs = [work for work in activity.works if work.assignment.peer]
         for work in (*outputs, *before, *after):
             self.nodes.hint = f"{work.function.name}_{work.assignment.name}"
-            value = self.spelled(work.value)
+            value = self.emit(work.value)
             trace = work.assignment.trace or work.function.trace
             self.write(traced(f"{names.get(work) or self.target(work)} = {value}", trace))
         for work, name in names.items():

@@ -108,7 +108,7 @@ class FormulaLet:
     """
 
     name: str
-    said: Requirement | None
+    formula: Requirement | None
     value: Expr | None
     names: frozenset[str]
     place: Place
@@ -140,17 +140,17 @@ def span_of(formula: TemporalFormula) -> Offsets:
     return formula.at
 
 
-def asked(formula: TemporalFormula) -> TemporalFormula | None:
+def antecedent(formula: TemporalFormula) -> TemporalFormula | None:
     """The condition under which a formula is asked: at other ticks it holds vacuously.
 
     None if it is asked at every tick.
     """
     match formula:
         case Junction(operands=(_, conclusion), premise=premise) if premise is not None:
-            more = asked(conclusion)
+            more = antecedent(conclusion)
             return premise if more is None else Junction("and", (premise, more))
         case Junction(op="and", operands=operands):
-            parts = tuple(map(asked, operands))
+            parts = tuple(map(antecedent, operands))
             known = tuple(part for part in parts if part is not None)
             return Junction("or", known) if len(known) == len(parts) else None
         case Temporal(op="within" | "throughout", operands=(operand,)):
@@ -163,7 +163,7 @@ def asked(formula: TemporalFormula) -> TemporalFormula | None:
 def _some_time(
     op: Literal["within", "once"], formula: Temporal, operand: TemporalFormula
 ) -> TemporalFormula | None:
-    inner = asked(operand)
+    inner = antecedent(operand)
     return None if inner is None else Temporal(op, (inner,), formula.span_s, formula.span)
 
 

@@ -215,7 +215,7 @@ class Subsystem:
         return {state.name: state for state in self.states}
 
     @cached_property
-    def asked(self) -> tuple[Condition, ...]:
+    def exit_conditions(self) -> tuple[Condition, ...]:
         """The conditions that lead from state to state; of those with one text the last."""
         behaviours = [state.behaviour for state in self.states]
         every = [condition for b in behaviours for condition in (b.terminal, b.error)]
@@ -351,7 +351,7 @@ class System:
     @property
     def formulas(self) -> tuple[Requirement, ...]:
         """All that is said of runs: requirements, triggers, and formulas that have names."""
-        named = (each.said for each in self.formula_lets if each.said is not None)
+        named = (each.formula for each in self.formula_lets if each.formula is not None)
         return (*self.requirements, *self.triggers, *named)
 
     @property

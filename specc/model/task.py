@@ -26,7 +26,7 @@ class Draw:
     between: bool
     place: Place
 
-    def misfit(self, wanted: Unit) -> Unit | None:
+    def invalid_unit(self, wanted: Unit) -> Unit | None:
         """The unit of a value that is not in `wanted`, if there is one; 0 is in any unit."""
         units = (unit for value, unit in self.values if value or unit != DIMENSIONLESS)
         return next((unit for unit in units if unit != wanted), None)

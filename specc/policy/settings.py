@@ -133,7 +133,7 @@ def settings_for(path: str) -> FoundSettings:
     return FoundSettings()
 
 
-def reach_of(path: str) -> Reach:
+def allowed_paths(path: str) -> Reach:
     """What a file may name: its folder, or that of the pyproject.toml above it, and `allow`."""
     settings = settings_for(os.path.dirname(os.path.abspath(path))).settings
     allowed = (os.path.join(settings.base, folder) for folder in settings.allow)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from specc.limits import OUT_OF_STEPS, spend
 from specc.proof.formula import Arrival, Atom, Formula, atoms_of
 from specc.proof.numbering import Numbering
-from specc.proof.relations import Relations, components, conjuncts, related, variables_of
+from specc.proof.relations import Relations, components, conjuncts, connected, variables_of
 from specc.proof.table import Cases, DecisionProcedure, Table
 from specc.proof.verdict import (
     INSTALL,
@@ -110,9 +110,9 @@ class Question:
         self._given = conjuncts(context)
         self.about = [*conditions, *self._given]
         """What it is about, without the axioms."""
-        self._assumed = self._given + related(conjuncts(axioms), self.about)
+        self._assumed = self._given + connected(conjuncts(axioms), self.about)
         others = [axiom for axiom in conjuncts(axioms) if axiom not in self._assumed]
-        self._more = related(others, self.about, solver.relations.things)
+        self._more = connected(others, self.about, solver.relations.things)
         """Axioms that are related only by what their numbers are computed from."""
         self.arrivals = frozenset(
             (variable.peer, variable.element)
@@ -124,7 +124,7 @@ class Question:
     def concerns(self, formula: Formula) -> bool:
         """Whether a formula has to do with what is asked, directly or through axioms."""
         return bool(
-            related([formula], [*self.about, *self._assumed], self._solver.relations.things)
+            connected([formula], [*self.about, *self._assumed], self._solver.relations.things)
         )
 
     def decide(self, facts: Sequence[Formula]) -> Decision:
@@ -146,7 +146,7 @@ class Question:
             return self._unknown(str(error), error.way_out)
         # What the context says of other things cannot help a proof, but makes the table larger.
         try:
-            smaller = self._by_table(related(assumed, self._conditions))
+            smaller = self._by_table(connected(assumed, self._conditions))
             if smaller.proved:
                 return smaller
         except (TooLargeError, UnsureError):
@@ -209,7 +209,7 @@ _OF_A_QUESTION = 40
 """Steps that finding out takes which parts have to do with each other, however few these are."""
 
 
-def can_hold(formulas: Sequence[Formula], solver: Solver | None) -> bool | None:
+def is_satisfiable(formulas: Sequence[Formula], solver: Solver | None) -> bool | None:
     """Whether all formulas can hold together; None if the question is too large.
 
     Without a solver they can where truth tables do not refute it.
@@ -232,7 +232,7 @@ def can_hold(formulas: Sequence[Formula], solver: Solver | None) -> bool | None:
         try:
             table = Table(group)
             cases = Cases(table, group, solver.between(list(atoms_of(group))))
-            if not cases.some(cases.allowed) and not cases.some_rounded(table.full):
+            if not cases.find_model(cases.allowed) and not cases.find_rounded_model(table.full):
                 return False
         except (TooLargeError, UnsureError):
             answer = None
@@ -247,14 +247,14 @@ def _decision(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Deci
         both |= enabled & row
         enabled |= row
     without = table.full & ~enabled
-    none, several = cases.some(without), cases.some(both)
+    none, several = cases.find_model(without), cases.find_model(both)
     # Combinations of rounded numbers alone are left in `wrong` only where exact ones prove it.
-    wrong = 0 if none or several else cases.some_rounded(both | without)
+    wrong = 0 if none or several else cases.find_rounded_model(both | without)
     asked = frozenset(atoms_of(conditions))
     facts = describe(table, wrong, cases.allowed | wrong, asked)[0] if wrong else ()
-    holding = [cases.some(row) | cases.some_rounded(row) for row in rows]
+    holding = [cases.find_model(row) | cases.find_rounded_model(row) for row in rows]
     decision = Decision(
-        possible=bool(cases.some(cases.allowed) or cases.some_rounded(table.full)),
+        possible=bool(cases.find_model(cases.allowed) or cases.find_rounded_model(table.full)),
         satisfiable=tuple(map(bool, holding)),
         ensures=_ensured(table, holding),
     )

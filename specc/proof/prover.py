@@ -11,9 +11,9 @@ from specc.model.expr import Expr, Input, children
 from specc.model.fsm import Behaviour, Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Enum
-from specc.proof.decide import Question, Sessions, Solver, can_hold
+from specc.proof.decide import Question, Sessions, Solver, is_satisfiable
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, atoms_of
-from specc.proof.relations import conjuncts, related
+from specc.proof.relations import conjuncts, connected
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
 from specc.proof.witness import only
@@ -125,7 +125,7 @@ class Prover:
     def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
         """Whether an axiom, by its index, has to do with the rows of a state and cause."""
         question, _ = self._question(state, cause, None)
-        near = related(conjuncts(self._axioms), question.about, self._solver.relations.things)
+        near = connected(conjuncts(self._axioms), question.about, self._solver.relations.things)
         return any(part in near for part in conjuncts((self._axioms[axiom],)))
 
     def related(self, state: str, cause: Cause, facts: Iterable[Expr]) -> tuple[Expr, ...]:
@@ -145,7 +145,9 @@ class Prover:
         formula = self._formula(condition)
         for asked, value in ((formula, False), (self._translator.make.negation(formula), True)):
             possible = (
-                can_hold([asked], None) if by_tables else self._can_hold([asked], self._axioms)
+                is_satisfiable([asked], None)
+                if by_tables
+                else self._can_hold([asked], self._axioms)
             )
             if possible is False:
                 return value
@@ -171,7 +173,7 @@ class Prover:
         translator, solver = self._anywhere
         said = [*context, *(self._assumed if moment == "functions" else ())]
         negated = translator.make.negation(translator.formula(fact))
-        possible = can_hold([*map(translator.formula, said), negated], solver)
+        possible = is_satisfiable([*map(translator.formula, said), negated], solver)
         return None if possible is None else not possible
 
     def reacts(self, condition: Expr, element: Input, member: str) -> bool:
@@ -199,7 +201,7 @@ class Prover:
         for other in dict.fromkeys(before):
             if other is not came:
                 differs = make.choice(came, make.negation(other), other)
-                if can_hold([differs], None) is not False:
+                if is_satisfiable([differs], None) is not False:
                     return True
         return any(self._reads(atom, element) for atom in atoms_of([came]))
 
@@ -214,16 +216,16 @@ class Prover:
 
     def refutes(self, conditions: Iterable[Expr]) -> bool:
         """Whether truth tables alone show that conditions never hold together, at any moment."""
-        return can_hold([*map(self._anywhere[0].formula, conditions)], None) is False
+        return is_satisfiable([*map(self._anywhere[0].formula, conditions)], None) is False
 
     def contradiction(self) -> tuple[int, ...]:
         """Indices of axioms that cannot all hold, as few as suffice; empty if they can."""
         core = list(range(len(self._axioms)))
-        if can_hold(self._axioms, self._solver) is not False:
+        if is_satisfiable(self._axioms, self._solver) is not False:
             return ()
         for index in tuple(core):
             rest = [i for i in core if i != index]
-            if can_hold([self._axioms[i] for i in rest], self._solver) is False:
+            if is_satisfiable([self._axioms[i] for i in rest], self._solver) is False:
                 core = rest
         return tuple(core)
 
@@ -243,7 +245,7 @@ class Prover:
     def _can_hold(self, formulas: Iterable[Formula], axioms: Iterable[Formula]) -> bool | None:
         asked = (*formulas, *axioms)
         if asked not in self._possible:
-            self._possible[asked] = can_hold(asked, self._solver)
+            self._possible[asked] = is_satisfiable(asked, self._solver)
         return self._possible[asked]
 
 

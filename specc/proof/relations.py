@@ -59,28 +59,30 @@ def variables_of(formulas: Iterable[Formula]) -> set[Variable]:
     return {atom.variable for atom in atoms_of(formulas)}
 
 
-Things = Callable[[Iterable[Formula]], Set[object]]
+Variables = Callable[[Iterable[Formula]], Set[object]]
 """What formulas are about; those that have something in common are connected."""
 
 
-def related(
-    parts: Sequence[Formula], seeds: Iterable[Formula], things: Things = variables_of
+def connected(
+    parts: Sequence[Formula], seeds: Iterable[Formula], things: Variables = variables_of
 ) -> list[Formula]:
     """The parts that are connected with the seeds, directly or through other parts.
 
     A constant is connected with everything.
     """
     places = _Places(things((part,)) for part in parts)
-    return [parts[place] for place in places.taken(things(seeds))]
+    return [parts[place] for place in places.connected_with(things(seeds))]
 
 
-def components(parts: Sequence[Formula], things: Things = variables_of) -> Iterator[list[Formula]]:
+def components(
+    parts: Sequence[Formula], things: Variables = variables_of
+) -> Iterator[list[Formula]]:
     """The parts in groups that have nothing to do with each other."""
     places = _Places(things((part,)) for part in parts)
     for place, part in enumerate(parts):
         if place in places.left:
             places.left.remove(place)
-            yield [part, *(parts[other] for other in places.taken(places.about[place]))]
+            yield [part, *(parts[other] for other in places.connected_with(places.about[place]))]
 
 
 class _Places:
@@ -95,7 +97,7 @@ class _Places:
             for name in names:
                 self._found.setdefault(name, []).append(place)
 
-    def taken(self, things: Set[object]) -> list[int]:
+    def connected_with(self, things: Set[object]) -> list[int]:
         """The constants that are left, and then what is connected with some things."""
         taken = [place for place in self._constants if place in self.left]
         self._constants = []

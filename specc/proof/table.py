@@ -223,7 +223,7 @@ class Cases:
         """The combinations that are satisfiable with exact or rounded numbers."""
         return self.allowed | self._rounded
 
-    def some(self, bits: int) -> int:
+    def find_model(self, bits: int) -> int:
         """`bits` without unsatisfiable combinations before the first satisfiable one; or 0.
 
         Raises:
@@ -240,7 +240,7 @@ class Cases:
             self.allowed &= ~struck
         return 0
 
-    def some_rounded(self, bits: int) -> int:
+    def find_rounded_model(self, bits: int) -> int:
         """Like `some`, of the combinations that are satisfiable only with rounded numbers."""
         while bits := bits & self._rounded:
             assert self._procedure is not None  # nothing else knows of rounding

@@ -16,7 +16,7 @@ from specc.limits import spend
 from specc.model.expr import Expr, MemoryRef
 from specc.model.requirement import Junction, Temporal, TemporalFormula, TickCondition
 from specc.model.types import Bool
-from specc.proof.decide import Solver, can_hold
+from specc.proof.decide import Solver, is_satisfiable
 from specc.proof.formula import Formula, Variable, atoms_of
 from specc.proof.translate import Translator
 
@@ -55,7 +55,7 @@ class Ticks:
         """Let go of the memory of the solver."""
         self._solver.release()
 
-    def asked(self, formula: TemporalFormula | Expr) -> Formula:
+    def formula_at(self, formula: TemporalFormula | Expr) -> Formula:
         """A formula, or a condition, at a tick; equal ones are one object."""
         known = self._asked.get(id(formula))
         if known is None:
@@ -67,12 +67,12 @@ class Ticks:
             case TickCondition(that=that):
                 return self._translator.formula(that)
             case Junction(op=op, operands=operands):
-                parts = [self.asked(operand) for operand in operands]
+                parts = [self.formula_at(operand) for operand in operands]
                 if op == "not":
                     return self.make.negation(parts[0])
                 return self.make.conjunction(parts) if op == "and" else self.make.disjunction(parts)
             case Temporal(op=op, operands=operands, span_s=span_s):
-                parts = [self.asked(operand) for operand in operands]
+                parts = [self.formula_at(operand) for operand in operands]
                 if op in ("throughout", "historically"):
                     opposite = "within" if op == "throughout" else "once"
                     inner = self._made(opposite, span_s, (self.make.negation(parts[0]),))
@@ -87,7 +87,7 @@ class Ticks:
             if not spend("proof", _OF_A_QUESTION):
                 return True
             self._possible[key] = True  # what follows from itself is not asked again
-            self._possible[key] = can_hold([*asked, *self._around(asked)], self._solver)
+            self._possible[key] = is_satisfiable([*asked, *self._around(asked)], self._solver)
         return self._possible[key] is not False
 
     def follows(self, asked: Formula, *context: Formula) -> bool:

@@ -26,7 +26,7 @@ class _Literal:
 
     expr: Expr
     bits: int
-    asked: bool
+    is_in_question: bool
 
 
 def condition_for(table: Table, cases: Cases, target: int, asked: frozenset[Atom]) -> Expr | None:
@@ -39,7 +39,7 @@ def condition_for(table: Table, cases: Cases, target: int, asked: frozenset[Atom
     """
     found: list[Expr] = []
     left = target
-    while left := cases.some(left):
+    while left := cases.find_model(left):
         if len(found) == MOST_CASES:
             return None
         case = _smallest(_literals(table, left, asked), table.full, cases.allowed & ~target)
@@ -59,7 +59,7 @@ def only(condition: Expr, other: Expr) -> Expr:
 def _smallest(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:
     """As few of the literals as keep all forbidden combinations out; those not asked go first."""
     kept = list(literals)
-    for literal in sorted(literals, key=lambda item: item.asked):
+    for literal in sorted(literals, key=lambda item: item.is_in_question):
         rest = [other for other in kept if other is not literal]
         bits = full
         for other in rest:
@@ -126,10 +126,10 @@ def two_rows(table: Table, cases: Cases, faults: int, conditions: Sequence[Formu
         second = next(
             index
             for index, row in enumerate(rows)
-            if index != first and cases.some(row & rows[first])
+            if index != first and cases.find_model(row & rows[first])
         )
         pair = min(first, second), max(first, second)
-        both = cases.some(rows[first] & rows[second])
+        both = cases.find_model(rows[first] & rows[second])
         found = replace(_witness(table, cases, both, faults, asked), holding=pair)
         if repaired is None:
             return found
@@ -147,8 +147,8 @@ def _narrowed(cases: Cases, rows: Sequence[int], faults: int) -> tuple[int | Non
 
     Of several it is the one that is left with the fewest faults, or the last of them.
     """
-    holding = [index for index, row in enumerate(rows) if cases.some(row & faults)]
-    able = [index for index in holding if cases.some(rows[index] & ~faults)]
+    holding = [index for index, row in enumerate(rows) if cases.find_model(row & faults)]
+    able = [index for index in holding if cases.find_model(rows[index] & ~faults)]
     chosen = max(able or holding, key=lambda index: ((rows[index] & faults).bit_count(), index))
     return chosen if able else None, chosen
 
@@ -166,7 +166,7 @@ def _witness(
     facts += tuple(fact for item in causes.items() for fact in _facts(*item, asked))
     answers += tuple(said for item in causes.items() for said in _answers(*item))
     found = Witness(facts, answers=answers)
-    if not cases.some(faults & ~told):
+    if not cases.find_model(faults & ~told):
         return found
     everywhere = condition_for(table, cases, faults, asked)
     return replace(found, everywhere=everywhere, some=everywhere is None)
@@ -229,12 +229,12 @@ def _as_told(table: Table, chosen: Mapping[Column, int], asked: frozenset[Atom])
     """The combinations in which the facts hold as they are put in words."""
     bits = table.full
     for column, answer in chosen.items():
-        for atom, yes in _told(column, answer, asked):
+        for atom, yes in _literals_of(column, answer, asked):
             bits &= table.bits_of(atom) if yes else ~table.bits_of(atom)
     return bits
 
 
-def _told(column: Column, answer: int, asked: frozenset[Atom]) -> list[tuple[Atom, bool]]:
+def _literals_of(column: Column, answer: int, asked: frozenset[Atom]) -> list[tuple[Atom, bool]]:
     """What is told of one answer; atoms that are not asked only where none of it is."""
     answered = list(zip(column.atoms, column.answers[answer], strict=True))
     if isinstance(column.variable, EnumItem):
@@ -247,7 +247,7 @@ def _told(column: Column, answer: int, asked: frozenset[Atom]) -> list[tuple[Ato
 
 def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tuple[str, str]]:
     """One answer of a column in words."""
-    told = _told(column, answer, asked)
+    told = _literals_of(column, answer, asked)
     if isinstance(column.variable, EnumItem):
         yield column.variable.text, " or ".join(_members(column.variable, told))
         return

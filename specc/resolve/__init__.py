@@ -96,7 +96,7 @@ def resolve(
         tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
         types_in(known),
         _operators(known),
-        _constants(definitions, findings.kept),
+        _constants(definitions, findings.cache),
         tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
         plant,
@@ -192,7 +192,7 @@ def _constants(definitions: Definitions, kept: AnswerCache | None) -> tuple[Cons
     known: dict[str, tuple[str, Constant]] = kept.answer("constants", None) or {}
     found = {}
     for name, constant in definitions.constants.items():
-        behind = definitions.made_from.behind(definitions.made_from.constants.get(name, constant))
+        behind = definitions.made_from.of(definitions.made_from.constants.get(name, constant))
         before = known.get(name)
         found[name] = before if before and before[0] == behind else (behind, constant)
     kept.keep("constants", None, found)

@@ -128,7 +128,7 @@ class AgentResolver:
         at: Setting,
     ) -> Subsystem | None:
         """The subsystem that `where` describes or uses, or None if what it uses cannot be used."""
-        before, withheld = len(self.findings.diagnostics), self.findings.withheld
+        before, withheld = len(self.findings.diagnostics), self.findings.suppressed
         repeated = len(self.findings.repeated)
         at = indexed(at, definition.each, where, self.findings)
         levels, inside = self._levels(f"{agent}.{name}", definition, where, at)
@@ -164,7 +164,7 @@ class AgentResolver:
 
         times = rate, budget_s
         given = kind, title, where.key, here.place, tuple(peers.items()), times, repr(groups)
-        behind = inside.definitions.made_from.behind(here.raw) if self.findings.kept else ""
+        behind = inside.definitions.made_from.of(here.raw) if self.findings.cache else ""
         # Notes for completion have the types of all constants.
         constants = inside.definitions.constants.values()
         types = tuple((constant.name, constant.value.type) for constant in constants)
@@ -201,7 +201,7 @@ class AgentResolver:
         if found:
             inner = all(_only_inside(finding, here) for finding in found)
             (self.faulty if inner else self.broken).add(name)
-        elif self.findings.withheld > withheld:
+        elif self.findings.suppressed > withheld:
             self.faulty.add(name)
 
     def _groups(
@@ -221,7 +221,7 @@ class AgentResolver:
         self, name: str, given: tuple[object, ...], made: Callable[[], Subsystem]
     ) -> Subsystem:
         """A subsystem as an earlier analysis has it, if that found nothing wrong with it."""
-        findings, kept = self.findings, self.findings.kept
+        findings, kept = self.findings, self.findings.cache
         if kept is None:
             return made()
         known: tuple[Subsystem, tuple[list[Any], ...], int] | None = kept.answer(name, given)
@@ -238,7 +238,7 @@ class AgentResolver:
     def _told(self) -> tuple[int, ...]:
         """What would be different if anything had been found, or looked up to be suggested."""
         findings = self.findings
-        return len(findings.diagnostics), findings.withheld, left("names compared")
+        return len(findings.diagnostics), findings.suppressed, left("names compared")
 
     def _inside(
         self,

@@ -89,7 +89,7 @@ def _ports(
             at = where[direction][peer]
             own = _port(peer, direction, buffer, at, expressions)
             if peer not in ends:
-                expressions.meant |= {f"{direction}.{end}" for end in nearest(peer, ends)}
+                expressions.unresolved |= {f"{direction}.{end}" for end in nearest(peer, ends)}
             ports.append(replace(own, other_end=ends.get(peer, "")))
     return tuple(ports)
 
@@ -102,7 +102,7 @@ def _port(
     if (buffer.elements and not found) or (buffer.interface and not shared):
         expressions.broken.add(peer)
     if buffer.interface and not shared:
-        expressions.meant.add(f"{direction}.{peer}")
+        expressions.unresolved.add(f"{direction}.{peer}")
     return Port(peer, direction, found, "", at.key, shared)
 
 

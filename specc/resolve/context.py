@@ -122,8 +122,8 @@ class Findings:
     meanings: list[Meaning] = field(default_factory=list)
     types: list[TypeText] = field(default_factory=list)
     uses: list[Use] = field(default_factory=list)
-    withheld: int = 0
-    kept: AnswerCache | None = None
+    suppressed: int = 0
+    cache: AnswerCache | None = None
     depth: int = 0
     """Of the definition that is being made inside others."""
     unread: bool = False
@@ -163,7 +163,7 @@ class Findings:
         end: int | None = None,
     ) -> None:
         """Note for an editor that a value at or below a place, a key or a part of it is a name."""
-        if of is not None and self.kept is not None:
+        if of is not None and self.cache is not None:
             self.uses.append(Use(Place(at.file, (*at.route, *below), part, start, end), of))
 
     def report(
@@ -192,7 +192,7 @@ class Findings:
         an element would have to be declared that it asks for.
         """
         if error.code == FOLLOW_UP:
-            self.withheld += 1
+            self.suppressed += 1
             return
         place = Place(where.file, where.route, "value", error.start, error.end)
         related = tuple(Related(origin.place, origin.words) for origin in error.origins)
@@ -265,7 +265,7 @@ class Findings:
                 known = {earlier.primary, *(other.place for other in earlier.related)}
                 if len(earlier.related) < _MOST_RELATED and found.primary not in known:
                     self.diagnostics[index] = replace(earlier, related=earlier.related + more)
-                self.withheld += 1
+                self.suppressed += 1
                 self.repeated.append(found)
                 return
         self.diagnostics.append(found)

@@ -18,8 +18,8 @@ from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Frame, Int
 from specc.resolve.context import Findings, Where
+from specc.resolve.fingerprint import Fingerprint
 from specc.resolve.groups import Groups
-from specc.resolve.made_from import MadeFrom
 from specc.schema.files import TypeDef
 from specc.schema.subsystem import InterfaceDef
 from specc.source import Place
@@ -224,7 +224,7 @@ class Definitions:
     """As `Scope.has_points`."""
     in_place: bool = False
     """Whether the parameters are indices, and all other constants those of the file."""
-    made_from: MadeFrom = field(default_factory=MadeFrom)
+    made_from: Fingerprint = field(default_factory=Fingerprint)
     """What is defined in the file and in those that it uses."""
 
     _serial: dict[str, int] = field(default_factory=dict)

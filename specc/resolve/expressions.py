@@ -44,7 +44,7 @@ _COMMENT = re.compile(r"[ \t]+#")
 _HELP = "` #` begins a comment in YAML: leave it out, or put the whole text in quotes"
 
 
-def told_of_comments(found: Iterable[Diagnostic], sources: Sources) -> Iterator[Diagnostic]:
+def add_comment_hints(found: Iterable[Diagnostic], sources: Sources) -> Iterator[Diagnostic]:
     """The findings; those of expressions that end too early and before a comment say so."""
     for finding in found:
         cut = finding.code == "E0301" and finding.message in CUT_SHORT
@@ -94,7 +94,7 @@ class Expressions:
     findings: Findings
     definitions: Definitions
     broken: set[str] = field(default_factory=set)
-    meant: set[str] = field(default_factory=set)
+    unresolved: set[str] = field(default_factory=set)
     home: Where | None = None
     groups: Mapping[str, Members] = field(default_factory=dict)
     """Names of many peers, with the peers."""
@@ -130,12 +130,12 @@ class Expressions:
 
         What it is assigned to is declared as of the expected type at `declared`.
         """
-        expr = self._meant(where, text, scope, expected, declared)
+        expr = self._parsed(where, text, scope, expected, declared)
         return None if expr is None or has_unknown(expr) else expr
 
     def condition(self, where: Where, text: str, scope: Scope) -> Expr | None:
         """The typed condition, parts of which are unknown after reporting, or None."""
-        return self._meant(where, text, scope, Bool(), None)
+        return self._parsed(where, text, scope, Bool(), None)
 
     def inside(self, where: Where, text: str, scope: Scope) -> None:
         """Report what is wrong in an expression, whatever it is used for."""
@@ -150,7 +150,7 @@ class Expressions:
                 if error.code not in FOR_WANT_OF_CONTEXT:
                     self.report(where, text, error)
 
-    def _meant(
+    def _parsed(
         self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
     ) -> Expr | None:
         expr = self._typed(where, text, scope, expected, declared)
@@ -163,7 +163,7 @@ class Expressions:
 
     def _note(self, where: Where, text: str, scope: Scope, expr: Expr | None) -> None:
         """Note a text for editors; outside of subsystems `resolve.uses` reads it, too."""
-        if self.home is None or self.findings.kept is not None:
+        if self.home is None or self.findings.cache is not None:
             told = None if expr is None or has_unknown(expr) else expr
             places = self.definitions.places
             self.findings.meanings.append(Meaning(where, text, scope, told, places, self.home))
@@ -193,11 +193,11 @@ class Expressions:
         known = named in self.broken or named in self.definitions.broken
         buffer = _ELEMENT.search(text[: error.end])
         named_buffer = re.sub(r"\s", "", buffer[0]) if buffer else ""
-        known |= not self.meant.isdisjoint((named_buffer, named_buffer.rpartition(".")[0]))
+        known |= not self.unresolved.isdisjoint((named_buffer, named_buffer.rpartition(".")[0]))
         # Of many peers an expression says `r.element`, and all of them have one buffer.
-        known |= error.code == "E0230" and any(name.startswith("x.") for name in self.meant)
+        known |= error.code == "E0230" and any(name.startswith("x.") for name in self.unresolved)
         if error.code.startswith(("E02", "O02")) and known:
-            self.findings.withheld += 1
+            self.findings.suppressed += 1
             return
         self.findings.expression_error(where, error, target, self._lacking(text, error))
 

@@ -97,7 +97,7 @@ def _elements_of(
             help=first.help,
         )
     elif scratch.diagnostics:
-        findings.withheld += 1
+        findings.suppressed += 1
     return interface, found
 
 

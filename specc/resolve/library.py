@@ -97,7 +97,7 @@ class Library:
         own.places |= {f"parameter {n}": parameters[n].key for n in file.spec.parameters}
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         self._use_others(file, own)
-        if self.findings.kept is not None:
+        if self.findings.cache is not None:
             self._note_texts(file, (frames, sizes), own)
         self._frames(file, own)
         self._types(file, own)
@@ -111,7 +111,7 @@ class Library:
         constants = file.top["constants"]
         other = set(get_args(_Section)) - {"constants"}
         texts = [file.top[key].raw for key in ("specc", "use", "parameters", *sorted(other))]
-        own.made_from.take((file.path, given, texts))
+        own.made_from.add((file.path, given, texts))
         for name in file.spec.constants:
             own.made_from.define(name, (file.path, constants[name].raw))
 
@@ -120,8 +120,8 @@ class Library:
     ) -> None:
         """Add what else is in force in `file`, whose value parameters are `given`."""
         if given is not None:
-            if self.findings.kept is not None:
-                own.made_from.take(given)
+            if self.findings.cache is not None:
+                own.made_from.add(given)
             own.given = {c.name: c for c in given}
             for constant in given:
                 if constant.name not in own.constants:
@@ -156,7 +156,7 @@ class Library:
                 inner = replace(self, _using=(*self._using, file.path))
                 self._known[other.path] = inner.definitions(other)
             known = self._known[other.path]
-            own.made_from.absorb(known.made_from)
+            own.made_from.merge(known.made_from)
             if self._is_allowed(1 + len(known.places) // _NAMES_OF_A_PART, where.place):
                 own.absorb(known, self.findings)
             else:

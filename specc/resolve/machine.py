@@ -180,7 +180,7 @@ class MachineResolver:
     def _target(self, target: str, at: Where) -> _Written | None:
         """What a target is, `y.peer.element` or memory; None after reporting."""
         found = self._targets.get(target)
-        if self._findings.kept is not None:
+        if self._findings.cache is not None:
             note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
             self._no_target(target, at)
@@ -189,8 +189,8 @@ class MachineResolver:
     def _no_target(self, target: str, at: Where) -> None:
         match target.split("."):
             case ["y", peer, name]:
-                if f"y.{peer}" in self.expressions.meant:
-                    self._findings.withheld += 1
+                if f"y.{peer}" in self.expressions.unresolved:
+                    self._findings.suppressed += 1
                 elif name not in self.expressions.broken:
                     lacks = self.expressions.element("y", peer, name)
                     outputs = self._outputs
@@ -294,7 +294,7 @@ class MachineResolver:
                 if name in known:
                     note_element(self._findings, written, at, self.where, known[name][2].place)
                     found.append(known[name][:2])
-                elif name not in self.expressions.meant and not self.expressions.broken:
+                elif name not in self.expressions.unresolved and not self.expressions.broken:
                     self._findings.unknown(code, what, name, known, at.place)
         return tuple(found)
 

@@ -307,7 +307,7 @@ class _DisturbanceReader:
         return found
 
     def _expect(self, found: Draw, wanted: Unit, at: Where) -> None:
-        if unit := found.misfit(wanted):
+        if unit := found.invalid_unit(wanted):
             way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
             if wanted == DIMENSIONLESS:
                 way, needed = "write it without a unit, e.g. `0.5`", "without a unit"

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from specc.analysis import Facts
-from specc.analysis.ages import Held, Trail
+from specc.analysis.ages import AgeChain, UnboundedAge
 from specc.analysis.dataflow import InputNode
 from specc.pipeline import read_spec
 from tests.seeds import Seeds, blocks
@@ -124,8 +124,8 @@ def the_greatest_age_is_met_and_never_exceeded(seed: int, tmp_path: Path) -> Non
     node = InputNode(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
     found = Facts(system).ages.oldest(node)
     holds = any(b.pauses and not r.asks for b, r in pairwise(stages))
-    assert isinstance(found, Held) == holds
-    if not isinstance(found, Held):
+    assert isinstance(found, UnboundedAge) == holds
+    if not isinstance(found, UnboundedAge):
         met = observed(stages, seed)
         assert (met is None) == (found is None)
         if found is not None and met is not None:
@@ -156,8 +156,8 @@ def samples_of_a_sporadic_device_are_as_old_as_its_gap(seed: int, tmp_path: Path
     node = InputNode(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
     found = Facts(system).ages.oldest(node)
     held = any(b.pauses and not r.asks for b, r in pairwise(stages))
-    assert isinstance(found, Held) == (held or (not limit and not stages[0].asks))
-    if isinstance(found, Trail):
+    assert isinstance(found, UnboundedAge) == (held or (not limit and not stages[0].asks))
+    if isinstance(found, AgeChain):
         met = observed(stages, seed, gap or STEPS)
         assert met is None or met <= found.age_s
 
@@ -172,7 +172,7 @@ def test_the_ways_of_a_trail_add_up(tmp_path: Path) -> None:
         last = len(stages) - 1
         node = InputNode(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
         found = Facts(system).ages.oldest(node)
-        if isinstance(found, Trail):
+        if isinstance(found, AgeChain):
             hops = found.hops()
             assert [hop.node.reader for hop in hops][-1] == f"a{last}.c"
             for earlier, later in pairwise(hops):

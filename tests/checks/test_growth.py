@@ -203,10 +203,12 @@ def test_questions_about_ticks_end_with_their_allowance(monkeypatch: pytest.Monk
     monkeypatch.setitem(ALLOWED, "proof", 300)
     asked: list[object] = []
     monkeypatch.setattr(
-        ticks, "can_hold", lambda parts, _: (asked.append(parts), decide.can_hold(parts, None))[1]
+        ticks,
+        "can_hold",
+        lambda parts, _: (asked.append(parts), decide.is_satisfiable(parts, None))[1],
     )
     named = [MemoryRef(f"b{i}", type=Bool()) for i in range(100)]
     with one_run():
         known = ticks.Ticks({})
-        assert all(known.is_possible(known.asked(each)) for each in named)
+        assert all(known.is_possible(known.formula_at(each)) for each in named)
     assert 0 < len(asked) < 10

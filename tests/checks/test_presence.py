@@ -10,7 +10,7 @@ import pytest
 
 from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import RowEdge, reached_from
-from specc.analysis.presence import Presence
+from specc.analysis.presence import DefiniteAssignment
 from specc.model.expr import TRUE, Choice, Expr, Fresh, Input, LetRef, Logic, Present, Unary
 from specc.model.fsm import Transition
 from specc.model.system import Element, Port, Subsystem
@@ -92,7 +92,7 @@ def test_presence_is_what_all_ways_have_in_common(seeds: Seeds) -> None:
 def presence_is_what_all_ways_have_in_common(seed: int) -> None:
     machine_, steps, arrivals = random_flow(seed)
     expected = followed(steps, arrivals)
-    found = Presence(machine_, steps, arrivals).in_functions
+    found = DefiniteAssignment(machine_, steps, arrivals).in_functions
     assert {state: found[state] for state in expected} == expected
     assert expected.keys() == entered(steps)
 
@@ -105,20 +105,20 @@ def test_a_way_without_an_element_is_one(seeds: Seeds) -> None:
 
 def a_way_without_an_element_is_one(seed: int) -> None:
     machine_, steps, arrivals = random_flow(seed)
-    presence = Presence(machine_, steps, arrivals)
+    presence = DefiniteAssignment(machine_, steps, arrivals)
     for state in entered(steps):
         for element in set(INPUTS) - presence.in_functions[state]:
-            way = presence.way_without(state, element)
+            way = presence.path_without(state, element)
             assert (way[0], way[-1]) == ("S0", state)
             for source, target in pairwise(way):
                 assert any(leads(presence, s, source, target, element) for s in steps)
 
 
 def leads(
-    presence: Presence, step: RowEdge, source: str, target: str, element: tuple[str, str]
+    presence: DefiniteAssignment, step: RowEdge, source: str, target: str, element: tuple[str, str]
 ) -> bool:
     ends = step.row.source, step.row.target
-    return ends == (source, target) and element not in presence.after(step)
+    return ends == (source, target) and element not in presence.after_row(step)
 
 
 A, B = (Input("c", name, type=BOOL) for name in "ab")
@@ -140,7 +140,10 @@ def read(expr: Expr, known: Names = frozenset(), together: bool = False) -> set[
     """Elements that `expr` may read in vain."""
     pairs = {("c", "a"): frozenset({("c", "b")})} if together else {}
     arrivals = Arrivals(frozenset(), frozenset(), pairs)
-    return {r.input.element for r in Presence(machine([TRUE]), (), arrivals).unguarded(expr, known)}
+    return {
+        r.input.element
+        for r in DefiniteAssignment(machine([TRUE]), (), arrivals).unguarded(expr, known)
+    }
 
 
 @pytest.mark.parametrize(
@@ -171,7 +174,9 @@ def test_what_is_sent_together_is_present_together() -> None:
 def test_lets_are_followed() -> None:
     lets: dict[str, Expr] = {"asked": fresh(A), "value": A}
     asked, value = (LetRef(name, type=BOOL) for name in lets)
-    presence = Presence(machine([TRUE], lets=lets), (), Arrivals(frozenset(), frozenset()))
+    presence = DefiniteAssignment(
+        machine([TRUE], lets=lets), (), Arrivals(frozenset(), frozenset())
+    )
     guarded = Logic("and", (asked, value), type=BOOL)
     assert not list(presence.unguarded(guarded, frozenset()))
     (reading,) = presence.unguarded(value, frozenset())
@@ -184,7 +189,9 @@ def test_a_let_is_followed_wherever_it_is_named() -> None:
     value = LetRef("value", type=BOOL)
     others = [Input("c", f"e{index}", type=BOOL) for index in range(40)]
     named_ = [Logic("and", (present(A), present(e), value), type=BOOL) for e in others]
-    presence = Presence(machine([TRUE], lets={"value": A}), (), Arrivals(frozenset(), frozenset()))
+    presence = DefiniteAssignment(
+        machine([TRUE], lets={"value": A}), (), Arrivals(frozenset(), frozenset())
+    )
     assert not list(presence.unguarded(Logic("or", tuple(named_), type=BOOL), frozenset()))
     without = Logic("and", (present(others[0]), value), type=BOOL)
     every = Logic("or", (*named_, without), type=BOOL)

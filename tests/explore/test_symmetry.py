@@ -10,7 +10,7 @@ import pytest
 
 from specc.pipeline import Result, compile_spec
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.bottom_components import lasting
+from specc.tools.explore.bottom_components import terminal_components
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.findings import findings
@@ -127,7 +127,10 @@ def test_rovers(faulty: bool, tmp_path: Path) -> None:
     assert found(one, abstraction, result) == found(all_, abstraction, result)
     assert bool(found(one, abstraction, result)) == faulty
     if not faulty:  # all stay in one set, in which each does what the others do
-        ((mine,), (full,)) = lasting(one, abstraction), lasting(all_, abstraction)
+        ((mine,), (full,)) = (
+            terminal_components(one, abstraction),
+            terminal_components(all_, abstraction),
+        )
         assert (mine.states, mine.rows, mine.sent) == (full.states, full.rows, full.sent)
 
 
@@ -137,7 +140,10 @@ def test_copies_that_take_turns(tmp_path: Path) -> None:
     (one, abstraction), (all_, _) = (composed(result, symmetric=s) for s in (True, False))
     assert len(one.configurations) < len(all_.configurations)
     assert reached(one) == reached(all_)
-    ((mine,), (full,)) = lasting(one, abstraction), lasting(all_, abstraction)
+    ((mine,), (full,)) = (
+        terminal_components(one, abstraction),
+        terminal_components(all_, abstraction),
+    )
     assert (mine.states, mine.rows, mine.sent) == (full.states, full.rows, full.sent)
     (copies,) = one.composition.copies
     machines = {copy[0] for copy in copies.machines}

@@ -33,7 +33,7 @@ FACTS = {
     "analysis/constancy.py": "which parts of it are constant",
     "analysis/guards.py": "what holds where a part of it is computed",
     "analysis/memory.py": "between which numbers it lies",
-    "analysis/pointless.py": "where it was written",
+    "analysis/suspicious_expressions.py": "where it was written",
     "analysis/reaching.py": "which definitions give it its value",
     "checks/usage.py": "whether it is used",
     "checks/waiting.py": "which arrivals make it true",

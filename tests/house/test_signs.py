@@ -14,7 +14,7 @@ ASKED = {
     "lower/nodes.py": "how `a ** -b` and motions are written in Python",
     "lower/terms.py": "whether infinity shows in a result, and which results are new arrays",
     "analysis/failures.py": "of which operand the value does not matter",
-    "analysis/pointless.py": "what is added up, with constant factors",
+    "analysis/suspicious_expressions.py": "what is added up, with constant factors",
     "analysis/reaching.py": "what it does to each number of vectors",
     "checks/counters.py": "what counts up",
     "checks/expressions.py": "a minus sign before a number",

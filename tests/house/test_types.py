@@ -137,7 +137,7 @@ def test_columns_of_values_agree(one: Type) -> None:
         return kind(type).data(type, value, data)
 
     def taken(type: Type, value: object) -> object:
-        return kind(type).taken(type, value, taken)
+        return kind(type).decode(type, value, taken)
 
     for value in (first_value(one), *others(first_value(one), one)):
         again = taken(one, data(one, value))

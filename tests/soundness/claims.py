@@ -14,7 +14,7 @@ from random import Random
 
 from specc import analysis
 from specc.analysis import Facts
-from specc.checks.constancy import Constancy
+from specc.checks.constancy import ConstantConditions
 from specc.model.expr import Expr
 from specc.model.system import System
 from tests.soundness import interpreter
@@ -50,26 +50,26 @@ class Claims:
 def claims_of(system: System) -> dict[str, Claims]:
     """The claims about each subsystem of an accepted system."""
     facts = Facts(system)
-    return {m.subsystem.qualified_name: _claims(m) for m in facts.whole}
+    return {m.subsystem.qualified_name: _claims(m) for m in facts.complete_machines}
 
 
 def _claims(machine: analysis.Machine) -> Claims:
-    found, constancy, subsystem = Claims(), Constancy(machine), machine.subsystem
+    found, constancy, subsystem = Claims(), ConstantConditions(machine), machine.subsystem
     for condition in subsystem.conditions:
-        parts = [] if machine.settled(condition) is not None else constancy.parts(condition)
+        parts = [] if machine.constant_value(condition) is not None else constancy.parts(condition)
         for part in parts:
             about = found.in_conditions if part.text.expr is condition.when else found.anywhere
             about[f"{part.claim}"] = _always(part.claim)
     for part in constancy.parts_elsewhere():
         found.anywhere[f"{part.claim}"] = _always(part.claim)
-    for misfit in machine.misfits.found:
+    for misfit in machine.suspicious.found:
         one, other = misfit.because[0], misfit.because[-1]
         if misfit.kind == "itself":
             found.anywhere[f"same {misfit.expr}"] = _same(one, other)
         elif misfit.kind == "bounds":
             found.anywhere[f"limited {misfit.expr}"] = _same(misfit.expr, one)
     for state in subsystem.states:
-        for late in machine.lasting.late(state):
+        for late in machine.dwell_times.late(state):
             if late.row is None:
                 cause = "error" if late.condition is state.behaviour.error else "terminal"
                 found.never_ends.add((state.name, cause))

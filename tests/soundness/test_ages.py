@@ -16,7 +16,7 @@ from specc_runtime.plant import NO_SAMPLE
 from specc_runtime.records import StepRecord
 
 from specc.analysis import Facts
-from specc.analysis.ages import Trail
+from specc.analysis.ages import AgeChain
 from specc.analysis.dataflow import InputNode
 from specc.pipeline import Result
 from tests.runtime.driven import Driven, DrivenClock
@@ -142,8 +142,8 @@ def _subsystems(peers: list[str]) -> list[str]:
 
 def limits(facts: Facts) -> dict[InputNode, Fraction]:
     """The ages that `specc ages` lists."""
-    oldest = {node: facts.ages.oldest(node) for node, _ in facts.received()}
-    return {node: trail.age_s for node, trail in oldest.items() if isinstance(trail, Trail)}
+    oldest = {node: facts.ages.oldest(node) for node, _ in facts.inputs()}
+    return {node: trail.age_s for node, trail in oldest.items() if isinstance(trail, AgeChain)}
 
 
 def run_twice(result: Result, seed: str) -> dict[tuple[str, tuple[str, str]], Met]:

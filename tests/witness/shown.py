@@ -7,26 +7,26 @@ from collections.abc import Iterator
 
 import pytest
 
-from specc.analysis import Decided, Facts
+from specc.analysis import Facts, RowVerdictAt
 from specc.analysis.examples import Examples
 from specc.analysis.unknown_parts import is_vague
 from specc.model.expr import Expr
 from specc.proof import Witness
-from specc.proof.search import Semantics, runnable
+from specc.proof.search import Interpreter, runnable
 from specc.proof.search.example import Example, says_all
 
 SAID = re.compile(r"`([^`]+)`( fresh)? = (\[.*?\]|[^,]*)")
 
 
-def refuted_of(facts: Facts) -> Iterator[tuple[Facts, Decided, Witness]]:
-    for decided in facts.decided():
+def refuted_of(facts: Facts) -> Iterator[tuple[Facts, RowVerdictAt, Witness]]:
+    for decided in facts.row_verdicts():
         decision = decided.verdict.decision
         for witness in (decision.gap if decided.verdict.rows else None, decision.overlap):
             if witness:
                 yield facts, decided, witness
 
 
-def shown(facts: Facts, decided: Decided, witness: Witness) -> Example:
+def shown(facts: Facts, decided: RowVerdictAt, witness: Witness) -> Example:
     """The example of a refutation, which shows it; it is not told if the message says all."""
     found = Examples(facts).find(decided.subsystem, decided.state, decided.cause, witness)
     if not witness.everywhere and all(says_all(asked) for asked, _ in witness.answers):
@@ -36,9 +36,9 @@ def shown(facts: Facts, decided: Decided, witness: Witness) -> Example:
     return found
 
 
-def shows(found: Example, facts: Facts, decided: Decided, witness: Witness) -> None:
+def shows(found: Example, facts: Facts, decided: RowVerdictAt, witness: Witness) -> None:
     """The values give no row, or the rows of the witness, and are those that are said."""
-    meaning = Semantics(facts.system, decided.subsystem)
+    meaning = Interpreter(facts.system, decided.subsystem)
 
     def true(condition: Expr) -> bool:
         return bool(meaning.value(runnable(condition), found.situation, strictly=True))
@@ -55,7 +55,7 @@ def shows(found: Example, facts: Facts, decided: Decided, witness: Witness) -> N
     said_as_it_is(found, decided)
 
 
-def said_as_it_is(found: Example, decided: Decided) -> None:
+def said_as_it_is(found: Example, decided: RowVerdictAt) -> None:
     """The text has the values of the situation."""
     at, period_s = found.situation, float(1 / decided.subsystem.rate_hz)
     for name, fresh, text in SAID.findall(found.text):

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 
 from bench.seeding.fault import Seed
 from bench.seeding.score import Bed
-from specc.analysis import Decided, Facts
+from specc.analysis import Facts, RowVerdictAt
 from specc.analysis.examples import Examples
 from specc.model.expr import Clock
 from specc.model.system import System
@@ -20,10 +20,10 @@ from specc.model.types import Bool, Real, Vector
 from specc.model.units import METRE
 from specc.pipeline import compile_spec, read_spec
 from specc.proof import Witness
-from specc.proof.search import SearchBudget, Semantics
+from specc.proof.search import Interpreter, SearchBudget
 from specc.proof.search.example import worded
-from specc.proof.search.search import Ways
-from specc.proof.search.situation import Freedom
+from specc.proof.search.search import Inverter
+from specc.proof.search.situation import FreeVariables
 from specc.proof.search.thresholds import Thresholds
 from tests.lower.test_law import systems
 from tests.seeds import examples
@@ -37,7 +37,7 @@ CODES = ("E0601", "E0602")
 outcomes: Counter[str] = Counter()
 
 
-def refuted(path: Path) -> Iterator[tuple[Facts, Decided, Witness]]:
+def refuted(path: Path) -> Iterator[tuple[Facts, RowVerdictAt, Witness]]:
     """The refutations about rows in a specification."""
     result = read_spec(str(path))
     assert result.system is not None
@@ -166,9 +166,11 @@ def test_a_truth_of_the_clock_is_compared_with_truths() -> None:
     """`entered` is a clock as `elapsed` is, and no time."""
     system = read_spec(str(ROOT / "specs" / "conveyor_gate.yaml")).system
     assert system is not None
-    meaning = Semantics(system, system.subsystems[0])
+    meaning = Interpreter(system, system.subsystems[0])
     start = meaning.blank(0.0)
-    ways = Ways(meaning, Freedom(frozenset(), frozenset()), Thresholds((), meaning, start))
+    ways = Inverter(
+        meaning, FreeVariables(frozenset(), frozenset()), Thresholds((), meaning, start)
+    )
     entered = Clock("entered", type=Bool())
     for wanted in (True, False):
         assert list(ways._values(entered, "==", wanted)) == [wanted]

@@ -7,10 +7,10 @@ hand, as far as it has the `Freedom`, until it meets that; `Semantics` evaluates
 from specc.proof.search.search import Goal, find, showing
 from specc.proof.search.situation import (
     NO_VALUE,
-    Freedom,
+    FreeVariables,
+    Interpreter,
     LagKey,
     OperatorAnswer,
-    Semantics,
     Situation,
     lag_key,
     runnable,
@@ -19,12 +19,12 @@ from specc.proof.search.thresholds import SearchBudget
 
 __all__ = [
     "NO_VALUE",
-    "Freedom",
+    "FreeVariables",
     "Goal",
+    "Interpreter",
     "LagKey",
     "OperatorAnswer",
     "SearchBudget",
-    "Semantics",
     "Situation",
     "find",
     "lag_key",

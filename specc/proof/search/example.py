@@ -21,7 +21,7 @@ from specc.model.types import (
 )
 from specc.model.units import DIMENSIONLESS
 from specc.proof.search.search import Goal, find
-from specc.proof.search.situation import NO_VALUE, Freedom, Semantics, Situation, lag_key
+from specc.proof.search.situation import NO_VALUE, FreeVariables, Interpreter, Situation, lag_key
 from specc.proof.search.thresholds import SearchBudget
 from specc.proof.verdict import InputName
 
@@ -84,7 +84,7 @@ def tidied(
     found: Situation,
     start: Situation,
     about: Sequence[m.Expr],
-    meaning: Semantics,
+    meaning: Interpreter,
     shows: Callable[[Situation], bool],
 ) -> Situation:
     """The situation with what is `about` as at the start, sooner or rounded, if that `shows` it.
@@ -102,7 +102,7 @@ def tidied(
 
 
 def _answered(
-    calls: Iterable[m.Call], at: Situation, before: Situation, meaning: Semantics
+    calls: Iterable[m.Call], at: Situation, before: Situation, meaning: Interpreter
 ) -> Situation:
     """A situation in which operators give what they gave before."""
     for call in calls:
@@ -245,9 +245,9 @@ class Example:
 def example(
     goals: Sequence[Goal],
     about: Sequence[m.Expr],
-    meaning: Semantics,
+    meaning: Interpreter,
     start: Situation,
-    freedom: Freedom,
+    freedom: FreeVariables,
     budget: SearchBudget,
 ) -> Example | None:
     """An example near `start` that meets the goals; None if none was found.
@@ -261,10 +261,10 @@ def example(
         return None
     parts = list(leaves(about, meaning.lets))
     found = tidied(found, start, parts, meaning, lambda at: _shows(meaning, goals, at))
-    return Example(found, ", ".join(_said(parts, meaning, found)))
+    return Example(found, ", ".join(_described(parts, meaning, found)))
 
 
-def _shows(meaning: Semantics, goals: Sequence[Goal], at: Situation) -> bool:
+def _shows(meaning: Interpreter, goals: Sequence[Goal], at: Situation) -> bool:
     """Whether the goals are met, with nothing read that is not there."""
     try:
         return all(bool(meaning.value(e, at, strictly=True)) is yes for e, yes in goals)
@@ -272,7 +272,7 @@ def _shows(meaning: Semantics, goals: Sequence[Goal], at: Situation) -> bool:
         return False
 
 
-def _said(about: Sequence[m.Expr], meaning: Semantics, at: Situation) -> Iterator[str]:
+def _described(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> Iterator[str]:
     read = {leaf.key: leaf for leaf in about if isinstance(leaf, m.Input)}
     asked = {leaf.input.key for leaf in about if isinstance(leaf, m.Fresh)}
     for leaf in dict.fromkeys(_element(leaf, read) for leaf in about):
@@ -286,7 +286,7 @@ def _said(about: Sequence[m.Expr], meaning: Semantics, at: Situation) -> Iterato
                 yield from _other(leaf, meaning, at)
 
 
-def _other(leaf: m.Expr, meaning: Semantics, at: Situation) -> Iterator[str]:
+def _other(leaf: m.Expr, meaning: Interpreter, at: Situation) -> Iterator[str]:
     """What memory or an operator gives; nothing where it has no value, and so does not matter."""
     try:
         text = worded(meaning.value(leaf, at), leaf.type)

@@ -19,8 +19,8 @@ from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
 from specc.proof.search.situation import (
     NO_VALUE,
-    Freedom,
-    Semantics,
+    FreeVariables,
+    Interpreter,
     Situation,
     runnable,
 )
@@ -37,10 +37,12 @@ MOST_STEPS = 1000
 _OTHER_TEXT = "something else"
 
 
-class Ways:
+class Inverter:
     """Solves `expression == value` for inputs, memory, results of operators and time."""
 
-    def __init__(self, meaning: Semantics, freedom: Freedom, thresholds: Thresholds) -> None:
+    def __init__(
+        self, meaning: Interpreter, freedom: FreeVariables, thresholds: Thresholds
+    ) -> None:
         self._meaning = meaning
         self._thresholds = thresholds
         self._steps = SearchBudget(MOST_STEPS)
@@ -211,7 +213,7 @@ def items_of(expr: m.Expr, at_hand: Value) -> Iterator[m.Expr]:
         yield m.Component(expr, index, type=kind.element)
 
 
-def conjuncts(expr: m.Expr, wanted: bool, meaning: Semantics) -> list[tuple[m.Expr, bool]]:
+def conjuncts(expr: m.Expr, wanted: bool, meaning: Interpreter) -> list[tuple[m.Expr, bool]]:
     """What must hold or fail together so that a condition does; what a let says counts once."""
     found: list[tuple[m.Expr, bool]] = []
     open_, seen = [(expr, wanted)], set[tuple[str, bool]]()
@@ -272,10 +274,10 @@ def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:
 
 
 def find(
-    meaning: Semantics,
+    meaning: Interpreter,
     start: Situation,
     goals: Iterable[Goal],
-    freedom: Freedom,
+    freedom: FreeVariables,
     budget: SearchBudget | None = None,
 ) -> Situation | None:
     """A situation near `start` that meets all goals; None if none was found.
@@ -287,7 +289,7 @@ def find(
     if not _unmet(meaning, wanted, start):
         return start
     thresholds = Thresholds([condition for condition, _ in wanted], meaning, start)
-    conditions = Ways(meaning, freedom, thresholds)
+    conditions = Inverter(meaning, freedom, thresholds)
     for seed in range(STARTS):
         rng = random.Random(seed)
         found = _repaired(meaning, start, wanted, conditions, rng, budget)
@@ -297,10 +299,10 @@ def find(
 
 
 def _repaired(
-    meaning: Semantics,
+    meaning: Interpreter,
     start: Situation,
     wanted: Sequence[Goal],
-    conditions: Ways,
+    conditions: Inverter,
     rng: random.Random,
     budget: SearchBudget,
 ) -> Situation | None:
@@ -319,5 +321,5 @@ def _repaired(
     return None
 
 
-def _unmet(meaning: Semantics, wanted: Sequence[Goal], at: Situation) -> list[Goal]:
+def _unmet(meaning: Interpreter, wanted: Sequence[Goal], at: Situation) -> list[Goal]:
     return [goal for goal in wanted if meaning.holds(goal[0], at) is not goal[1]]

@@ -102,7 +102,7 @@ class LazyValues(InOrder[Value]):
         return value
 
 
-class Semantics:
+class Interpreter:
     """What the expressions of one subsystem mean."""
 
     def __init__(self, system: System, subsystem: Subsystem) -> None:
@@ -190,7 +190,7 @@ LONGEST = 100_000
 
 
 @dataclass(frozen=True, slots=True)
-class Freedom:
+class FreeVariables:
     """What a search may change.
 
     Attributes:

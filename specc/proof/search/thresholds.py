@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import COMPARED, Builtin, Compare, Expr, Number, walk
-from specc.proof.search.situation import NO_VALUE, Semantics, Situation
+from specc.proof.search.situation import NO_VALUE, Interpreter, Situation
 
 # The budget of a search, counted in situations so that it always ends at the same one.
 
@@ -45,7 +45,7 @@ _MOST = 8
 class Thresholds:
     """Numbers that some conditions compare with."""
 
-    def __init__(self, conditions: Iterable[Expr], meaning: Semantics, at: Situation) -> None:
+    def __init__(self, conditions: Iterable[Expr], meaning: Interpreter, at: Situation) -> None:
         """`at` is any situation; what depends on it counts with the value that it has there."""
         known = {0.0}
         for condition in (*conditions, *meaning.lets.values()):
@@ -80,7 +80,7 @@ class Thresholds:
         yield from (limit + 1000, limit - 1000)
 
 
-def _numbers(parts: Iterable[Expr], meaning: Semantics, at: Situation) -> set[float]:
+def _numbers(parts: Iterable[Expr], meaning: Interpreter, at: Situation) -> set[float]:
     found = set()
     for part in parts:
         try:

@@ -110,7 +110,7 @@ class Theory:
     def _core(self, answers: Sequence[Answered]) -> list[Answered] | None:
         """Some answers that are impossible together, not the fewest; None if all are possible."""
         # The terms are kept: z3 gives the identity of one that nobody holds to the next.
-        said = [self.said(*answer) for answer in answers]
+        said = [self.literal(*answer) for answer in answers]
         if self._check(said):
             return None
         needed = {term.get_id() for term in self._solver.unsat_core()}
@@ -129,7 +129,7 @@ class Theory:
         finally:
             self._solver.pop()
 
-    def said(self, atom: Atom, yes: bool) -> Any:
+    def literal(self, atom: Atom, yes: bool) -> Any:
         """The term that the answer to the question of an atom is yes, or no."""
         return self._answers[atom] if yes else z3.Not(self._answers[atom])
 
@@ -292,7 +292,7 @@ class _Question:
         facts = tuple((a.text, "true" if yes == a.text_holds else "false") for a, yes in answers)
         said = tuple((a.expr, yes == a.text_holds) for a, yes in answers if a.expr is not None)
         told = [z3.BoolVal(True, self._theory.context)]  # there may be no answer
-        told += [self._theory.said(*answer) for answer in answers]
+        told += [self._theory.literal(*answer) for answer in answers]
         some = self._may_hold([*self._context, fault, z3.Not(z3.And(told))])
         return Witness(facts, answers=said, some=some)
 
@@ -302,14 +302,14 @@ class _Question:
         if model is None:
             return None
         answers = [
-            (atom, z3.is_true(model.eval(self._theory.said(atom, True), model_completion=True)))
+            (atom, z3.is_true(model.eval(self._theory.literal(atom, True), model_completion=True)))
             for atom in self._asked
             if atom.expr
         ]
         kept = list(answers)
         for item in answers if len(answers) <= MOST_FACTS else ():
             rest = [other for other in kept if other is not item]
-            said = [self._theory.said(*other) for other in rest]
+            said = [self._theory.literal(*other) for other in rest]
             if not self._holds([*self._context, no_fault, *said]):
                 kept = rest
         return kept
@@ -353,4 +353,4 @@ class _Question:
             case "true" | "false":
                 return z3.BoolVal(formula.kind == "true", self._theory.context)
         assert formula.atom is not None
-        return self._theory.said(formula.atom, formula.kind == "atom")
+        return self._theory.literal(formula.atom, formula.kind == "atom")

@@ -34,10 +34,10 @@ from specc.model.types import (
     within,
 )
 from specc.model.wires import Wires
-from specc.proof.decide import Solver, can_hold
+from specc.proof.decide import Solver, is_satisfiable
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.numbering import Numbering
-from specc.proof.relations import conjuncts, related
+from specc.proof.relations import conjuncts, connected
 from specc.proof.table import Cases, Table
 from specc.proof.translate import Translator
 from specc.proof.verdict import FactTexts, TooLargeError, UnsureError
@@ -173,7 +173,7 @@ class Constants:
         numbers = (_marked(expr, mark) for mark, expr in zip(_MARKS, (old, new), strict=True))
         return len({self._numbering.number(expr) for expr in numbers}) == 1
 
-    def said(self, requirement: Requirement, version: Literal[0, 1]) -> object:
+    def canonical_form(self, requirement: Requirement, version: Literal[0, 1]) -> object:
         """What a requirement of the old or the new version says, whatever it calls constants."""
         return requirement.lasts, self._form(requirement.formula, _MARKS[version])
 
@@ -272,7 +272,7 @@ class _Moment:
             return False
         return all(
             number(one) == number(other)
-            or can_hold([*tests, *more, *self._axioms], self._solver) is False
+            or is_satisfiable([*tests, *more, *self._axioms], self._solver) is False
             for tests, one in choices[0]
             for more, other in choices[1]
         )
@@ -300,9 +300,9 @@ class _Moment:
         try:
             try:
                 things = self._solver.relations.things
-                return self._verdict(before, after, related(known, (before, after), things))
+                return self._verdict(before, after, connected(known, (before, after), things))
             except TooLargeError:
-                return self._verdict(before, after, related(known, (before, after)))
+                return self._verdict(before, after, connected(known, (before, after)))
         except (TooLargeError, UnsureError) as error:
             return Verdict(False, unknown=str(error))
 
@@ -332,7 +332,7 @@ class _Moment:
             # Only what refutes has to be possible.
             cases = Cases(table, assumed, self._solver.between(atoms))
         only_old, only_new = (
-            cases.some(bits) or cases.some_rounded(bits) for bits in (lost, gained)
+            cases.find_model(bits) or cases.find_rounded_model(bits) for bits in (lost, gained)
         )
         unsure = next((atom.text for atom in atoms if atom.unsure), "")
         if unsure and (only_old or only_new):

@@ -109,7 +109,7 @@ def _said(each: Disturbance, values: Constants, version: Literal[0, 1]) -> dict[
     """All of a disturbance but its reason."""
     said: dict[str, _Said] = {}
     if each.when:
-        said["when"] = values.said(each.when, version), each.when.that, each.when.names
+        said["when"] = values.canonical_form(each.when, version), each.when.that, each.when.names
     of = [("", each.times), *((f"{deed.verb} ", deed.numbers) for deed in each.deeds)]
     return said | {f"{verb}{draw.name}": _draw(draw) for verb, draws in of for draw in draws}
 
@@ -144,7 +144,9 @@ def compare_requirements(old: System, new: System, book: Book) -> None:
         requirement = book.both("requirement", name)
         if before.that == after.that:
             # Constants, and what names for parts stand for, have their own changes.
-            same = before.names == after.names or values.said(before, 0) == values.said(after, 1)
+            same = before.names == after.names or values.canonical_form(
+                before, 0
+            ) == values.canonical_form(after, 1)
             requirement.equality("formula", (before.that, after.that), same)
         else:
             requirement.changed("formula", before.that, again.get(after.that, after.that))
@@ -158,8 +160,8 @@ def _again(
 ) -> dict[str, str]:
     """New texts of requirements that say what an old one said, each with the old text."""
     texts = {r.that for r in before}
-    meant = {values.said(r, 0): r.that for r in before}
-    said = {r.that: values.said(r, 1) for r in after if r.that not in texts}
+    meant = {values.canonical_form(r, 0): r.that for r in before}
+    said = {r.that: values.canonical_form(r, 1) for r in after if r.that not in texts}
     return {that: meant[form] for that, form in said.items() if form in meant}
 
 
@@ -169,15 +171,15 @@ def _formula_lets(old: System, new: System, values: Constants, book: Book) -> No
     for let, one, other in book.matched(
         "let", *lets, lambda item: item.name, _stands_for, semantic=False
     ):
-        if one.said and other.said:
-            same = values.said(one.said, 0) == values.said(other.said, 1)
+        if one.formula and other.formula:
+            same = values.canonical_form(one.formula, 0) == values.canonical_form(other.formula, 1)
         else:
             same = bool(one.value and other.value and values.same(one.value, other.value))
         let.equality("formula", (_stands_for(one), _stands_for(other)), same)
 
 
 def _stands_for(item: FormulaLet) -> str:
-    return item.said.that if item.said else show(item.value) if item.value else ""
+    return item.formula.that if item.formula else show(item.value) if item.value else ""
 
 
 def _single(

@@ -162,7 +162,7 @@ class Loop:
         moved = [i for i, state in enumerate(begin) if any(each[i] != state for each in after)]
         if not moved:
             return {}
-        first, *others = (watch.asked(self._seen(watch, each)) for each in way[1:])
+        first, *others = (watch.conditions(self._seen(watch, each)) for each in way[1:])
         if any(each[index] != first[index] for each in others for index in moved):
             return None
         return {index: first[index] for index in moved}
@@ -223,7 +223,8 @@ class Loop:
             if times * self._ticks > watch.moving(index, watch.at(begin).states[index], asked):
                 return False
         return all(
-            asked == watch.asked(_drawn(one, two, times)) for one, two, asked in self._conditions
+            asked == watch.conditions(_drawn(one, two, times))
+            for one, two, asked in self._conditions
         )
 
     @cached_property
@@ -234,7 +235,7 @@ class Loop:
             return []
         seen = [self._seen(watch, each) for each in self._way]
         pairs = zip(seen[1:], seen[self._length + 1 :], strict=False)
-        return [(a, b, watch.asked(a)) for a, b in pairs if a.memory != b.memory]
+        return [(a, b, watch.conditions(a)) for a, b in pairs if a.memory != b.memory]
 
     def _steps_last(self, times: int) -> bool:
         return all(_are_same(one, two, times) for one, two in self._steps)

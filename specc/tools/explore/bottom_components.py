@@ -239,7 +239,7 @@ class BottomComponent:
         return found
 
 
-def lasting(graph: Graph, abstraction: Abstraction) -> list[BottomComponent]:
+def terminal_components(graph: Graph, abstraction: Abstraction) -> list[BottomComponent]:
     """The bottom components that were explored completely, in the order of their discovery."""
     beyond = range(len(graph.edges), len(graph.configurations))
     following = {n: {e.target for e in graph.going_on(n)} for n in range(len(graph.edges))}

@@ -14,7 +14,7 @@ from specc.model.system import System
 from specc.proof import InputName
 from specc.source import Place
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.bottom_components import BottomComponent, Stuck, lasting
+from specc.tools.explore.bottom_components import BottomComponent, Stuck, terminal_components
 from specc.tools.explore.composition import Composition, Edge
 from specc.tools.explore.graph import Cost, Graph
 from specc.tools.explore.lost_values import Lost, lost_once
@@ -87,7 +87,7 @@ def _rank(finding: TracedFinding) -> tuple[bool, bool, int, Fraction]:
 def findings(graph: Graph, abstraction: Abstraction, system: System) -> FindingsByAbout:
     """All findings in a graph, by `about`."""
     found: FindingsByAbout = {}
-    for last in lasting(graph, abstraction):
+    for last in terminal_components(graph, abstraction):
         told = [*_circles(last), *_roots(last)]
         for finding in told or _no_progress(last, system):
             add_best(found, finding)

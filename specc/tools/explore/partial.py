@@ -66,7 +66,7 @@ class Known:
             return self.inputs.get((leaf.peer, leaf.element))
         return self.memory.get(leaf.name) if isinstance(leaf, m.MemoryRef) else None
 
-    def asked(self, condition: m.Expr) -> m.Expr:
+    def fill_in(self, condition: m.Expr) -> m.Expr:
         """A condition with all known values filled in, remembered until the time is set."""
         key = id(condition)
         if key not in self._lets:

@@ -18,7 +18,7 @@ from specc.model.requirement import (
     Requirement,
     Temporal,
     TemporalFormula,
-    asked,
+    antecedent,
     is_timeless,
     reach_s,
 )
@@ -49,7 +49,7 @@ class RequirementVerdict:
     finding: TracedFinding | None = None
     why: str = ""
     """The reason of `not decided`, if it lies in the formula and not in the values."""
-    asked: bool = True
+    is_triggered: bool = True
     """Whether some run may ask it; if not, it holds vacuously."""
     fails: bool = False
     """Whether a step that fails leaves it open on some trace."""
@@ -69,7 +69,7 @@ class RequirementVerdict:
             return f"rests on {listed(self.rests_on, 'and')}"
         if self.verdict == "not decided":
             return f"not decided, since {self.why or _unknown(self.requirement)}"
-        if not self.asked:
+        if not self.is_triggered:
             return "proved, but never asked"
         if self.fails and self.verdict == "proved":
             return "proved until a step fails"
@@ -171,7 +171,7 @@ def judged(
         verdict,
         way,
         why,
-        asked=is_asked,
+        is_triggered=is_asked,
         fails=any(_watch(graph).ends_early(0) for graph in graphs),
         is_short=bool(ends) and not is_dead_end and not any(graph.complete for graph, _ in ends),
         is_dead_end=is_dead_end,
@@ -184,7 +184,9 @@ def _dead_ends(subject: RequirementSlice, budget: int) -> Told[int, TracedFindin
     requirement, abstraction = subject.requirement, subject.abstraction
     every = list(responses(requirement.formula))
     at_once = [replace(requirement, formula=each.at_once, lasts=True) for each in every]
-    probes = [replace(at_once[0], formula=f) for each in every for f in (each.asked, each.answer)]
+    probes = [
+        replace(at_once[0], formula=f) for each in every for f in (each.antecedent, each.answer)
+    ]
 
     def build(precision: Precision, budget: int) -> Graph:
         made = Composition(subject.names, abstraction, precision, watched=at_once, probes=probes)
@@ -276,7 +278,7 @@ def _absent(graphs: Sequence[Graph]) -> str:
 
 def _probe(requirement: Requirement) -> Requirement | None:
     """The requirement "this one is never asked"; None if it always is, or if none is known."""
-    when = asked(requirement.formula)
+    when = antecedent(requirement.formula)
     ever = None if when is None else _ever(when)
     return None if ever is None else replace(requirement, formula=Junction("not", (ever,)))
 

@@ -33,10 +33,10 @@ class Response:
     @property
     def at_once(self) -> r.TemporalFormula:
         """That the answer is there at the tick of the request."""
-        return r.Junction("or", (_not(self.asked), self.answer))
+        return r.Junction("or", (_not(self.antecedent), self.answer))
 
     @property
-    def asked(self) -> r.TemporalFormula:
+    def antecedent(self) -> r.TemporalFormula:
         """The request as one formula."""
         return r.Junction("and", self.request)
 

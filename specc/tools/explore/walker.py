@@ -157,7 +157,7 @@ class Walker:
         """The branches: staying, and each row that known values do not exclude."""
         before: list[m.Expr] = []
         for end in self.cone.state[state].endings:
-            ended = known.asked(end.when)
+            ended = known.fill_in(end.when)
             if ended == m.FALSE:
                 continue
             if fails(ended):
@@ -165,7 +165,7 @@ class Walker:
                 return
             self._doubt(ended, known)
             for row in end.rows:
-                enabled = known.asked(row.when)
+                enabled = known.fill_in(row.when)
                 # The first of several is evaluated in any case.
                 if fails(enabled) and row == end.rows[0] and len(end.rows) > 1:
                     yield Branch(-1, state, (*before, ended), fails=True)
@@ -202,7 +202,7 @@ class Walker:
             conditions = [(end.condition, end.when)]
             conditions += [(row.condition, row.when) for row in end.rows if row.index in taken]
             for name, when in conditions:
-                asked = known.asked(when)
+                asked = known.fill_in(when)
                 if not isinstance(asked, m.Truth):
                     found[f"`{name}`"] = None
                     if self.cone.is_measured(asked):

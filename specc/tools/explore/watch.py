@@ -127,7 +127,7 @@ class Watch:
         (holds,) = self._monitored(index, begin, atoms, 1)[1]
         return holds
 
-    def asked(self, known: Known) -> list[list[m.Expr]]:
+    def conditions(self, known: Known) -> list[list[m.Expr]]:
         """The conditions of each monitor, with known values filled in."""
         return [[filled(atom, known) for atom in monitor.atoms] for monitor in self.monitors]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from specc.analysis import Decided
+from specc.analysis import RowVerdictAt
 from specc.diagnostics import Diagnostic, Fix
-from specc.diagnostics.misspelt_side import settled
 from specc.diagnostics.report import repair
+from specc.diagnostics.typo_direction import with_repairs_of_typos
 from specc.model.fsm import OTHERWISE
 from specc.read import read_text
 from specc.resources import is_library_part
@@ -79,12 +79,12 @@ def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
             yield Action(title, diagnostic, changes, preferred=False)
 
 
-def _decided(analysis: Analysis) -> Iterator[Decided]:
+def _decided(analysis: Analysis) -> Iterator[RowVerdictAt]:
     proofs = analysis.result.proofs
     return proofs.decided() if proofs else iter(())
 
 
-def _is_about(diagnostic: Diagnostic, decided: Decided) -> bool:
+def _is_about(diagnostic: Diagnostic, decided: RowVerdictAt) -> bool:
     """Whether a finding can be about the rows of a state and cause."""
     rows, decision = decided.verdict.rows, decided.verdict.decision
     wanted = (_NO_ROW_APPLIES,) if rows else (_NO_ROW, _NO_ROW_YET)
@@ -92,7 +92,7 @@ def _is_about(diagnostic: Diagnostic, decided: Decided) -> bool:
 
 
 def _insertions(
-    analysis: Analysis, decided: Decided, others: Sequence[Decided]
+    analysis: Analysis, decided: RowVerdictAt, others: Sequence[RowVerdictAt]
 ) -> Iterator[FileEdit]:
     """A row behind the last one of each state; `others` are those that lack the same row."""
     place = decided.state.place
@@ -162,7 +162,7 @@ def repairs(project: Project, path: str, start: int, end: int) -> list[Action]:
     """What can be done about the findings that a stretch of a file touches."""
     found: dict[object, Action] = {}
     for analysis in project.analyses():
-        for diagnostic in settled(analysis.diagnostics, analysis.loader.sources):
+        for diagnostic in with_repairs_of_typos(analysis.diagnostics, analysis.loader.sources):
             source = analysis.loader.sources.get(path)
             if source is None or diagnostic.primary.file != path:
                 continue

@@ -12,7 +12,7 @@ from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic
 from specc.limits import ALLOWED, left, one_run, spend
 from specc.pipeline import Result, check_spec
-from specc.policy import judge, reach_of, settings_for
+from specc.policy import allowed_paths, judge, settings_for
 from specc.read import Document, Reach, claims_to_be_one, read_file, read_text
 from specc.resolve import Findings
 from specc.resolve.loader import Loader
@@ -172,7 +172,7 @@ class Project:
             documents[path] = read(path, row_keys)
             return documents[path]
 
-        loader = Loader(Findings(kept=kept), noted, reach=self._reach(root))
+        loader = Loader(Findings(cache=kept), noted, reach=self._reach(root))
         with one_run():
             # No more than a fresh analysis may spend: nothing is kept that could make a difference.
             spend("proof", earlier)
@@ -186,7 +186,7 @@ class Project:
 
     def _reach(self, root: str) -> Reach:
         """What a file may name: besides its project, what is open in the editor, and folders."""
-        return Reach((*reach_of(root).folders, *map(real_path, (*self.folders, *self._open))))
+        return Reach((*allowed_paths(root).folders, *map(real_path, (*self.folders, *self._open))))
 
     def compare(self, texts: Mapping[str, str]) -> tuple[list[Diagnostic], list[Diagnostic]]:
         """What is wrong with the specifications that read some files, now and with other texts."""

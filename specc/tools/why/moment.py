@@ -45,7 +45,7 @@ class NotKnown(Exception):
 
 def value_of(type_: Type, data: Any) -> Value:
     """The value of data of a recording; raises NotKnown for data of another type."""
-    value = kind(type_).taken(type_, data, value_of)
+    value = kind(type_).decode(type_, data, value_of)
     if value is ...:
         raise NotKnown(f"what is recorded is no {type_}")
     return value

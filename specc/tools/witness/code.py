@@ -309,7 +309,7 @@ def led(code: SubsystemCode, steps: Sequence[Periods], answers: Sequence[Operato
     return Led(run, row, periods)
 
 
-def lasting(run: Run, step: Periods, most: int) -> int:
+def run_for(run: Run, step: Periods, most: int) -> int:
     """For how many periods with the inputs of a step, of at most so many, the state goes on.
 
     Raises:

@@ -18,9 +18,9 @@ from specc.model.system import Subsystem
 from specc.proof import InputName, presence
 from specc.proof.search import (
     NO_VALUE,
-    Freedom,
+    FreeVariables,
     Goal,
-    Semantics,
+    Interpreter,
     Situation,
     find,
     showing,
@@ -32,8 +32,8 @@ from specc.tools.witness.code import (
     SubsystemCode,
     input_text,
     lag_text,
-    lasting,
     led,
+    run_for,
 )
 
 # Situations of a subsystem as steps of a script.
@@ -63,7 +63,7 @@ class Inputs:
     """Situations as far as the inputs of one subsystem go."""
 
     def __init__(
-        self, meaning: Semantics, facts: Facts, original: Subsystem, never: frozenset[InputName]
+        self, meaning: Interpreter, facts: Facts, original: Subsystem, never: frozenset[InputName]
     ) -> None:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
         self._meaning = meaning
@@ -167,7 +167,7 @@ class Driver:
         self, code: SubsystemCode, facts: Facts, original: Subsystem, never: frozenset[InputName]
     ) -> None:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
-        self.meaning = Semantics(code.alone, code.subsystem)
+        self.meaning = Interpreter(code.alone, code.subsystem)
         self.inputs = Inputs(self.meaning, facts, original, never)
         self._code = code
         self._never = never
@@ -287,7 +287,7 @@ class Driver:
         while periods:
             at, state = driven.at, driven.state
             run = led(self._code, driven.steps, at.answers).run
-            gone = lasting(run, step_between(driven.seen, at), periods)
+            gone = run_for(run, step_between(driven.seen, at), periods)
             if not gone:
                 at, gone = self._going_on(at, state), 1
             step = step_between(driven.seen, at, state, "it goes on")
@@ -334,7 +334,7 @@ class Driver:
         memory = self.meaning.changing if placed else frozenset[str]()
         inputs = self.inputs
         sure = self._sure(state) | inputs.always if state else inputs.always
-        freedom = Freedom(memory, sure, time, placed, inputs.devices, self._never)
+        freedom = FreeVariables(memory, sure, time, placed, inputs.devices, self._never)
         found = find(self.meaning, at, goals, freedom)
         if found is None:
             raise StrayError(f"no inputs were found that end {state} as required")

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from specc.analysis import Decided, Facts, Machine
-from specc.analysis.unknown_parts import surely
+from specc.analysis import Facts, Machine, RowVerdictAt
+from specc.analysis.unknown_parts import must_hold_part
 from specc.checks.presence import absences
 from specc.checks.rows import ending, situation
 from specc.emit import filled
@@ -104,7 +104,7 @@ def _legible_behaviour(behaviour: Behaviour) -> Behaviour:
 
 
 def _legible_condition(condition: Condition) -> Condition:
-    return replace(condition, when=runnable(surely(condition.when)))
+    return replace(condition, when=runnable(must_hold_part(condition.when)))
 
 
 # What the checks have refuted of the machines of a system, as goals that a run can meet.
@@ -140,13 +140,13 @@ class Refutation:
 
 def refutations(facts: Facts) -> Iterator[Refutation]:
     """The refutations of a system, in the order of its states."""
-    for decided in facts.decided():
+    for decided in facts.row_verdicts():
         yield from _of_rows(decided)
-    for machine in facts.consistent:
+    for machine in facts.consistent_machines:
         yield from _of_absence(machine)
 
 
-def _of_rows(decided: Decided) -> Iterator[Refutation]:
+def _of_rows(decided: RowVerdictAt) -> Iterator[Refutation]:
     """E0601, E0602, E0603."""
     verdict, state, cause = decided.verdict, decided.state, decided.cause
     gap, overlap = verdict.decision.gap, verdict.decision.overlap
@@ -163,7 +163,7 @@ def _of_rows(decided: Decided) -> Iterator[Refutation]:
         yield Refutation("E0602", name, state.name, cause, words, overlap.answers, rows)
 
 
-def _is_unfinished(decided: Decided) -> bool:
+def _is_unfinished(decided: RowVerdictAt) -> bool:
     """Whether the table has no rows for the state yet."""
     return any(decided.state is state for state in decided.machine.dead_ends)
 

@@ -10,7 +10,7 @@ from zlib import crc32
 
 from specc import atomic_files
 from specc.emit import emit
-from specc.lang.values import spelled
+from specc.lang.values import literal_of
 from specc.lower import FilePlan
 from specc.tools.witness.code import Periods, Placed, Script, ScriptValues, input_text
 from specc.tools.witness.subject import Refutation
@@ -79,7 +79,7 @@ def _about(refutation: Refutation, script: Script) -> Iterator[str]:
 
 def _lines(refutation: Refutation, script: Script) -> Iterator[str]:
     for operator, args, result in script.answers:
-        given = [repr(operator), *map(spelled, args), f"gives={spelled(result)}"]
+        given = [repr(operator), *map(literal_of, args), f"gives={literal_of(result)}"]
         yield f"trial.operator({', '.join(given)})"
     for step in script.steps:
         into = [repr(step.into), *_inputs(step)]
@@ -126,7 +126,7 @@ def _inputs(step: Periods) -> Iterator[str]:
 
 
 def _spelled(values: ScriptValues) -> str:
-    return f"{{{', '.join(f'{name!r}: {spelled(value)}' for name, value in values.items())}}}"
+    return f"{{{', '.join(f'{name!r}: {literal_of(value)}' for name, value in values.items())}}}"
 
 
 def _documented(text: str) -> str:

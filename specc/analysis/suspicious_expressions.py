@@ -58,7 +58,7 @@ _WHOLE_TURN = 2 * _ANGLE_OF_ALL
 
 
 @dataclass(frozen=True, slots=True)
-class PointlessPart:
+class SuspiciousExpression:
     """`expr` in a text cannot be meant because of its parts `because`; `number` is what they are.
 
     `origin` is where the first of these parts was written down; `why` it fails, if it does.
@@ -75,7 +75,7 @@ class PointlessPart:
     why: str = ""
 
 
-class PointlessParts:
+class SuspiciousExpressions:
     """Finds them in one subsystem, or in the constants of a system."""
 
     def __init__(
@@ -105,7 +105,7 @@ class PointlessParts:
         every = texts(owner) if isinstance(owner, Subsystem) else tuple(texts_of_system(owner))
         asked = (text for text in every if not isinstance(text.expr, LITERALS))
         found = [m for text in asked for m in self._in(text, text.expr, {})]
-        self.found = tuple(_in_all_copies([*found, *self._kept(writing)], every))
+        self.found = tuple(_in_all_copies([*found, *self._unchanged_memory(writing)], every))
         self._at = {id(part.expr) for part in self.found}
         self._spoilt: set[str] = set()
         for item in owner.lets if isinstance(owner, Subsystem) else ():
@@ -119,13 +119,15 @@ class PointlessParts:
             for node in walk(expr)
         )
 
-    def _in(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[PointlessPart]:
+    def _in(
+        self, text: ExpressionText, expr: Expr, bound: Depths
+    ) -> Iterator[SuspiciousExpression]:
         if isinstance(expr, Builtin):
             yield from self._of_call(text, expr, FUNCTIONS[expr.name])
         if isinstance(expr, Compare):
             yield from self._difference(text, expr)
         if (why := failure(expr, self._value)) and self._is_surely_asked(text, expr):
-            yield PointlessPart("fails", expr, text, (expr,), (text, expr), why=why)
+            yield SuspiciousExpression("fails", expr, text, (expr,), (text, expr), why=why)
         yield from self._itself(text, expr, bound)
         for child in children(expr):
             inside = bound
@@ -135,7 +137,7 @@ class PointlessParts:
 
     def _of_call(
         self, text: ExpressionText, call: Builtin, function: BuiltinFunction
-    ) -> Iterator[PointlessPart]:
+    ) -> Iterator[SuspiciousExpression]:
         if function.compares:
             yield from self._tolerances(text, call, call.args[2:])
         if function.direction is not None:
@@ -147,7 +149,7 @@ class PointlessParts:
         if function.neutral is not None:
             place, value, _ = function.neutral
             if self._value(call.args[place]) == value:
-                yield PointlessPart("unchanged", call, text, call.args[:1], (text, call))
+                yield SuspiciousExpression("unchanged", call, text, call.args[:1], (text, call))
 
     def _is_surely_asked(self, text: ExpressionText, part: Expr) -> bool:
         """Whether no constant decides that a part of a text is left out.
@@ -176,40 +178,44 @@ class PointlessParts:
             return "yes" if (value if isinstance(value, bool) else least) else "no"
         return "settled" if self._rests_on_constants(test) else "some"
 
-    def _kept(self, writing: Iterable[Assignment]) -> Iterator[PointlessPart]:
+    def _unchanged_memory(self, writing: Iterable[Assignment]) -> Iterator[SuspiciousExpression]:
         """Memory that is given the value that it has."""
         number = self._numbering.number
         for item in writing:
             value, memory = item.value, MemoryRef(item.name, type=item.value.type)
             if number(value) == number(memory):
                 text = text_of(item)
-                yield PointlessPart("unchanged", value, text, (memory,), (text, value))
+                yield SuspiciousExpression("unchanged", value, text, (memory,), (text, value))
 
     def _tolerances(
         self, text: ExpressionText, near: Builtin, limits: tuple[Expr, ...]
-    ) -> Iterator[PointlessPart]:
+    ) -> Iterator[SuspiciousExpression]:
         for limit, is_angle in zip(limits, (False, True), strict=False):
             value = self._value(limit)
             if value is not None and value <= 0:
-                yield PointlessPart(
+                yield SuspiciousExpression(
                     "tolerance", near, text, (limit,), self._origin(text, limit), value
                 )
             elif value is not None and is_angle and value >= _ANGLE_OF_ALL:
-                yield PointlessPart("angle", near, text, (limit,), self._origin(text, limit), value)
+                yield SuspiciousExpression(
+                    "angle", near, text, (limit,), self._origin(text, limit), value
+                )
             elif not is_angle:
                 yield from self._turn(text, near, near.args[0], limit)
 
     def _turn(
         self, text: ExpressionText, asked: Expr, compared: Expr, limit: Expr
-    ) -> Iterator[PointlessPart]:
+    ) -> Iterator[SuspiciousExpression]:
         """A difference of angles that is compared with a whole turn or more."""
         value, of = self._value(limit), compared.type
         unit = of.element if isinstance(of, Vector) else of
         is_angle = isinstance(unit, Real) and unit.unit == RADIAN
         if is_angle and value is not None and value >= _WHOLE_TURN:
-            yield PointlessPart("turn", asked, text, (limit,), self._origin(text, limit), value)
+            yield SuspiciousExpression(
+                "turn", asked, text, (limit,), self._origin(text, limit), value
+            )
 
-    def _difference(self, text: ExpressionText, asked: Compare) -> Iterator[PointlessPart]:
+    def _difference(self, text: ExpressionText, asked: Compare) -> Iterator[SuspiciousExpression]:
         """`abs(a - b) < 360[deg]`, or of a component of a difference."""
         through = self._numbering.looked_through
         for side, limit in ((asked.left, asked.right), (asked.right, asked.left)):
@@ -223,16 +229,16 @@ class PointlessParts:
 
     def _quaternion(
         self, text: ExpressionText, pose: Expr, quaternion: Expr
-    ) -> Iterator[PointlessPart]:
+    ) -> Iterator[SuspiciousExpression]:
         origin = self._origin(text, quaternion)
         if not isinstance(origin[1], Items):
             return
         parts = [part for item in origin[1].items if (part := self._value(item)) is not None]
         length = math.hypot(*parts)
         if len(parts) == 4 and not abs(length - 1) <= UNIT_LENGTH_WITHIN:
-            yield PointlessPart("quaternion", pose, text, (quaternion,), origin, length)
+            yield SuspiciousExpression("quaternion", pose, text, (quaternion,), origin, length)
 
-    def _clamp(self, text: ExpressionText, outer: Builtin) -> list[PointlessPart]:
+    def _clamp(self, text: ExpressionText, outer: Builtin) -> list[SuspiciousExpression]:
         """`min(max(a, 2), 1)` is 1, and `max(min(a, 1), 2)` is 2."""
         known = [(value, arg) for arg in outer.args if (value := self._value(arg)) is not None]
         if not known:
@@ -250,21 +256,23 @@ class PointlessParts:
             if least > value if is_least else most < value:
                 because = limit, inner
                 return [
-                    PointlessPart("bounds", outer, text, because, self._origin(text, limit), value)
+                    SuspiciousExpression(
+                        "bounds", outer, text, because, self._origin(text, limit), value
+                    )
                 ]
         return []
 
     def _crossed(
         self, text: ExpressionText, call: Builtin, limits: tuple[int, int]
-    ) -> Iterator[PointlessPart]:
+    ) -> Iterator[SuspiciousExpression]:
         """`clamp(a, 2, 1)` is 1."""
         low, high = (call.args[place] for place in limits)
         if self._exceeds(low, high):
             value = self._value(high)
             origin = (text, call) if value is None else self._origin(text, high)
-            yield PointlessPart("bounds", call, text, (high, low), origin, value or 0.0)
+            yield SuspiciousExpression("bounds", call, text, (high, low), origin, value or 0.0)
 
-    def _computed_clamp(self, text: ExpressionText, outer: Builtin) -> list[PointlessPart]:
+    def _computed_clamp(self, text: ExpressionText, outer: Builtin) -> list[SuspiciousExpression]:
         """`min(max(a, b + 1), b)` is b."""
         sign = -_picks(outer)
         for inner in outer.args:
@@ -275,7 +283,9 @@ class PointlessParts:
                     continue
                 lower, upper = (other, limit) if sign > 0 else (limit, other)
                 if self._exceeds(lower, upper):
-                    return [PointlessPart("bounds", outer, text, (limit, other), (text, outer))]
+                    return [
+                        SuspiciousExpression("bounds", outer, text, (limit, other), (text, outer))
+                    ]
         return []
 
     def _exceeds(self, one: Expr, other: Expr) -> bool:
@@ -310,7 +320,9 @@ class PointlessParts:
         value = self._value(expr)
         return None if value is None else ranges.of_value(value)
 
-    def _itself(self, text: ExpressionText, expr: Expr, bound: Depths) -> Iterator[PointlessPart]:
+    def _itself(
+        self, text: ExpressionText, expr: Expr, bound: Depths
+    ) -> Iterator[SuspiciousExpression]:
         match expr:
             case Compare(left=left, right=right) | Binary(op="-" | "/", left=left, right=right):
                 pairs = [(left, right)]
@@ -329,7 +341,7 @@ class PointlessParts:
             written_alike = isinstance(expr, Choice) and one == other and not has_unknown(one)
             if written_alike or self._same(one, other, bound):
                 at = other if isinstance(expr, Logic) else expr
-                yield PointlessPart("itself", expr, text, (one, other), (text, at))
+                yield SuspiciousExpression("itself", expr, text, (one, other), (text, at))
                 return
 
     def _alike(self, args: tuple[Expr, ...], bound: Depths) -> Iterator[tuple[Expr, Expr]]:
@@ -369,8 +381,8 @@ class PointlessParts:
 
 
 def _in_all_copies(
-    found: list[PointlessPart], every: Sequence[ExpressionText]
-) -> Iterator[PointlessPart]:
+    found: list[SuspiciousExpression], every: Sequence[ExpressionText]
+) -> Iterator[SuspiciousExpression]:
     """Those that are there in all copies of what is written once, for the members of a group.
 
     Arithmetic that fails in one of them is wrong, too.

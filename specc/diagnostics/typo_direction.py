@@ -98,7 +98,7 @@ class _Definition:
         return use.route[: len(self.scope)] == self.scope
 
 
-def settled(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Diagnostic]:
+def with_repairs_of_typos(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Diagnostic]:
     """The diagnostics, with repairs as files write them, of the side that is misspelt."""
     found = [replace(d, fix=as_written(d.fix, sources)) if d.fix else d for d in diagnostics]
     slips = grouped((slip, diagnostic) for diagnostic in found if (slip := _slip(diagnostic)))

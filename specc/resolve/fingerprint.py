@@ -14,7 +14,7 @@ _WORD = re.compile(r"\w+")
 
 
 @dataclass(eq=False, slots=True)
-class MadeFrom:
+class Fingerprint:
     """The texts that the definitions in force in one file follow from; empty if nothing is kept."""
 
     others: str = ""
@@ -24,7 +24,7 @@ class MadeFrom:
     words: set[str] = field(default_factory=set)
     """The words of the texts that are not those of constants."""
 
-    def take(self, data: object) -> None:
+    def add(self, data: object) -> None:
         """Take in definitions that are no constants."""
         self.others += _digest(data)
         self.words.update(_words(data))
@@ -33,14 +33,14 @@ class MadeFrom:
         """Take in the definition of a constant, which may name those before it."""
         self._add(name, _digest((data, self._named(set(_words(data))))))
 
-    def absorb(self, other: MadeFrom) -> None:
+    def merge(self, other: Fingerprint) -> None:
         """Take in the definitions of a file that is used."""
         self.others += other.others
         self.words |= other.words
         for name, digest in other.constants.items():
             self._add(name, digest)
 
-    def behind(self, data: object) -> str:
+    def of(self, data: object) -> str:
         """A digest of the data and of all texts that may say what names in them mean."""
         return _digest((data, self.others, self._named(self.words.union(_words(data)))))
 
