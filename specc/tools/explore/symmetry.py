@@ -64,7 +64,7 @@ class Copies:
         return key
 
 
-MOST_COMPARED = 20_000
+MOST_COMPARED = 100_000
 """Parts of expressions that are compared to find copies; what is left over counts as no copy."""
 
 
