@@ -7,7 +7,6 @@ like those of its device; whatever comes after sees an ordinary subsystem.
 from __future__ import annotations
 
 import ast
-import copy
 import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
@@ -19,15 +18,22 @@ from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Interface
 from specc.resolve.ends import devices_of, used_by, word_of
 from specc.schema.files import AgentDef, DeviceDef
-from specc.schema.making import made
 from specc.schema.subsystem import (
+    AssignmentDef,
+    BehaviourDef,
     BufferDef,
     CommandDef,
     ElementDef,
+    FunctionDef,
     InputBufferDef,
     InputDef,
+    StateDef,
     SubsystemDef,
+    TerminalDef,
+    ThroughDef,
+    UsedFunctionDef,
 )
+from specc.schema.texts import Traced
 from specc.schema.unfold import Unfolded, route_below
 
 NAME = "through"
@@ -99,10 +105,10 @@ def _like(
 def _received(buffer: BufferDef, reported: Collection[str]) -> BufferDef:
     """A buffer of inputs: before the first command, the device is to get what is safe."""
     elements = {
-        name: InputDef(type=item.type, title=item.title, init=_safe(item, reported))
+        name: InputDef.model_construct(type=item.type, title=item.title, init=_safe(item, reported))
         for name, item in buffer.elements.items()
     }
-    return InputBufferDef(interface=buffer.interface, elements=elements)
+    return InputBufferDef.model_construct(interface=buffer.interface, elements=elements)
 
 
 def _safe(item: ElementDef, reported: Collection[str]) -> str | None:
@@ -128,15 +134,18 @@ def _named(text: str) -> set[str]:
 
 
 def _sent(buffer: BufferDef) -> BufferDef:
-    elements = {n: ElementDef(type=e.type, title=e.title) for n, e in buffer.elements.items()}
-    return BufferDef(interface=buffer.interface, elements=elements)
+    elements = {
+        name: ElementDef.model_construct(type=item.type, title=item.title)
+        for name, item in buffer.elements.items()
+    }
+    return BufferDef.model_construct(interface=buffer.interface, elements=elements)
 
 
 def _completed(
     definition: SubsystemDef, where: Where, made: _Buffers, device: str
 ) -> tuple[SubsystemDef, Where]:
     """The subsystem with those of the buffers that it does not have."""
-    definition, raw = copy.copy(definition), where.mapping
+    raw, sides = where.mapping, {}
     for side in ("x", "y"):
         own, at = getattr(definition, side), where[side]
         new = {
@@ -144,12 +153,12 @@ def _completed(
             for direction, peer in made
             if direction == side and peer not in own and (peer == "c" or device not in own)
         }
-        setattr(definition, side, own | {peer: buffer for peer, (buffer, _) in new.items()})
+        sides[side] = own | {peer: buffer for peer, (buffer, _) in new.items()}
         routes = {peer: route_below(at.raw, peer, at.route) for peer in own}
         routes |= {peer: here.route for peer, (_, here) in new.items()}
         parts = {peer: here.raw for peer, (_, here) in new.items()}
         raw[side] = Unfolded(at.mapping | parts, routes)
-    return definition, where.having(raw)
+    return definition.model_copy(update=sides), where.having(raw)
 
 
 # One function, one behaviour, one state.
@@ -181,11 +190,29 @@ def with_machine(
         key: Unfolded({NAME: part}, {NAME: here.route}) for key, part in parts.items()
     }
     new["initial_state"] = NAME
-    meant, definition = made(SubsystemDef, new), copy.copy(definition)
-    for key in new:
-        setattr(definition, key, getattr(meant, key))
+    machine = _machine(through, passed)
+    definition = definition.model_copy(update=machine)
     rest = {key: value for key, value in where.mapping.items() if key not in _SAID}
     return definition, where.having(rest | new)
+
+
+def _machine(through: ThroughDef, passed: Mapping[str, str]) -> dict[str, Any]:
+    """What `with_machine` writes out, as parts of a subsystem."""
+    targets = {name: AssignmentDef.model_construct(value=source) for name, source in passed.items()}
+    traces = {key: getattr(through, key) for key in Traced.keys}
+    return {
+        "functions": {
+            NAME: FunctionDef.model_construct(**traces, targets=targets | through.targets)
+        },
+        "behaviours": {
+            NAME: BehaviourDef.model_construct(
+                functions=[UsedFunctionDef.model_construct(function=NAME)],
+                terminal=TerminalDef.model_construct(condition="never"),
+            )
+        },
+        "states": {NAME: StateDef.model_construct(behaviour=NAME)},
+        "initial_state": NAME,
+    }
 
 
 def _passed_on(

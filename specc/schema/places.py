@@ -11,15 +11,15 @@ from specc.schema.files import DeviceDef, SpecFile
 from specc.schema.keys import (
     OTHERS,
     Key,
-    Named,
-    OneOf,
-    Part,
+    ListKind,
+    LiteralKind,
+    MappingKind,
     Role,
-    Several,
+    SpecModel,
     SymbolKind,
     Text,
     ValueKind,
-    bare,
+    is_model,
 )
 from specc.schema.subsystem import SubsystemDef
 from specc.schema.texts import Traced
@@ -40,33 +40,33 @@ class Stand:
     def below(self, step: str | int) -> Stand:
         """What stands one step below."""
         kind = self.kind
-        if isinstance(kind, type):
+        if is_model(kind):
             return _of_key(kind, _item_of_row(kind, step))
-        if isinstance(kind, Several):
-            return Stand(bare(kind.item), self.key)
-        if isinstance(kind, Named):
-            inner = bare(kind.value)
-            named = None if self.key is None or isinstance(inner, Named) else self.key.defines
+        if isinstance(kind, ListKind):
+            return Stand(kind.item, self.key)
+        if isinstance(kind, MappingKind):
+            inner = kind.value
+            named = None if self.key is None or isinstance(inner, MappingKind) else self.key.defines
             return Stand(inner, self.key, named, is_chosen=True)
         return UNKNOWN
 
     @property
     def alone(self) -> Stand:
         """What a single value is that stands in place of the mapping or the list."""
-        if isinstance(self.kind, type) and self.kind.short:
+        if is_model(self.kind) and self.kind.short:
             return self.below(self.kind.short)
-        is_alone = isinstance(self.kind, Several) and bool(self.kind.how.alone)
+        is_alone = isinstance(self.kind, ListKind) and bool(self.kind.form.single)
         return self.below(0) if is_alone else self
 
     def takes(self, key: str) -> bool:
         """Whether it is a mapping that has the key."""
-        return isinstance(self.kind, type) and key in self.kind.keys
+        return is_model(self.kind) and key in self.kind.keys
 
     @property
     def is_table(self) -> bool:
         """Whether it is a list of rows."""
-        item = self.kind.item if isinstance(self.kind, Several) else None
-        return isinstance(item, type) and bool(item.row)
+        item = self.kind.item if isinstance(self.kind, ListKind) else None
+        return is_model(item) and bool(item.row)
 
 
 FILE, UNKNOWN = Stand(SpecFile), Stand(None)
@@ -74,15 +74,14 @@ TRACED = tuple(Traced.keys)
 """Keys that nearly every mapping takes."""
 
 
-def _item_of_row(part: type[Part], step: str | int) -> str:
-    return part.row[step] if isinstance(step, int) and step < len(part.row) else str(step)
+def _item_of_row(model: type[SpecModel], step: str | int) -> str:
+    return model.row[step] if isinstance(step, int) and step < len(model.row) else str(step)
 
 
-def _of_key(part: type[Part], step: str) -> Stand:
-    if key := part.keys.get(step):
-        kind = bare(key.kind)
-        return Stand(kind, key, key.defines if isinstance(kind, type) else None)
-    others = part.keys.get(OTHERS)
+def _of_key(model: type[SpecModel], step: str) -> Stand:
+    if key := model.keys.get(step):
+        return Stand(key.kind, key, key.defines if is_model(key.kind) else None)
+    others = model.keys.get(OTHERS)
     return Stand(others.kind, others).below(step) if others else UNKNOWN
 
 
@@ -128,9 +127,7 @@ def names_used_file(route: Route) -> bool:
 def keys_at(route: Route) -> dict[str, str]:
     """The keys of the mapping at a route, with their descriptions: those first that it needs."""
     kind = at(route).kind
-    found = (
-        [key for key in kind.keys.values() if key.name != OTHERS] if isinstance(kind, type) else []
-    )
+    found = [key for key in kind.keys.values() if key.name != OTHERS] if is_model(kind) else []
     found.sort(key=lambda key: (not key.needed, key.name in TRACED))
     return {key.name: key.about for key in found}
 
@@ -138,5 +135,5 @@ def keys_at(route: Route) -> dict[str, str]:
 def values_at(route: Route) -> list[str]:
     """The values that the one at a route is chosen from; empty if it is free."""
     kind = at(route).alone.kind
-    values = kind.values if isinstance(kind, OneOf) else ()
+    values = kind.values if isinstance(kind, LiteralKind) else ()
     return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]

@@ -21,7 +21,7 @@ from specc.frozen import mutable
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import names_in
 from specc.limits import MAX_COPIES, MAX_VALUES
-from specc.schema.keys import Several, Text
+from specc.schema.keys import ListKind, Text
 from specc.schema.places import FILE, Stand
 from specc.source import Place, Route
 
@@ -292,5 +292,5 @@ _OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
 
 def _item(here: Stand) -> Stand:
     """What a mapping is that stands here, perhaps in place of a list with one item."""
-    is_alone = isinstance(here.kind, Several) and dict in here.kind.how.alone
+    is_alone = isinstance(here.kind, ListKind) and dict in here.kind.form.single
     return here.alone if is_alone else here

@@ -8,35 +8,35 @@ import pytest
 from specc.limits import MAX_FAULTS
 from specc.pipeline import compile_spec
 from specc.schema.files import SpecFile
-from specc.schema.keys import OTHERS, Listed, Part, Text, key
+from specc.schema.keys import OTHERS, ListForm, SpecModel, Text, key
 from specc.schema.shape import shape
 from specc.schema.texts import FieldName, Name, PythonPath, RateText, ReadableName, TraceNumbers
 
 
-class Element(Part, short="type"):
+class Element(SpecModel, short="type"):
     type: str
     init: int | None = None
 
 
-class Written(Part):
+class Written(SpecModel):
     type: str
     init: int | None = None
 
 
-class Row(Part, row="type init"):
+class Row(SpecModel, row="type init"):
     type: str
     init: int | None = None
 
 
-class Open(Part):
+class Open(SpecModel):
     eq: TraceNumbers = key(())
-    others: dict[str, Written] = key({}, spelled=OTHERS)
+    others: dict[str, Written] = key({}, alias=OTHERS)
 
 
-class File(Part):
+class File(SpecModel):
     specc: Literal[1] = 1
     system: ReadableName = "demo"
-    arguments: dict[str, int] = key({}, spelled="with")
+    arguments: dict[str, int] = key({}, alias="with")
     elements: dict[str, Element] = key({})
     rows: list[Row] = key([])
     names: list[str] | None = None
@@ -49,7 +49,7 @@ class File(Part):
     reason: Annotated[str, Text(filled=True)] = "none"
     python: PythonPath | None = None
     rate: RateText | None = None
-    few: Annotated[list[int], Listed(most=2)] = key([])
+    few: Annotated[list[int], ListForm(max_length=2)] = key([])
 
 
 def findings(**data: Any) -> list[tuple[str, tuple[str | int, ...], str, str, str]]:
@@ -152,7 +152,7 @@ def test_a_mapping_of_another_kind_is_told_once_with_the_form_that_is_meant() ->
         ({"names": ["a", []]}, ("names", 1), "`names[1]`: expected text, found a list"),
         ({"count": "x"}, ("count",), "`count`: expected a whole number, found text"),
         ({"count": 1.5}, ("count",), "`count`: expected a whole number, found the number 1.5"),
-        ({"count": "9" * 500}, ("count",), "`count`: expected a whole number, found text"),
+        ({"count": "9" * 5000}, ("count",), "`count`: expected a whole number, found text"),
         ({"flag": [1]}, ("flag",), "`flag`: expected true or false, found a list"),
         ({"flag": 2}, ("flag",), "`flag`: expected true or false, found the number 2"),
         ({"open": {"eq": True}}, ("open", "eq"), "`open.eq`: expected a list, found true"),

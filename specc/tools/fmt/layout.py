@@ -13,7 +13,7 @@ from operator import not_
 
 from specc.read import read_text
 from specc.read.comments import comments_in
-from specc.schema.keys import layout
+from specc.schema.keys import is_model, layout
 from specc.schema.places import FILE, UNKNOWN, Stand
 from specc.tools.fmt import scalars
 from specc.tools.fmt.attach import Attacher
@@ -162,7 +162,7 @@ class _Printer:
 def _ordered(whole: Collection, here: Stand) -> list[Entry]:
     """Entries in the order of their keys; those with names that people choose keep theirs."""
     # An alias must come behind its anchor.
-    if not whole.is_mapping or whole.linked or not isinstance(here.kind, type):
+    if not whole.is_mapping or whole.linked or not is_model(here.kind):
         return whole.entries
     known = layout(here.kind)
     ranks = {name: rank for rank, name in enumerate(known)}
