@@ -19,26 +19,18 @@ from specc.resolve.definitions import Interface
 from specc.resolve.ends import devices_of, used_by, word_of
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import (
-    AssignmentDef,
-    BehaviourDef,
     BufferDef,
     CommandDef,
     ElementDef,
-    FunctionDef,
     InputBufferDef,
     InputDef,
-    StateDef,
     SubsystemDef,
-    TerminalDef,
-    ThroughDef,
-    UsedFunctionDef,
 )
-from specc.schema.texts import Traced
 from specc.schema.unfold import Unfolded, route_below
 
 NAME = "through"
 """Of the key, and of the function, the behaviour and the state that it stands for."""
-_SAID = ("conditions", "functions", "behaviours", "states", "initial_state", "transitions")
+_MACHINE_KEYS = ("conditions", "functions", "behaviours", "states", "initial_state", "transitions")
 _HEAD = re.compile(r"\w+")
 
 
@@ -68,8 +60,8 @@ def with_buffers(
         return definition, where
     device, at = devices[used[0]], agent[f"real_{word}s"][used[0]]
     reported = set(_names(device.y, interfaces))
-    made = dict(_like(device, at, word[0].upper(), reported))
-    return _completed(definition, where, made, used[0])
+    buffers = dict(_like(device, at, word[0].upper(), reported))
+    return _completed(definition, where, buffers, used[0])
 
 
 def _report_device(
@@ -142,15 +134,15 @@ def _sent(buffer: BufferDef) -> BufferDef:
 
 
 def _completed(
-    definition: SubsystemDef, where: Where, made: _Buffers, device: str
+    definition: SubsystemDef, where: Where, buffers: _Buffers, device: str
 ) -> tuple[SubsystemDef, Where]:
     """The subsystem with those of the buffers that it does not have."""
     raw, sides = where.mapping, {}
     for side in ("x", "y"):
         own, at = getattr(definition, side), where[side]
         new = {
-            peer: made[side, peer]
-            for direction, peer in made
+            peer: buffers[side, peer]
+            for direction, peer in buffers
             if direction == side and peer not in own and (peer == "c" or device not in own)
         }
         sides[side] = own | {peer: buffer for peer, (buffer, _) in new.items()}
@@ -174,15 +166,15 @@ def with_machine(
     through, here = definition.through, where[NAME]
     if through is None:
         return definition, where
-    for key in _SAID:
+    for key in _MACHINE_KEYS:
         if key in definition.given:
             message = f"`{key}` has no effect: `{NAME}` says all that the subsystem does"
             help_text = f"delete one of the two; `{NAME}` is for a subsystem with one state"
             findings.report("E0104", message, where[key].key, help=help_text)
     passed = dict(_passed_on(definition, interfaces)) if through.rule else {}
-    said = {key: value for key, value in here.mapping.items() if key != "rule"}
+    targets = {key: value for key, value in here.mapping.items() if key != "rule"}
     parts: dict[str, Any] = {
-        "functions": passed | said,
+        "functions": passed | targets,
         "behaviours": {"functions": [NAME], "terminal": "never"},
         "states": NAME,
     }
@@ -190,29 +182,10 @@ def with_machine(
         key: Unfolded({NAME: part}, {NAME: here.route}) for key, part in parts.items()
     }
     new["initial_state"] = NAME
-    machine = _machine(through, passed)
-    definition = definition.model_copy(update=machine)
-    rest = {key: value for key, value in where.mapping.items() if key not in _SAID}
+    machine = SubsystemDef.model_validate(new)
+    definition = definition.model_copy(update={key: getattr(machine, key) for key in new})
+    rest = {key: value for key, value in where.mapping.items() if key not in _MACHINE_KEYS}
     return definition, where.having(rest | new)
-
-
-def _machine(through: ThroughDef, passed: Mapping[str, str]) -> dict[str, Any]:
-    """What `with_machine` writes out, as parts of a subsystem."""
-    targets = {name: AssignmentDef.model_construct(value=source) for name, source in passed.items()}
-    traces = {key: getattr(through, key) for key in Traced.keys}
-    return {
-        "functions": {
-            NAME: FunctionDef.model_construct(**traces, targets=targets | through.targets)
-        },
-        "behaviours": {
-            NAME: BehaviourDef.model_construct(
-                functions=[UsedFunctionDef.model_construct(function=NAME)],
-                terminal=TerminalDef.model_construct(condition="never"),
-            )
-        },
-        "states": {NAME: StateDef.model_construct(behaviour=NAME)},
-        "initial_state": NAME,
-    }
 
 
 def _passed_on(
