@@ -27,7 +27,7 @@ from specc.source import Route
 
 
 @frozen
-class Stand:
+class SchemaNode:
     """A value on the way down a file: its kind, None if the schema has none for it, the key that
     it stands below, and what its own name defines. That may be a name which somebody has chosen.
     """
@@ -37,28 +37,28 @@ class Stand:
     defines: SymbolKind | None = None
     is_chosen: bool = False
 
-    def below(self, step: str | int) -> Stand:
+    def below(self, step: str | int) -> SchemaNode:
         """What stands one step below."""
         kind = self.kind
         if is_model(kind):
             return _of_key(kind, _item_of_row(kind, step))
         if isinstance(kind, ListKind):
-            return Stand(kind.item, self.key)
+            return SchemaNode(kind.item, self.key)
         if isinstance(kind, MappingKind):
             inner = kind.value
             named = None if self.key is None or isinstance(inner, MappingKind) else self.key.defines
-            return Stand(inner, self.key, named, is_chosen=True)
+            return SchemaNode(inner, self.key, named, is_chosen=True)
         return UNKNOWN
 
     @property
-    def alone(self) -> Stand:
+    def scalar_form(self) -> SchemaNode:
         """What a single value is that stands in place of the mapping or the list."""
         if is_model(self.kind) and self.kind.short:
             return self.below(self.kind.short)
         is_alone = isinstance(self.kind, ListKind) and bool(self.kind.form.single)
         return self.below(0) if is_alone else self
 
-    def takes(self, key: str) -> bool:
+    def has_key(self, key: str) -> bool:
         """Whether it is a mapping that has the key."""
         return is_model(self.kind) and key in self.kind.keys
 
@@ -69,7 +69,7 @@ class Stand:
         return is_model(item) and bool(item.row)
 
 
-FILE, UNKNOWN = Stand(SpecFile), Stand(None)
+FILE, UNKNOWN = SchemaNode(SpecFile), SchemaNode(None)
 TRACED = tuple(Traced.keys)
 """Keys that nearly every mapping takes."""
 
@@ -78,26 +78,26 @@ def _item_of_row(model: type[SpecModel], step: str | int) -> str:
     return model.row[step] if isinstance(step, int) and step < len(model.row) else str(step)
 
 
-def _of_key(model: type[SpecModel], step: str) -> Stand:
+def _of_key(model: type[SpecModel], step: str) -> SchemaNode:
     if key := model.keys.get(step):
-        return Stand(key.kind, key, key.defines if is_model(key.kind) else None)
+        return SchemaNode(key.kind, key, key.defines if is_model(key.kind) else None)
     others = model.keys.get(OTHERS)
-    return Stand(others.kind, others).below(step) if others else UNKNOWN
+    return SchemaNode(others.kind, others).below(step) if others else UNKNOWN
 
 
-def along(route: Route) -> Iterator[Stand]:
+def walk(route: Route) -> Iterator[SchemaNode]:
     """What stands at each step of a route."""
-    return accumulate(route, Stand.below, initial=FILE)
+    return accumulate(route, SchemaNode.below, initial=FILE)
 
 
-def at(route: Route) -> Stand:
+def at(route: Route) -> SchemaNode:
     """What stands at a route."""
-    return reduce(Stand.below, route, FILE)
+    return reduce(SchemaNode.below, route, FILE)
 
 
 def split(route: Route) -> tuple[Route, Route]:
     """The subsystem or device that a route lies in, empty for none, and the rest of the route."""
-    for size, here in enumerate(along(route)):
+    for size, here in enumerate(walk(route)):
         if here.kind in (SubsystemDef, DeviceDef):
             return route[:size], route[size:]
     return (), route
@@ -115,7 +115,7 @@ def defined_by(route: Route) -> SymbolKind | None:
 
 def role_of(route: Route) -> Role | None:
     """What the value at a route is; rows of a table may be lists or mappings."""
-    kind = at(route).alone.kind
+    kind = at(route).scalar_form.kind
     return kind.role if isinstance(kind, Text) else None
 
 
@@ -134,6 +134,6 @@ def keys_at(route: Route) -> dict[str, str]:
 
 def values_at(route: Route) -> list[str]:
     """The values that the one at a route is chosen from; empty if it is free."""
-    kind = at(route).alone.kind
+    kind = at(route).scalar_form.kind
     values = kind.values if isinstance(kind, LiteralKind) else ()
     return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]
