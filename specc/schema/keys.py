@@ -76,9 +76,9 @@ class Role:
 class Text:
     """Text.
 
-    `scalars`: a number or a truth value is taken for the text that it is; `quantity`: one is too,
-    but only to be told that it lacks its unit. Where `filled`, it may not be empty. `fault` finds
-    what is wrong beyond that.
+    `scalars`: a number or a truth value is accepted and becomes text; `quantity`: it is too, so
+    that its missing unit is reported later. `filled` text is not empty. `fault` finds what else is
+    wrong with a text.
     """
 
     role: Role | None = None
@@ -92,14 +92,12 @@ class Text:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
         """What pydantic validates a text with."""
-        validators: list[Any] = []
+        metadata: list[Any] = [Field(min_length=int(self.filled) or None)]
         if self.scalars or self.quantity:
-            validators.append(BeforeValidator(_text_of_scalar))
-        if self.filled:
-            validators.append(Field(min_length=1))
+            metadata.append(BeforeValidator(_text_of_scalar))
         if self.fault:
-            validators.append(AfterValidator(self._without_fault))
-        return handler.generate_schema(_annotated(source, validators))
+            metadata.append(AfterValidator(self._without_fault))
+        return handler.generate_schema(Annotated[source, *metadata])
 
     def _without_fault(self, value: str) -> str:
         if self.fault and self.fault(value):
@@ -120,10 +118,6 @@ class Text:
 
 def _text_of_scalar(value: object) -> object:
     return repr(value) if isinstance(value, (bool, int, float)) else value
-
-
-def _annotated(type_: Any, metadata: list[Any]) -> Any:
-    return Annotated[type_, *metadata] if metadata else type_
 
 
 @frozen
@@ -157,10 +151,7 @@ class ListForm:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
         """What pydantic validates a list with."""
         lengths = Field(min_length=self.min_length or None, max_length=self.max_length)
-        metadata: list[Any] = [lengths]
-        if self.single:
-            metadata.append(BeforeValidator(self.in_full))
-        return handler.generate_schema(_annotated(source, metadata))
+        return handler.generate_schema(Annotated[source, lengths, BeforeValidator(self.in_full)])
 
     def __get_pydantic_json_schema__(self, core: Any, handler: GetJsonSchemaHandler) -> Any:
         """The JSON Schema that pydantic makes of it."""
@@ -260,8 +251,6 @@ class SpecModel(BaseModel):
     first: ClassVar[tuple[str, ...]] = ()
     keys: ClassVar[dict[str, Key]] = {}
     """The keys that there are, by their names; inherited ones come first."""
-    known: ClassVar[frozenset[str]] = frozenset()
-    """The keys that have a name of their own."""
 
     def __init_subclass__(cls, short: str = "", row: str = "", first: str = "") -> None:
         cls.short, cls.row, cls.first = short or cls.short, tuple(row.split()), tuple(first.split())
@@ -271,7 +260,6 @@ class SpecModel(BaseModel):
         """Collect the keys, as soon as pydantic has its fields."""
         keys = (_key(name, field) for name, field in cls.model_fields.items())
         cls.keys = {key.name: key for key in keys}
-        cls.known = frozenset(cls.keys) - {OTHERS}
 
     @property
     def given(self) -> frozenset[str]:
@@ -290,12 +278,10 @@ class SpecModel(BaseModel):
             return dict(zip(cls.row, value, strict=True))
         if OTHERS not in cls.keys or not isinstance(value, dict):
             return value
-        own = {
-            name: one
-            for name, one in value.items()
-            # With a mapping, `is` is a name that somebody chose.
-            if name in cls.known and not (name == cls.short == "is" and isinstance(one, dict))
-        }
+        known = cls.keys.keys() - {OTHERS}
+        if isinstance(value.get("is"), dict) and cls.short == "is":
+            known -= {"is"}  # with a mapping, it is a name that somebody chose
+        own = {name: one for name, one in value.items() if name in known}
         return own | {OTHERS: {name: one for name, one in value.items() if name not in own}}
 
     @model_validator(mode="before")

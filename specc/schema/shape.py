@@ -98,7 +98,7 @@ class _Translation:
         if isinstance(kind, Text):
             self._text(kind, value, route)
         elif isinstance(kind, LiteralKind):
-            self._choice(kind, value, route)
+            self._literal(kind, value, route)
         elif isinstance(kind, ListKind):
             self._list(kind, value, route)
         elif isinstance(kind, MappingKind):
@@ -143,7 +143,7 @@ class _Translation:
             help = "write at least one item" if least == 1 else f"write {least} items"
             self._refuse(f"{_name(route)}{words}", help, route)
 
-    def _choice(self, kind: LiteralKind, value: Any, route: Route) -> None:
+    def _literal(self, kind: LiteralKind, value: Any, route: Route) -> None:
         names = [str(one) for one in kind.values if one != ""]  # which stands for a key left out
         if route == _VERSION:
             words = f"version {value!r} of the specification language is not supported"
