@@ -219,6 +219,18 @@ def test_a_short_form_stands_for_its_mapping() -> None:
     assert made(open={"eq": 4, "m": {"type": "t"}}).open.eq == (4,)  # type: ignore[union-attr]  # it is there
 
 
+class Port(SpecModel, short="is"):
+    interface: str | None = key(None, alias="is")
+    elements: dict[str, Element] = key({}, alias=OTHERS)
+
+
+def test_a_key_with_a_short_form_is_reported_at_its_own_place() -> None:
+    for data, route in (({"is": 5}, ("is",)), (5, ())):
+        _, (finding,) = shape(Port, data, "a.yaml")
+        assert finding.primary.route == route
+        assert finding.message.endswith("expected text, found the number 5")
+
+
 def test_what_means_the_same_is_taken() -> None:
     file = made(count="14.0", flag="Yes", rate=5, few=[True, 2.0])
     assert (file.count, file.flag, file.rate, file.few) == (14, True, "5", [1, 2])
