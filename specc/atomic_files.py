@@ -171,14 +171,14 @@ def _put_back(aside: Path) -> None:
 # Several new files: a note in a folder aside says how to take them away again.
 
 
-def note_new_files(aside: Path, last: Path, digest: str, new: Mapping[Path, str | None]) -> None:
+def note_new_files(aside: Path, last: Path, new: Mapping[Path, str | None]) -> None:
     """Note the digests of files before they are made in the folder of `aside`, or below it.
 
-    Once `last` has the content with `digest` they stay, else the next process removes those that
-    are unchanged. Folders have no digest.
+    Once `last` has changed, or is there at all, they stay. Else the next process removes those
+    that are unchanged. Folders have no digest.
     """
     note = {
-        "last": [last.name, digest],
+        "last": [last.name, _digest_at(last)],
         "new": [[os.path.relpath(path, aside.parent), content] for path, content in new.items()],
     }
     text = json.dumps(note)
@@ -199,7 +199,7 @@ def _undo_new_files(aside: Path) -> None:
     try:
         told = json.loads(note.read_bytes())
         (last, content), new = told["last"], [(base / path, its) for path, its in told["new"]]
-        if _has(base / last, content):
+        if _digest_at(base / last) != content:
             return
     except (ValueError, KeyError, TypeError, RecursionError):
         return
@@ -209,11 +209,11 @@ def _undo_new_files(aside: Path) -> None:
         with suppress(OSError):
             if its is None:
                 path.rmdir()
-            elif _has(path, its):
+            elif _digest_at(path) == its:
                 path.unlink()
 
 
-def _has(path: Path, digest: str) -> bool:
-    """Whether a file is there and has the content with a digest."""
+def _digest_at(path: Path) -> str | None:
+    """The digest of a file; None if there is none."""
     is_file = path.is_file() and not path.is_symlink()
-    return is_file and digest_of(path.read_bytes()) == digest
+    return digest_of(path.read_bytes()) if is_file else None

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
 from specc.diagnostics import CommandName, Diagnostic, once, stops, without_follow_ups
-from specc.frozen import frozen
 from specc.limits import (
     DESCRIBE_LESS,
     MAX_BYTES,
@@ -31,7 +30,7 @@ from specc.source import Place, Sources, real_path
 _AS_WRITTEN: Mapping[str, str] = MappingProxyType({})
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Result:
     """What is known of a specification: its meaning, if it has one, and all findings."""
 
@@ -57,7 +56,7 @@ class Result:
         return self.system is not None and not stopped
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Build:
     """Generated files of a system, relative path -> text; empty if the specification has errors."""
 

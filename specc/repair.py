@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 from specc.diagnostics import Diagnostic, Edit
 from specc.diagnostics.report import Change, Repair
-from specc.frozen import frozen
 from specc.model.expr import Node
 from specc.model.fsm import Behaviour, State, Transition
 from specc.model.system import System
 from specc.source import Place, Route
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Repaired:
     """A text after repairs, those that were made, and those that could not be."""
 

@@ -8,12 +8,11 @@ import os
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
 from specc.alignment import ScalarStyle, raw_offsets
-from specc.frozen import frozen, mutable, remembering
 from specc.resources import is_library_part
 
 Route = tuple[str | int, ...]
@@ -26,7 +25,7 @@ COMMAND_LINE = frozenset((SET, STOP_WHEN, PUBLISH))
 """What stands for a file where a text was given on the command line."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Place:
     """What a diagnostic points at.
 
@@ -54,7 +53,7 @@ class Place:
         return self.file == other.file and other.route[: len(self.route)] == self.route
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Span:
     """A stretch of a file; lines and columns count characters from 1, the end is exclusive."""
 
@@ -65,7 +64,7 @@ class Span:
     end_col: int
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class TextNode:
     """A value in the text: its offsets and, for a mapping or a list, its parts."""
 
@@ -91,7 +90,7 @@ class TextNode:
             yield from value.below(here)
 
 
-@remembering
+@dataclass(frozen=True)
 class SourceFile:
     """A file as it was read; `spans` is None when it has no tree of values.
 

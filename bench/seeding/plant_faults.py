@@ -225,7 +225,7 @@ FAULTS = (
     fault("joint twice in a binding", "E0512", _joints_twice),
     fault("joints in another order than actuators", "W0513", _disordered),
     fault("rate of a sensor that does not fit", "E0509", _rates),
-    fault("actuator driven twice", "E0508", _driven_twice, {Follows.BOTH: "E0511"}),
+    fault("actuator driven twice", "E0508", _driven_twice, {Follows.BOTH: "E0511 W0525"}),
     fault("task about what does not exist", "E0201 E0217 E0220", _tasks),
     fault("cycle that no row ends", "E0514", _cycles),
 )

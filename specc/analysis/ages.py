@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from math import lcm
@@ -10,7 +11,6 @@ from math import lcm
 from specc.analysis.dataflow import DataFlow, InputNode, Measured, ReadEdge, Sent
 from specc.analysis.graph import components
 from specc.analysis.rates import LONGEST, base_tick
-from specc.frozen import frozen
 from specc.reachable import reachable
 
 # Values on their way through one repetition of the timeline.
@@ -21,7 +21,7 @@ StampedRead = tuple[int, bool]
 """A time stamp of a reader, and whether only a value that is fresh then counts."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Trail:
     """A value on its way: read at `read_s`, and computed from one read before, if there is one.
 
@@ -158,7 +158,7 @@ class Timeline:
 # Where no measurement is behind a value in any state, it is as old as the oldest computation.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Held:
     """A value that is read although its source may have been silent for an unlimited time."""
 

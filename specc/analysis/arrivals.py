@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from specc.frozen import frozen
 from specc.model.system import Subsystem
 from specc.model.wires import Wire, Wires
 from specc.proof import InputName
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Arrivals:
     """When the elements of the input buffers of a subsystem have a value, and a new one.
 

@@ -7,12 +7,12 @@ reader: what arrives there is what one of its behaviours sends, or nothing.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import chain, product
 from math import prod
 from typing import Literal
 
 from specc.analysis.machine import Machine
-from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, State
 from specc.model.logic import negation
@@ -26,7 +26,7 @@ _MOST = 256
 Grounds = Literal["", "proved", "broken"]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Arrived:
     """What may arrive together from one sender: what a state of it sends, or nothing.
 
@@ -38,7 +38,7 @@ class Arrived:
     slower: Subsystem | None = None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SenderVerdict:
     """What senders say of an assumption: nothing (`""`), that it holds, or that one breaks it.
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from specc.analysis.machine import Machine
 from specc.analysis.reads import ExpressionText, text_of
-from specc.frozen import frozen
 from specc.lang.dependence_order import InOrder
 from specc.lang.ranges import ANY
 from specc.model.expr import (
@@ -37,7 +36,7 @@ MOST_PARTS = 64
 """Most parts of one condition that are examined; a longer condition is skipped."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ConstantPart:
     """A part of an expression that always or never holds; of a let, a condition may name it."""
 

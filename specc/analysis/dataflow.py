@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
@@ -11,7 +12,6 @@ from specc.analysis.graph import CAUSES
 from specc.analysis.guards import Guards, Implied
 from specc.analysis.machine import Machine
 from specc.analysis.plant import BoundElement
-from specc.frozen import frozen
 from specc.model.expr import Expr, Fresh, Input
 from specc.model.fsm import State
 from specc.model.system import Subsystem
@@ -103,7 +103,7 @@ ReadEdge = tuple[InputNode, bool]
 """An input that a value is computed from, and whether only where it is fresh."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Sent:
     """An element that a subsystem computes, from `reads` of its own.
 
@@ -115,7 +115,7 @@ class Sent:
     silent: State | None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Measured:
     """An element that a device reports.
 

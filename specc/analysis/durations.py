@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import compress
@@ -11,7 +12,6 @@ from specc.analysis.graph import CAUSES
 from specc.analysis.guards import said
 from specc.analysis.reads import Dependences
 from specc.analysis.unknown_parts import possibly
-from specc.frozen import frozen
 from specc.model.expr import Expr, has_unknown
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
 from specc.model.logic import joined
@@ -22,7 +22,7 @@ _MOST_TURNS = 24
 """Most periods of one state in which it is checked whether it has ended."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Late:
     """`condition` could hold in a state only after the state is `over` by its other conditions.
 
@@ -38,7 +38,7 @@ class Late:
     timed: bool
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Ending:
     """The time at which a state surely ends, if it has not before.
 

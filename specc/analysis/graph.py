@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from specc.frozen import frozen
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, RowVerdict
@@ -17,7 +17,7 @@ from specc.reachable import fixpoint, grouped, reachable
 N = TypeVar("N", bound=Hashable)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class StrongComponent(Generic[N]):
     """States, or other nodes, that lead to one another, in the order in which they were given.
 
@@ -76,7 +76,7 @@ def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[s
 CAUSES: tuple[Cause, ...] = ("terminal", "error")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RowEdge:
     """A row that can be taken, and the inputs that have a value whenever it is."""
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.reads import ExpressionText, text_of
-from specc.frozen import frozen, mutable
 from specc.lang.dependence_order import InOrder
 from specc.model.expr import (
     LENGTH,
@@ -83,7 +82,7 @@ class Guards(Generic[K]):
         return walk.found
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _Walk(Generic[K]):
     guards: Guards[K]
     found: list[GuardedPart[K]] = field(default_factory=list)
@@ -165,7 +164,7 @@ def said(tests: Tests) -> tuple[Expr, ...]:
     return tuple(test if holds else negation(test) for test, holds in tests)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Evaluation:
     """An expression that is evaluated, as a part of `owner`.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 from specc.analysis.dataflow import Reads
 from specc.analysis.facts import Facts
 from specc.analysis.graph import RowEdge
 from specc.analysis.guards import Guards, Implied
 from specc.analysis.machine import Machine
-from specc.frozen import frozen
 from specc.model.expr import Choice, Clock, Expr, Fresh, Input, Lag, MemoryRef, Present
 from specc.model.fsm import Condition, State
 from specc.model.system import Device, Element, Subsystem
@@ -40,7 +40,7 @@ def names_a_place(type: Type) -> bool:
 # The way of a value that stays the same, to a device.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ValuePath:
     """Subsystems that pass a value on in every period, until it reaches `element` of `device`.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
 
@@ -16,7 +16,6 @@ from specc.analysis.presence import Presence, PresentValues
 from specc.analysis.reactions import Reactions
 from specc.analysis.reads import Dependences
 from specc.analysis.unknown_parts import Views, is_vague
-from specc.frozen import frozen
 from specc.model.expr import Expr, Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
@@ -27,7 +26,7 @@ from specc.reachable import grouped
 T = TypeVar("T")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Decided:
     """The verdict about the rows of one state and cause."""
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from specc.frozen import frozen
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.binding import PLANT, Binding
 from specc.model.system import Element, Plant, System
@@ -23,7 +22,7 @@ PlantKind = Literal["model", "python", "ros2", ""]
 POSE_UNITS = (METRE,) * 3 + (RADIAN,) * 3
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class BoundElement:
     """A binding of an element that exists; `commanded` tells x of a device from y.
 
@@ -135,7 +134,7 @@ _FORCES = (NEWTON, NEWTON_METRE)
 _MECHANICAL = {*_UNITS.values(), *(unit for units in _OF_JOINT.values() for unit in units.values())}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Raw:
     """Numbers of one part of the model: their kind, the place in its list, name and units.
 

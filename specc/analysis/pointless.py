@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import product
 from typing import Literal
 
 from specc.analysis.failures import Answer, failure, is_asked
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts, texts_of_system
-from specc.frozen import frozen
 from specc.lang import ranges
 from specc.lang.bounds import bounded
 from specc.lang.builtins import FUNCTIONS
@@ -57,7 +57,7 @@ _ANGLE_OF_ALL = math.pi * (1 - 1e-12)
 _WHOLE_TURN = 2 * _ANGLE_OF_ALL
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PointlessPart:
     """`expr` in a text cannot be meant because of its parts `because`; `number` is what they are.
 

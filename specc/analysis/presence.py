@@ -7,13 +7,13 @@ tells, and the tests inside an expression tell the rest.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, cached_property
 
 from specc.analysis.arrivals import Arrivals
 from specc.analysis.graph import HeldByState, RowEdge, must_hold
 from specc.analysis.guards import Evaluation, Guards, Implied, Tests, said, there
 from specc.analysis.reads import Dependences, nodes, texts
-from specc.frozen import frozen
 from specc.model.expr import (
     TRUE,
     Builtin,
@@ -46,7 +46,7 @@ from specc.reachable import grouped, shortest
 _NONE: InputNames = frozenset()
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class InputRead:
     """An input that is read, in the text of `let` or, without one, of the expression itself."""
 
@@ -173,7 +173,7 @@ MOST_WAYS = 16
 """To one let with different tests before it; of more ways counts what all have in common."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Need:
     """A value that has to be there, in the text of `let` or, without one, of the expression itself.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from math import gcd, lcm
 
 from specc.analysis.plant import BoundElement
-from specc.frozen import frozen
 from specc.model.system import Subsystem
 from specc.model.wires import Wires
 
@@ -22,7 +22,7 @@ def base_tick(periods_s: Iterable[Fraction]) -> Fraction:
     return Fraction(gcd(*(p.numerator for p in listed)), lcm(*(p.denominator for p in listed)))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Clash:
     """A subsystem whose rate does not fit the others: the timeline repeats after `ticks`."""
 
@@ -31,7 +31,7 @@ class Clash:
     ticks: Fraction
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RateMisfit:
     """A sensor whose rate does not fit those of `readers` or, without readers, the base tick."""
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from specc.analysis.reads import ExpressionText, TextOwner, text_of
-from specc.frozen import frozen
 from specc.model.expr import (
     Binary,
     Choice,
@@ -26,7 +25,7 @@ from specc.model.types import PartialOf, Type
 from specc.model.wires import Wires
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ScalarExpr:
     """A number, as an expression in a text of `subsystem`; a formula has none, ""."""
 
@@ -35,7 +34,7 @@ class ScalarExpr:
     text: ExpressionText
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ReportedScalar:
     """The number at `index` of an element that a device reports, `agent.E.device.element`.
 

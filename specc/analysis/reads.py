@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import chain
 from typing import TypeVar
 
-from specc.frozen import frozen
 from specc.model.expr import (
     BoundVariable,
     Clock,
@@ -35,7 +35,7 @@ T = TypeVar("T")
 # The expressions of a subsystem with the texts in which they stand.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ExpressionText:
     """An expression that is the text at `key` of a part, or its short form.
 
@@ -115,7 +115,7 @@ def arrivals_asked(subsystem: Subsystem) -> frozenset[InputName]:
     return frozenset(node.input.key for node in nodes(subsystem) if isinstance(node, Fresh))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Dependence:
     """What the value of an expression depends on.
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
-from specc.frozen import frozen
 from specc.lang.kinds import kind
 from specc.model.binding import Binding, Published, Ros2
 from specc.model.system import Element, Subsystem, System
@@ -32,7 +31,7 @@ FRAME, CHILD = "header.frame_id", "child_frame_id"
 """Fields that hold coordinate frames."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class MessagePart:
     """A part of messages that is the value of elements of some types.
 
@@ -48,7 +47,7 @@ class MessagePart:
     sent: bool = True
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class MessageMisfit:
     """Why an element is not what its messages carry, and a way out; `code` is of the finding."""
 
@@ -286,7 +285,7 @@ def named_frames(part: MessagePart, type_: Type, ros2: Ros2) -> tuple[tuple[str,
 # What others in ROS can watch: which messages states of machines and outputs become.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PublishedValue:
     """A state, or an output element, with the messages that it becomes.
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 from specc.analysis.graph import CAUSES, RowEdge, find_steps
-from specc.frozen import frozen
 from specc.model.expr import FALSE, TRUE, Choice, Expr, Logic, Quantifier, Unary, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem
@@ -60,7 +59,7 @@ def _bound(expr: Expr, unknown: Expr, is_unknown: Asks) -> Expr:
 # cause surely holds and no row possibly does; nothing ever applies where nothing possibly does.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Approximation:
     """What a machine with unknowns surely or possibly is."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from specc.analysis import Facts
 from specc.analysis.machine import Machine
@@ -11,7 +12,6 @@ from specc.analysis.reaching import ScalarDefinition, ScalarExpr, component
 from specc.analysis.reads import ExpressionText
 from specc.analysis.scalar_ranges import ScalarRanges
 from specc.diagnostics import Diagnostic, Related
-from specc.frozen import frozen
 from specc.lang.ranges import Range
 from specc.mjcf import Model
 from specc.model.types import Real, Vector
@@ -22,7 +22,7 @@ _ROUNDING = 1e-5
 _LISTED = 4
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Beyond:
     """A number that is surely beyond a limit of an actuator, and where it is sent from."""
 

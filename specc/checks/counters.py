@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge
 from specc.diagnostics import Diagnostic, Related
-from specc.frozen import frozen
 from specc.lang import show
 from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import MIRRORED, Binary, Builtin, Choice, Compare, Expr, MemoryRef, children
@@ -50,7 +50,7 @@ def _counted_in(machine: Machine, state: State) -> dict[str, bool | None]:
 # A limit of a counter, and what it decides in a state.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Limit:
     condition: Condition
     reached: Expr

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.frozen import frozen
 from specc.model.system import Device, Element, Port, Shared, Subsystem
 from specc.model.types import Enum, Opaque, Record, Type
 from specc.model.wires import Wire
@@ -117,7 +116,7 @@ def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
     return Place(file, (*route, direction, peer))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _End:
     """An end of a connection, at its place, and the interface that it names."""
 
@@ -200,7 +199,7 @@ def _inside(type_: Type) -> str:
     return ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Lack:
     """An end of a connection, and what only the other one has."""
 

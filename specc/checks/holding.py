@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from specc.analysis import Facts, Machine
 from specc.analysis.last_values import ValuePath, moves, path_to_device, unsent_in
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.frozen import frozen
 from specc.model.expr import Expr, Items, Nothing, Unused
 from specc.model.fsm import State
 from specc.model.system import Subsystem
@@ -18,7 +18,7 @@ from specc.reachable import grouped, reachable
 # A state without an output whose last value a device keeps, and the state that may send it last.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class HeldOutput:
     """`state` does not send `output`, which `before` sent; the value goes on along `path`."""
 

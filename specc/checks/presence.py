@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 from specc.analysis import Facts, Machine
 from specc.analysis.guards import Evaluation, uses
 from specc.analysis.presence import InputRead, Need
 from specc.analysis.reads import text_of
 from specc.diagnostics import Diagnostic, Related
-from specc.frozen import frozen
 from specc.lang import show
 from specc.model.fsm import Axiom, Condition, Function
 from specc.model.system import Memory, Subsystem
@@ -23,7 +23,7 @@ from specc.source import Place
 _CODES = {Function: "E0701", Condition: "E0702", Memory: "E0703", Axiom: "E0704"}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Absence:
     """An input that is read by a part of a subsystem where it may have no value."""
 

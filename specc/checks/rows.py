@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,6 @@ from specc.analysis import Decided, Facts
 from specc.analysis.guards import said
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.frozen import mutable
 from specc.lang import show
 from specc.model.expr import Call, Expr, walk, written
 from specc.model.fsm import OTHERWISE, Behaviour, Cause, State, Transition
@@ -68,7 +67,7 @@ MOST_COMPARED = 8
 _Key = tuple[str, str, tuple[str, ...]]
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class SharedRows:
     """Rows of several states that ask the same conditions and fail in the same situations.
 

@@ -12,7 +12,6 @@ from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge, reached_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.frozen import frozen
 from specc.lang.dependence_order import InOrder
 from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
@@ -110,7 +109,7 @@ class Moves:
 # What a state waits for, and whether the subsystem that is to send it may come to rest without.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Rest:
     """A sender gets to `state` and from there never sends what the waiting state needs.
 

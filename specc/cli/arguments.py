@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 from importlib import import_module
 from itertools import starmap
@@ -11,7 +12,6 @@ from math import inf
 
 from specc import __version__
 from specc.cli.parsing import CollectValues, Parser, codes, formula, moment, ranged, warnings, wire
-from specc.frozen import frozen
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 
@@ -263,7 +263,7 @@ def _add_from_runtime(command: Parser, function: str) -> None:
         command.error("the runtime (package specc_runtime) is not installed")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Command:
     """A command: what does it, as `module:function` below `specc.cli`, and its line of help.
 

@@ -6,7 +6,7 @@ import os
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,6 @@ from specc.cli import streams
 from specc.cli.recorded_spec import texts_of
 from specc.cli.recordings import called
 from specc.diagnostics.report import report
-from specc.frozen import frozen
 from specc.lang.show import show
 from specc.model.requirement import Requirement, reach_s
 from specc.refusal import Refused, reason_of
@@ -176,7 +175,7 @@ AFTER = 10
 """Periods of the slowest machine that a recording goes on for when the trace is over."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Recorded:
     """The recording of a trace, or why there is none."""
 

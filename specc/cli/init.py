@@ -43,19 +43,21 @@ def _written(options: Namespace) -> list[Path]:
 
         return init_robot.write(options)
     directory, name = options.directory, options.skeleton or "joint"
-    if name not in names() or not directory or (os.path.exists(target) and not target.is_dir()):
+    if name not in names() or (os.path.exists(target) and not target.is_dir()):
         raise Refused(_refusal(directory, name))
     source = specs_dir() / "skeletons" / name
     # The specification is the first, and so comes last.
     files = sorted(filter(Path.is_file, source.rglob("*")), key=lambda path: path.suffix != ".yaml")
     places = {target / path.relative_to(source): path for path in files}
-    with placing(*next(iter(places.items()))) as new:
+    with placing(next(iter(places))) as new:
         new.put(places)
     return list(places)
 
 
 def _misplaced(options: Namespace) -> str:
-    """Why options do not go together; empty if they do."""
+    """Why options do not go together, or name what is not there; empty if all is well."""
+    if not options.directory:
+        return "the directory has no name; leave it out to use this one"
     if options.ros2 is None and (options.python or options.wait):
         return f"{'--python' if options.python else '--wait'} is about ROS 2; add --ros2"
     for option in ("group", "assets"):
@@ -63,7 +65,8 @@ def _misplaced(options: Namespace) -> str:
             return f"--{option} is about a model; add --model FILE.xml"
     if options.agent and options.model is None and options.ros2 is None:
         return "--agent is about a model or ROS 2; add --model FILE.xml, or --ros2"
-    return ""
+    missing = [folder for folder in options.assets if not os.path.isdir(folder)]
+    return f"there is no folder {missing[0]!r} for --assets" if missing else ""
 
 
 def _refusal(directory: str, name: str) -> str:
@@ -73,8 +76,6 @@ def _refusal(directory: str, name: str) -> str:
         close = nearest(name, known)
         meant = f"did you mean {' or '.join(close)}? " if close else ""
         return f"no skeleton {name!r}; {meant}there are {', '.join(known)}"
-    if not directory:
-        return "the directory has no name; leave it out to use this one"
     return f"{directory} is a file; name a directory, which is created if it does not exist"
 
 

@@ -92,7 +92,7 @@ def _new(options: Namespace) -> list[Path]:
     name = system if options.agent is None else _legal(options.agent)
     robot = _robot(name, facts, model, options)
     text = document(robot, system, plant, _command(path))
-    with placing(spec, text) as new:
+    with placing(spec) as new:
         new.put(copies)
         _refuse_errors(_checked(spec, text), ())
         new.put({spec: text})
@@ -142,7 +142,7 @@ def _added(options: Namespace) -> list[Path]:
         text = added(read.source.text, read.data, robot, plant, _command(path))
     except LayoutError:
         raise Refused(_not_added(spec, name)) from None
-    with placing(spec, text) as new:
+    with placing(spec) as new:
         new.put(copies)
         after = _checked(spec, text)
         if not {*_agents(before), name} <= _agents(after):
@@ -288,7 +288,7 @@ def _of_ros2(options: Namespace) -> list[Path]:
             "nothing was written: the specification would have errors, "
             f"{errors[0].code}: {errors[0].message}"
         )
-    with placing(spec, text) as new:
+    with placing(spec) as new:
         new.put({spec: text})
     return [spec]
 

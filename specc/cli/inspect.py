@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from specc.cli.interruption import is_behind
 from specc.cli.targets import targets
 from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
-from specc.frozen import frozen
 from specc.limits import one_run
 from specc.parallel import cores, processes
 from specc.policy import Overrides, forget, judge, settings_for
@@ -26,7 +25,7 @@ PARALLEL_FROM = 4
 """Below this number of files starting processes costs more than it saves."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Inspection:
     """What checking one specification gave; `read` are the real paths of all its files."""
 
@@ -161,7 +160,7 @@ def _inspected(path: str, overrides: Overrides) -> Inspection:
         return Inspection(path, (), 0, frozenset(), frozenset(), fault)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class JudgedFindings:
     """Findings about a specification that are left, and faults of its settings.
 

@@ -29,7 +29,8 @@ def _known(name: str) -> str:
     """The whole name of a part; raises Refused if there is none."""
     whole = name if name.startswith(LIBRARY) else f"{LIBRARY}{name}"
     if whole not in library_parts():
-        close = " or ".join(nearest(whole, library_parts()))
+        parts = {part.removeprefix(LIBRARY): part for part in library_parts()}
+        close = " or ".join(parts[name] for name in nearest(whole.removeprefix(LIBRARY), parts))
         hint = f"did you mean {close}?" if close else "`specc lib` lists all parts"
         raise Refused(f"the library has no part {name!r}; {hint}")
     return whole

@@ -55,19 +55,18 @@ class Placing:
 
 
 @contextmanager
-def placing(last: Path, content: Content) -> Iterator[Placing]:
+def placing(last: Path) -> Iterator[Placing]:
     """New files, which are taken away if anything is raised.
 
-    If the process is killed, the next one takes them away unless `last` has its content by then.
+    If the process is killed, the next one takes them away unless `last` is written by then.
     """
     made: dict[Path, str | None] = {}
     try:
         with deferred():
             _make_folders(last.parent, made)
         with folder_aside(last.parent) as aside:
-            digest = digest_of(_bytes(content))
             try:
-                yield Placing(made, lambda: note_new_files(aside, last, digest, made))
+                yield Placing(made, lambda: note_new_files(aside, last, made))
             except BaseException:
                 _take_away(made)  # while there is a note of them
                 raise

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 from specc.analysis import Facts
 from specc.cli import streams
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.render.visible import visible
-from specc.frozen import frozen
 from specc.lang.show import show
 from specc.model.requirement import Requirement
 from specc.model.system import Subsystem, System
@@ -56,7 +56,7 @@ _BY_CODE = {
 }
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class DesignStep:
     """A step of the procedure; `next` says what to do for it, empty if it is done."""
 
@@ -65,7 +65,7 @@ class DesignStep:
     next: str = ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Progress:
     """The steps of the system, an agent or a subsystem."""
 

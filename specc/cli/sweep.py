@@ -11,6 +11,7 @@ import time
 import uuid
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,6 @@ from specc.cli.interruption import MESSAGE, exit_code
 from specc.cli.run import judged_to_run
 from specc.diagnostics.phrases import counted, few
 from specc.diagnostics.report import Report, report
-from specc.frozen import frozen
 from specc.parallel import cores, processes
 from specc.refusal import Refused, lacking, reason_of
 from specc.signals import deferred
@@ -64,7 +64,7 @@ _LONGEST = 400
 """Characters of a reason that are told."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Asked:
     """The runs of the command line."""
 

@@ -6,10 +6,10 @@ import glob
 import os
 import re
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import frozen
 from specc.limits import MAX_BYTES
 from specc.policy import settings_for
 from specc.refusal import reason_of
@@ -21,7 +21,7 @@ _SYSTEM = re.compile(rb"^system[ \t]*:", re.MULTILINE)
 _MAGIC = re.compile(r"[*?[]")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Targets:
     """Files to check, each once, in the order of the arguments.
 

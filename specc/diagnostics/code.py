@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Literal
 
 from specc.diagnostics.diagnostic import Severity, severity_of
 from specc.diagnostics.render.visible import visible_lines
-from specc.frozen import frozen
 
 PAGES = Path(__file__).with_name("codes")
 
@@ -21,7 +21,7 @@ _PAGE = (
 )
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Code:
     """A page.
 

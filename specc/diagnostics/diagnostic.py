@@ -2,11 +2,10 @@
 
 import re
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.diagnostics.phrases import few
-from specc.frozen import frozen
 from specc.limits import MAX_FAULTS
 from specc.source import Place
 
@@ -17,7 +16,7 @@ _FOR_RUNS = frozenset(("O0501", "O0502"))
 _FOR_NOTHING = frozenset(("O0404", "O0503"))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Related:
     """A second place that a finding speaks of, with a few words on its part in it."""
 
@@ -25,7 +24,7 @@ class Related:
     message: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Edit:
     """New text for what stands at a place; `old` is what was read there, where it is a name."""
 
@@ -34,7 +33,7 @@ class Edit:
     old: str = ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Fix:
     """The one safe repair of a finding: `title` says what it does, in the imperative."""
 
@@ -42,7 +41,7 @@ class Fix:
     edits: tuple[Edit, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """A finding; `code` is an entry of the registry and `label` stands at the caret.
 

@@ -12,13 +12,12 @@ from __future__ import annotations
 import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import NamedTuple
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
 from specc.diagnostics.renaming import as_written, reworded
-from specc.frozen import frozen
 from specc.reachable import grouped
 from specc.source import Place, Route, SourceFile, Sources
 
@@ -61,7 +60,7 @@ class _Slip(NamedTuple):
     """Whether the names are those of all that one `for` stands for, without an index."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Definition:
     """A key that defines a name; `scope` is the route above which nothing refers to it.
 

@@ -2,12 +2,11 @@
 
 import os
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import accumulate
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
-from specc.frozen import frozen
 from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.resources import is_library_part
 from specc.source import Place, Sources, Span
@@ -15,7 +14,7 @@ from specc.source import Place, Sources, Span
 _RANKS: dict[Severity, int] = {"error": 0, "warning": 1, "open": 2}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Spot:
     """A resolved place: its span, the text of its first line, and a message for it."""
 
@@ -24,7 +23,7 @@ class Spot:
     message: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Change:
     """New text for the characters of a file from offset `start` up to `end`, which are `span`."""
 
@@ -34,7 +33,7 @@ class Change:
     text: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Repair:
     """What mends a finding: changes within one file."""
 
@@ -47,7 +46,7 @@ class Repair:
         return self.changes[0].span.file
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Finding:
     """A diagnostic with the spots it speaks of; paths are relative to the working directory."""
 
@@ -57,7 +56,7 @@ class Finding:
     repair: Repair | None = None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Report:
     """All findings about the files of one command; `ignored` counts those that are not shown."""
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
-from specc.frozen import frozen
 from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, each, one_of, origins
 from specc.lang.mismatch import fits, missing_unit, scalar_unit, way_out
 from specc.lang.parse import span
@@ -63,7 +62,7 @@ T = TypeVar("T")
 _SHOWN = 40
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Context:
     """One expression being typed. `rules` has a rule for every kind of syntax in the language."""
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
 from specc.diagnostics.nearest import is_slip, nearest, surely_meant
-from specc.frozen import frozen, remembering
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -40,7 +39,7 @@ Name = TypeVar("Name")
 T = TypeVar("T")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Declared:
     """The type of a name, where it is declared, and its value if it is a let or a constant."""
 
@@ -54,7 +53,7 @@ def of_types(types: Mapping[Name, Type]) -> dict[Name, Declared]:
     return {name: Declared(type) for name, type in types.items()}
 
 
-@remembering
+@dataclass(frozen=True)
 class Scope:
     """The names that an expression may use. A name is looked up in the order of the fields."""
 
@@ -132,7 +131,7 @@ def members_of(enums: Iterable[Enum]) -> dict[str, tuple[Enum, ...]]:
 # How an expression got its type: the declarations that gave it, for the reader of a mismatch.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Origin:
     """A place that gave a type, and what it says in words."""
 

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from specc.frozen import remembering
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.signs import SIGNS
 from specc.lang.values import Value
@@ -22,7 +21,7 @@ from specc.model import expr as m
 from specc.model.types import ListOf, Real, Vector
 
 
-@remembering
+@dataclass(frozen=True)
 class Environment:
     """Values of everything that an expression may refer to."""
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any, Literal
 
-from specc.frozen import frozen
 from specc.lang.values import Value
 from specc.model.expr import Expr
 from specc.model.types import Type
@@ -15,7 +15,7 @@ Of = Callable[[Type, Any], Any]
 Sort = Literal["truth", "whole", "real", "item", "other"]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Python:
     """How generated code says types in some place: as annotations, contracts or forms of values."""
 
@@ -29,7 +29,7 @@ class Python:
     """A function, `module:name`."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Kind:
     """A constructor of types. A column is a function of the type first, unless it is a text.
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from typing import Literal
 
-from specc.frozen import frozen
 from specc.lang.errors import ExprError
 from specc.lang.parse import parse_syntax, span
 from specc.lang.signatures import signature_parts
@@ -15,7 +15,7 @@ from specc.lang.types import SHAPES, applied
 NameKind = Literal["type", "interface", "frame", "argument", "size"]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class NameMention:
     """A name in a text, by its position; an argument of an interface is a frame or a type."""
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Mapping
 from copy import deepcopy
+from dataclasses import dataclass
 from typing import Literal, TypeGuard
 
-from specc.frozen import mutable
 from specc.lang.errors import ExprError, listed
 from specc.lang.parse import nodes_of, span
 from specc.limits import MAX_SPREAD_PARTS, OUT_OF_PARTS, spend
@@ -41,7 +41,7 @@ def spread(tree: ast.expr, groups: Mapping[str, Members], root: Root = "x") -> a
     return found
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _Spreading(ast.NodeTransformer):
     groups: Mapping[str, Members]
     root: Root
@@ -134,7 +134,7 @@ def _is_whole(value: object) -> TypeGuard[int]:
     return type(value) is int
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _Member(ast.NodeTransformer):
     """Puts one member in the place of the variable: a peer, or its number where it stands alone.
 

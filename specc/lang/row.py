@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Any, Protocol
 
-from specc.frozen import frozen
 from specc.lang.functions import Rule
 from specc.lang.ranges import ANY, Operation, Range
 from specc.lang.values import Value
@@ -41,7 +41,7 @@ Encoding = Callable[..., Any]
 """From a `SolverTerms` and terms of arguments, also of the result where that is unknown."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Form:
     """How a call is written without its name: a place for each argument, with how tightly what
     stands there has to bind, and how tightly the whole binds.
@@ -51,7 +51,7 @@ class Form:
     binding: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class BuiltinFunction:
     """A function of the language. What is said of a result holds of each of its components.
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
-from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.row import Form
 from specc.lang.signs import SIGNS
@@ -30,7 +30,7 @@ def _print(expr: m.Expr) -> tuple[str, int]:
     return (_ATOMS[type(expr)](expr), _ATOM) if printer is None else printer(expr)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _ArgumentPlace:
     """An argument in a form, which says how tightly it has to bind."""
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from specc.frozen import frozen
 from specc.lang.errors import ExprError, unknown
 from specc.lang.parse import LONGEST, parse_syntax, span
 from specc.lang.types import TypeNames, TypeReader, applied, parse_type
@@ -114,7 +114,7 @@ def _check_variables(parameters: dict[str, Type], result: Type, start: int, end:
 # What a buffer names: an interface with its frames and types, `Report[W, Status]`.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class InterfaceUse:
     """The name of an interface, with the frames and types that it is given."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from operator import add, mul, sub, truediv
 from typing import Any, Literal
 
-from specc.frozen import frozen
 from specc.lang import ranges
 from specc.lang.ranges import Operation
 from specc.lang.values import compose, elementwise, inverse, moved
@@ -20,7 +20,7 @@ Inverse = Callable[[Any, Any], Any]
 """From the wanted result and the other side; None if there is no such value."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Sign:
     """An operator between two values."""
 

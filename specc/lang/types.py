@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Literal
 
 from specc.diagnostics.nearest import nearest
-from specc.frozen import frozen, remembering
 from specc.lang.builtins import RESERVED
 from specc.lang.errors import ExprError, did_you_mean, unknown
 from specc.lang.literals import unit_error
@@ -62,7 +61,7 @@ _FOREIGN = {
 """What other languages call the types."""
 
 
-@remembering
+@dataclass(frozen=True)
 class TypeNames:
     """Frames and named types that type texts may use."""
 
@@ -106,7 +105,7 @@ def applied(node: ast.expr) -> tuple[str, list[ast.expr]]:
     return "", []
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TypeReader:
     """Reads the trees of types."""
 
@@ -259,7 +258,7 @@ def is_size(number: float) -> bool:
 TypeArgument = Literal["frame", "size", "layers", "unit", "element", "type", "present", "complete"]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Shape:
     """What a type takes in brackets, of which the first so many are needed, and what it is then."""
 

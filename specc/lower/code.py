@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, Literal
 
 from specc.analysis.plant import bindable
-from specc.frozen import frozen
 from specc.lower.annotations import plain
 from specc.model.binding import Binding
 from specc.model.system import Operator, Plant, System
@@ -16,7 +15,7 @@ from specc.model.types import Opaque, Record, Type
 from specc.source import Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PythonObject:
     """An object of Python, `module:name`, and as what a system names it.
 

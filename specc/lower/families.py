@@ -6,11 +6,10 @@ They differ in their names, their peers and the values of parameters, which thei
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from specc.analysis.reads import nodes
 from specc.diagnostics.phrases import stem
-from specc.frozen import frozen
 from specc.lower.annotations import PythonTypes
 from specc.lower.flow import Proofs
 from specc.lower.module import Module
@@ -23,7 +22,7 @@ from specc.reachable import grouped
 from specc.source import Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Family:
     """The parts of one module. `given` are the parameters whose values differ among them."""
 

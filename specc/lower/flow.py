@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from specc.frozen import interned, mutable
 from specc.lower.table import TermTable
 from specc.lower.terms import NONE, Term, TermSet, in_order, unknown
 from specc.model.expr import Choice, Logic, Quantifier, Truth
@@ -68,7 +67,7 @@ class _NothingProved:
 NOTHING_PROVED: Proofs = _NothingProved()
 
 
-@interned
+@dataclass(frozen=True, eq=False, slots=True)
 class Work:
     """A value that a behaviour computes, and the function that asks for it."""
 
@@ -77,7 +76,7 @@ class Work:
     value: Term
 
 
-@interned
+@dataclass(frozen=True, eq=False, slots=True)
 class Activity:
     """What a behaviour computes: `works` in order of execution, outputs before memory."""
 
@@ -88,7 +87,7 @@ class Activity:
     """Terms that it evaluates in any case."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Enter:
     """The behaviour of `target` runs once. `row` is the transition taken, -1 if the state stays."""
 
@@ -121,7 +120,7 @@ class Enter:
         return self.taken
 
 
-@interned
+@dataclass(frozen=True, eq=False, slots=True)
 class FlowRow:
     """A row of the transition table, and what follows if its condition holds."""
 
@@ -130,7 +129,7 @@ class FlowRow:
     enter: Enter
 
 
-@interned
+@dataclass(frozen=True, eq=False, slots=True)
 class Rows:
     """The rows of one cause. Proved: the first that holds is taken. Otherwise all are tested, and
     it is a fault unless exactly one holds."""
@@ -168,7 +167,7 @@ class Rows:
         return (*(row.test for row in self.tested), *taken)
 
 
-@interned
+@dataclass(frozen=True, eq=False, slots=True)
 class Check:
     """If `condition` holds, the rows of `cause` decide; otherwise the cycle goes on."""
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
-from specc.frozen import frozen
 from specc.lang.kind import Python
 from specc.lang.kinds import kind
 from specc.lower.annotations import Annotations, PythonTypes
@@ -54,7 +54,7 @@ class _Forms:
         return self._known[text]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Layout:
     groups: tuple[tuple[str, tuple[str, ...]], ...]
     ends: tuple[tuple[str, str], ...]

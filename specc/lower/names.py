@@ -6,8 +6,8 @@ import builtins
 import keyword
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
-from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
 from specc.model.trace import Trace
 
@@ -224,7 +224,7 @@ class Functions:
 # What templates print. A plan is a template and the texts that fill it in, in order and spelled.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FilePlan:
     """A generated file: the name of its template, and what each name in the template stands for."""
 
@@ -232,7 +232,7 @@ class FilePlan:
     parts: Mapping[str, object]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ConstantPlan:
     """A constant. `is_computed`: an operator or a file gives it, so the class holds it."""
 
@@ -243,7 +243,7 @@ class ConstantPlan:
     is_computed: bool
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class NamedPlan:
     """A name at the top of a module and its value: an enum, a contract, an operator."""
 
@@ -251,7 +251,7 @@ class NamedPlan:
     value: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class AttributePlan:
     """An attribute of a buffer or of the memory, or a field of a record."""
 
@@ -260,7 +260,7 @@ class AttributePlan:
     comment: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class MethodPlan:
     """A method; `lines` carry their indentation relative to its body."""
 

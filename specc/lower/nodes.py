@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
-from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.row import Form
 from specc.lang.signs import SIGNS
@@ -35,7 +35,7 @@ CHOICE, OR, AND, NOT, COMPARE, SUM, PRODUCT, SIGN, POWER, PRIMARY, ATOM = range(
 _RANKS = {"": CHOICE, "compare": COMPARE, "sum": SUM, "product": PRODUCT, "primary": PRIMARY}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Spelled:
     """Python text of an expression and how tightly it binds."""
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 
-from specc.frozen import frozen, mutable
 from specc.lang import show
 from specc.lower.annotations import PythonTypes
 from specc.lower.module import Module, buffer_names, memory_names
@@ -52,7 +51,7 @@ _TRIGGERING = {
 }
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RequirementPlan:
     """One requirement: Python texts of what is said of it and of its formula."""
 
@@ -130,7 +129,7 @@ def _reading(system: System, module: Module, reading: Reading) -> str:
     return f"Reading({', '.join(arguments)})"
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _FormulaWriter:
     """Writes formulas, with a method for each of their atoms."""
 

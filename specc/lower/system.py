@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import PurePath
 
 from specc.analysis.ages import Ages
 from specc.analysis.plant import bindable
 from specc.analysis.rates import base_tick
-from specc.frozen import frozen
 from specc.lower.ages import ages_plan
 from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
 from specc.lower.families import Family, families
@@ -238,7 +238,7 @@ def _families(
         yield from families(system, parts, proofs, types)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Made:
     """A family with the class and the module that it becomes."""
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from specc.frozen import mutable
 from specc.lang import ranges
 from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
@@ -30,7 +29,7 @@ TermSet = frozenset["Term"]
 NONE: TermSet = frozenset()
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Term:
     """A node of an expression; `node` says what it is, its own operands are replaced by `args`."""
 

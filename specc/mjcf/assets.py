@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import field
-
-from specc.frozen import mutable
+from dataclasses import dataclass, field
 
 _FACES = ("fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
 _FILLED = ("mesh", "gmsh")
@@ -14,7 +12,7 @@ _FILLED = ("mesh", "gmsh")
 _KINDS = {"hfield": "height field"} | {tag: tag for tag in ("mesh", "model", "skin", "texture")}
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Assets:
     """Meshes, height fields, textures, skins and models, and the folders where they are.
 

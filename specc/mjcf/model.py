@@ -6,7 +6,6 @@ import os
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
-from specc.frozen import frozen
 from specc.refusal import Refused
 
 
@@ -18,7 +17,7 @@ ModelObject = tuple[str, str]
 """Kind and name of what a sensor is attached to."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ModelPart:
     """A joint, sensor or actuator, with what its class of defaults says; a name may be empty.
 
@@ -45,7 +44,7 @@ class ModelPart:
     """Forces of an actuator beyond it are cut."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ModelFiles:
     """Paths of the files that a model is made of."""
 

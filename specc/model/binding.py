@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final, Literal
 
-from specc.frozen import frozen
 from specc.model.units import Unit
 from specc.source import Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Binding:
     """What stands behind one element of a device in the plant."""
 
@@ -47,7 +47,7 @@ PLANT: Final = "plant"
 """Stands for the device in bindings of what requirements see of the plant."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Published:
     """What others in ROS can watch: `agent.subsystem` its state, `agent.subsystem.y.peer.element`
     what it sends."""
@@ -56,7 +56,7 @@ class Published:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Ros2:
     """The node behind which devices are; `frames` has what ROS calls those of the system."""
 

@@ -8,24 +8,23 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterator
-from dataclasses import KW_ONLY, field, fields, replace
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cache
 from typing import Any, Literal
 
-from specc.frozen import frozen
 from specc.model.types import Bool, Type
 
 Offsets = tuple[int, int]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Node:
     _: KW_ONLY
     type: Type
     span: Offsets = field(default=(0, 0), compare=False)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Number(Node):
     """A literal in SI units. `value` is an int for type int, else a float.
 
@@ -45,29 +44,29 @@ class Number(Node):
         return hash((self.value, self.type))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Truth(Node):
     value: bool
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TextLiteral(Node):
     value: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Member(Node):
     """A member of an enum, as a value."""
 
     name: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Unused(Node):
     """The paper's dash, spelt `_`: a component that the chosen mode does not use."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Nothing(Node):
     """`None`: what an optional value is when there is none."""
 
@@ -75,7 +74,7 @@ class Nothing(Node):
 LITERALS = (Number, Truth, TextLiteral, Member, Unused, Nothing)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Input(Node):
     """An element of an input buffer, `x.peer.element`."""
 
@@ -88,52 +87,52 @@ class Input(Node):
         return self.peer, self.element
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class MemoryRef(Node):
     name: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class LetRef(Node):
     name: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ConstantRef(Node):
     """A constant of the system, or a parameter of a reused description."""
 
     name: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FileRef(Node):
     """A file, by its name in the system."""
 
     name: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class BoundVariable(Node):
     """The variable of a quantifier."""
 
     name: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Clock(Node):
     """`elapsed`: seconds since the state was entered; `entered`: its first period; `period`: s."""
 
     name: Literal["elapsed", "entered", "period"]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Fresh(Node):
     """The paper's predicate P: a value became visible since the previous time stamp."""
 
     input: Input
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Present(Node):
     """Whether the element has received a value at least once."""
 
@@ -144,7 +143,7 @@ LagName = Literal["age", "late"]
 LAGS: tuple[LagName, ...] = ("age", "late")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Lag(Node):
     """How far an input is behind: the `age` of the oldest measurement behind its value, in s; for
     how many periods in a row its sender has been `late`.
@@ -154,7 +153,7 @@ class Lag(Node):
     input: Input
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Call(Node):
     """An operator, by its name in the system, applied to arguments."""
 
@@ -162,7 +161,7 @@ class Call(Node):
     args: tuple[Expr, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Builtin(Node):
     """A function of the language itself; the table is in `specc.lang.builtins`."""
 
@@ -176,20 +175,20 @@ FRAMELESS = IDENTITY, TRANSLATION, POSE = "identity", "translation", "pose"
 """Functions whose result is a pose in the frames of its place."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Unary(Node):
     op: Literal["-", "not"]
     operand: Expr
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Binary(Node):
     op: Literal["+", "-", "*", "/", "**", "@"]
     left: Expr
     right: Expr
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Compare(Node):
     op: Literal["<", "<=", ">", ">=", "==", "!="]
     left: Expr
@@ -211,14 +210,14 @@ MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 """The same comparison with its sides exchanged."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class IsNone(Node):
     """`value is None`; an `is not` is a negated one."""
 
     value: Expr
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Sure(Node):
     """An optional value where there has to be one, or a list where there has to be an item.
 
@@ -228,7 +227,7 @@ class Sure(Node):
     value: Expr
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Among(Node):
     """`item in {a, b}` over the members of an enum; a `not in` is a negated one."""
 
@@ -236,13 +235,13 @@ class Among(Node):
     members: frozenset[str]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Logic(Node):
     op: Literal["and", "or"]
     operands: tuple[Expr, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Choice(Node):
     """`then if test else otherwise`."""
 
@@ -251,20 +250,20 @@ class Choice(Node):
     otherwise: Expr
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Items(Node):
     """A literal vector, spatial vector or list, as its type says."""
 
     items: tuple[Expr, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FieldOf(Node):
     value: Expr
     name: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Component(Node):
     """One component of a vector or spatial vector, `v[2]` or `v.z`."""
 
@@ -272,7 +271,7 @@ class Component(Node):
     index: int
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Quantifier(Node):
     """`all(body for variable in over)` or `any(...)`; `over` is a vector or a list.
 
@@ -285,7 +284,7 @@ class Quantifier(Node):
     body: Expr
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Unknown(Node):
     """The meaning of a text that is missing or has an error in it: some unknown value.
 

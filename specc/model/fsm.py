@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import chain
 from typing import Literal
 
-from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.trace import Trace
 from specc.source import Place
@@ -17,7 +16,7 @@ OTHERWISE = "otherwise"
 """As the initial condition of a row: none of the other rows of its state and cause applies."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Condition:
     """A predicate. `always` and `never` are conditions too, with kind-less names."""
 
@@ -29,7 +28,7 @@ class Condition:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Assignment:
     """One target of a transition function. `peer` is "" for memory."""
 
@@ -44,7 +43,7 @@ class Assignment:
         return f"y.{self.peer}.{self.name}" if self.peer else self.name
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Function:
     """A transition function: all values are of time stamp i, all results take effect at i+1.
 
@@ -59,7 +58,7 @@ class Function:
     whole: bool = True
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Behaviour:
     """Transition functions, a terminal condition and an error condition (eq. 3).
 
@@ -96,7 +95,7 @@ class Behaviour:
         object.__setattr__(self, "assignments", found)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class State:
     name: str
     behaviour: Behaviour
@@ -109,7 +108,7 @@ class State:
     """Outputs that keep their last value in it on purpose, by peer and element."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Transition:
     """A row of the transition table: `source`, ended by `cause`, under `condition`, to `target`.
 
@@ -130,7 +129,7 @@ class Transition:
         return f"{self.source} {self.cause} {self.condition.name} -> {self.target}"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Axiom:
     """What the designer asks the proofs to take for granted, with the reason."""
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal
 
-from specc.frozen import frozen
 from specc.model.expr import Expr, Node, Offsets
 from specc.model.types import Type
 from specc.source import Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Reading:
     """A value that requirements name: state, memory, a sent value, a measurement, ground truth.
 
@@ -33,14 +32,14 @@ class Reading:
     asks_presence: bool = False
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TickCondition:
     """A condition on the values of one tick."""
 
     that: Expr
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Junction:
     """`not`, `and`, `or` of formulas; `p implies q` is `not p or q` with a `premise`."""
 
@@ -51,7 +50,7 @@ class Junction:
     premise: TemporalFormula | None = field(default=None, compare=False)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Temporal:
     """An operator over ticks; all but `since` reach over `span_s` seconds."""
 
@@ -72,7 +71,7 @@ class Temporal:
 TemporalFormula = TickCondition | Junction | Temporal
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Requirement:
     """`formula` holds at the first tick, or at every tick if it `lasts`; `text` is as written."""
 
@@ -101,7 +100,7 @@ class Requirement:
         return " ".join(self.text[start:end].split())
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FormulaLet:
     """A `let` beside requirements: its formula is `said`, or it has a value.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Literal
 
-from specc.frozen import frozen, remembering
 from specc.model.binding import Binding, Published, Ros2
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
@@ -21,7 +21,7 @@ SubsystemKind = Literal["control", "virtual_effector", "virtual_receptor"]
 DeviceKind = Literal["real_effector", "real_receptor"]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Operator:
     """A primitive function in Python. Frame variables in the types start with "?".
 
@@ -37,7 +37,7 @@ class Operator:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Constant:
     """A named value; it refers to nothing but other constants and operators."""
 
@@ -47,7 +47,7 @@ class Constant:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Safe:
     """What a device gets when a run ends: `value`, or `otherwise` if that fails.
 
@@ -59,7 +59,7 @@ class Safe:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Element:
     """One element of a communication buffer."""
 
@@ -77,7 +77,7 @@ class Element:
     """Whether none of the values that are received may be missed."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Shared:
     """The interface whose elements a buffer has, as the buffer names it."""
 
@@ -85,7 +85,7 @@ class Shared:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Port:
     """The part of a buffer that is connected to one peer."""
 
@@ -107,7 +107,7 @@ class Port:
         return place if inside else here
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Memory:
     name: str
     type: Type
@@ -117,7 +117,7 @@ class Memory:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Let:
     """A named subexpression, computed at most once a period."""
 
@@ -128,7 +128,7 @@ class Let:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Outside:
     """A name that a file gives to all expressions in it."""
 
@@ -137,7 +137,7 @@ class Outside:
     place: Place
 
 
-@remembering
+@dataclass(frozen=True)
 class Subsystem:
     """A control subsystem, virtual effector or virtual receptor."""
 
@@ -240,7 +240,7 @@ class Subsystem:
         return {key: tuple(rows) for key, rows in found.items()}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Device:
     """A real effector or real receptor. `x` is what it accepts, `y` what it reports."""
 
@@ -268,7 +268,7 @@ class Device:
         return f"{self.agent}.{letter}.{self.name}"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Agent:
     name: str
     kind: str
@@ -280,7 +280,7 @@ class Agent:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Plant:
     """What stands behind the devices: the MJCF file `model`, what `python` makes, or `ros2`."""
 
@@ -294,7 +294,7 @@ class Plant:
     published: tuple[Published, ...] = ()
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Definition:
     """A type, file, constant or operator of the main file.
 
@@ -312,7 +312,7 @@ class Definition:
         return f"{self.kind} {self.name}"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class NamedType:
     """A name of types: where it is defined, and where it comes from."""
 
@@ -321,7 +321,7 @@ class NamedType:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class System:
     name: str
     title: str

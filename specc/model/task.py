@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Literal
 
-from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.requirement import Requirement
 from specc.model.units import DIMENSIONLESS, NEWTON, Unit
 from specc.source import Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Draw:
     """A number that the seed of a run decides: one of `values`, or anywhere `between` two of them.
 
@@ -36,7 +36,7 @@ Subject = Literal["coordinate", "distance", "body", "joint", "samples", "measure
 """A coordinate of a joint, and how far from there; a body, a joint; an element of a device."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Verb:
     """What a disturbance can do, once or as long as it `lasts`.
 
@@ -84,7 +84,7 @@ VERBS = {row.name: row for row in _ROWS}
 """
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Deed:
     """A verb and the name of its subject: a joint, a body, or `agent.R.device.element`."""
 
@@ -94,7 +94,7 @@ class Deed:
     place: Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Disturbance:
     """What happens to the plant while a run goes on, from a time on or once `when` holds then.
 
@@ -134,7 +134,7 @@ class Disturbance:
         return tuple(draw for draw in drawn if draw is not None)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Task:
     """What `specc run` counts and judges; it never influences an agent."""
 

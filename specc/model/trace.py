@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from specc.frozen import frozen
+from dataclasses import dataclass
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Trace:
     """Equation numbers, tables and figures; empty where a part has none."""
 

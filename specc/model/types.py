@@ -10,10 +10,9 @@ What follows from how a type is made, its class says here; all else that is know
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
-from specc.frozen import frozen
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import reachable
 
@@ -70,7 +69,7 @@ class _Made:
         return self
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Bool(_Made):
     is_discrete = True
 
@@ -78,7 +77,7 @@ class Bool(_Made):
         return "bool"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Int(_Made):
     is_discrete = True
 
@@ -86,7 +85,7 @@ class Int(_Made):
         return "int"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Real(_Made):
     unit: Unit = DIMENSIONLESS
 
@@ -98,7 +97,7 @@ class Real(_Made):
         return "real" if self.unit == DIMENSIONLESS else f"real[{self.unit}]"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Text(_Made):
     is_discrete = True
 
@@ -106,7 +105,7 @@ class Text(_Made):
         return "text"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class File(_Made):
     """A file of the specification, named under `files:`."""
 
@@ -114,7 +113,7 @@ class File(_Made):
         return "file"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Enum(_Made):
     name: str
     members: tuple[str, ...]
@@ -124,7 +123,7 @@ class Enum(_Made):
         return self.name or f"enum[{', '.join(self.members)}]"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Vector(_Made):
     """`size` elements that are all reals of one unit, integers, booleans or of one enum.
 
@@ -173,7 +172,7 @@ class Vector(_Made):
         return f"vector[{self.size}]" if str(inner) == "1" else f"vector[{self.size}, {inner}]"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Spatial(_Made):
     """Six components: three along the axes of `frame`, then three about them."""
 
@@ -217,7 +216,7 @@ SPATIAL_KINDS = {
 _SPATIAL_NAMES = {units: name for name, units in SPATIAL_KINDS.items()}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Pose(_Made):
     """Pose of `child` in `parent`, X_parent_child; the paper's left-superscript parent."""
 
@@ -236,7 +235,7 @@ class Pose(_Made):
         return f"pose[{self.parent.lstrip('?')}, {self.child.lstrip('?')}]"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Image(_Made):
     """`channels` is 3 for RGB (bytes) and 1 for a depth map (metres)."""
 
@@ -248,7 +247,7 @@ class Image(_Made):
         return f"image[{self.height}, {self.width}, {self.channels}]"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ListOf(_Made):
     """Items of one type; a list that is `nonempty` has at least one."""
 
@@ -270,7 +269,7 @@ class ListOf(_Made):
         return f"{'nonempty' if self.nonempty else 'list'}[{self.element}]"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class OptionalOf(_Made):
     """A value of a type, or None."""
 
@@ -291,7 +290,7 @@ class OptionalOf(_Made):
         return f"optional[{self.value}]"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PartialOf(_Made):
     """A vector of reals or a spatial vector; some of its components may be missing, spelt `_`."""
 
@@ -309,7 +308,7 @@ class PartialOf(_Made):
         return f"partial[{self.value}]"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Record(_Made):
     """Named fields. `python` is the class of its values, `module:Class`, or "" to generate one."""
 
@@ -343,7 +342,7 @@ class Record(_Made):
         return _applied(self.name, self.frames)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Opaque(_Made):
     """A value that only operators look into; `python` is its class, `module:Class`.
 

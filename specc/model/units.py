@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import ast
 import math
+from dataclasses import dataclass
 from fractions import Fraction
-
-from specc.frozen import frozen
 
 Dimensions = tuple[tuple[str, Fraction], ...]
 
@@ -35,7 +34,7 @@ class UnitError(ValueError):
         self.name = name
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Unit:
     """A product of powers of base units times `scale` (1.0 for a coherent unit)."""
 

@@ -6,10 +6,10 @@ Every question about the other end of a buffer is asked here; nothing else match
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from specc.frozen import frozen
 from specc.model.fsm import Behaviour
 from specc.model.system import Agent, Device, Element, Port, Subsystem
 from specc.reachable import grouped
@@ -20,7 +20,7 @@ Output = tuple[str, tuple[str, str]]
 """The qualified name of a subsystem, and peer and element of a buffer there."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Wire:
     """A port of `subsystem`, and the part of the system at its other end.
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, severity_of
 from specc.diagnostics.code import all_codes
-from specc.frozen import frozen
 from specc.limits import MAX_IGNORED
 from specc.read.comments import Comment, comments_of
 from specc.source import Place, SourceFile
@@ -21,7 +21,7 @@ _CODE = re.compile(r"[^\s,]+")
 _FORM = "write `# specc: ignore[W0412] reason`"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Ignore:
     """One code of an ignore comment.
 

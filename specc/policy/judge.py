@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import frozen
 from specc.policy.ignores import Ignore, ignores_of, unused
 from specc.policy.settings import Settings
 from specc.reachable import grouped
@@ -16,7 +15,7 @@ _EXPLORED = "W10"
 """Codes of what only `specc explore` finds; comments about it are no concern of other commands."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Judged:
     """Findings that are left; `used` are the places of the codes in comments that suppressed some.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cache
 from io import BytesIO
@@ -17,7 +17,6 @@ from typing import Any
 
 from specc.diagnostics import Diagnostic, nearest, renaming, surely_meant
 from specc.diagnostics.code import all_codes
-from specc.frozen import frozen
 from specc.read import Reach
 from specc.source import Place, SourceFile
 
@@ -68,7 +67,7 @@ _AT = re.compile(r" \(at line (?P<line>\d+), column (?P<column>\d+)\)")
 _SECTION = re.compile(r"^[ \t]*\[tool\.specc\][^\n]*$", re.MULTILINE)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Settings:
     """What a project asks for.
 
@@ -100,7 +99,7 @@ class Settings:
         )
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Overrides:
     """What the command line says; None where it says nothing."""
 
@@ -115,7 +114,7 @@ class Overrides:
         return replace(settings, **given)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FoundSettings:
     """Settings with findings about the file that has them."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
-from specc.frozen import frozen
 from specc.lang.bounds import operation_of
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.dependence_order import InOrder
@@ -61,7 +61,7 @@ class UndecidedError(Exception):
     """The ranges of values do not tell."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Turns:
     """Whether a condition holds in the first period, and the periods at which that changes."""
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
-from dataclasses import field
+from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Any, Literal
 
-from specc.frozen import frozen, interned
 from specc.lang import show
 from specc.limits import spend
 from specc.model.expr import Expr
@@ -24,7 +23,7 @@ ValueNumber = int
 """A value number: equal for expressions that have the same value (see `specc.proof.numbering`)."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Flag:
     """A truth value about which nothing else is known; its only question is None."""
 
@@ -35,7 +34,7 @@ class Flag:
         return [(False,) * len(tests), (True,) * len(tests)]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class EnumItem:
     """One member of an enum; a question is a set of members."""
 
@@ -53,7 +52,7 @@ class EnumItem:
         return _distinct([tuple(m in test for test in tests) for m in self.members])
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Label:
     """A text; a question is a text that it may be equal to."""
 
@@ -64,7 +63,7 @@ class Label:
         return [(False,) * len(tests)] + [tuple(a == b for a in tests) for b in tests]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Arrival:
     """An element of an input buffer: without a value, with an old one, or fresh."""
 
@@ -84,7 +83,7 @@ Threshold = tuple[str, float]
 """One of <, <= and ==, and the constant to compare with."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Quantity:
     """A number; a question compares it with a constant."""
 
@@ -140,7 +139,7 @@ def _holds_at(op: str, value: float, threshold: float) -> bool:
     return value < threshold or (value == threshold and op == "<=")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Apart:
     """How far two poses are from each other; a question has a distance and an angle."""
 
@@ -155,7 +154,7 @@ class Apart:
         )
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ItemQuestions:
     """Items of a vector or list; a question is a formula, asked of any item.
 
@@ -178,7 +177,7 @@ def _distinct(answers: list[Answers]) -> list[Answers]:
 # Propositional formulas over atoms, shared: two equal formulas of one factory are one object.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Atom:
     """A question about the value of a variable; `expr` is how the specification asks it.
 
@@ -202,7 +201,7 @@ Answered = tuple[Atom, bool]
 """A question, and whether the answer is yes."""
 
 
-@interned
+@dataclass(frozen=True, eq=False, slots=True)
 class Formula:
     """In negation normal form: only atoms are negated. `index` orders parts before wholes."""
 

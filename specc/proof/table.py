@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from specc.frozen import frozen
 from specc.limits import OUT_OF_STEPS, spend
 from specc.proof.formula import (
     Answered,
@@ -34,7 +34,7 @@ MOST_KINDS = 2**14
 """Most kinds of items, times answers about all of them, that are tried for one collection."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Column:
     """The answers to the atoms of a variable; consecutive ones are `stride` combinations apart."""
 

@@ -9,9 +9,9 @@ contradicts in every run; the reverse does not hold.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
-from specc.frozen import frozen
 from specc.limits import spend
 from specc.model.expr import Expr, MemoryRef
 from specc.model.requirement import Junction, Temporal, TemporalFormula, TickCondition
@@ -26,7 +26,7 @@ _MOST_RELATED = 12
 """Operators over ticks that are compared with each other in one question."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Over:
     """An operator over ticks, `within`, `once` or `since`, as the truth value `flag`."""
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from specc.frozen import frozen
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.fsm import Transition
 from specc.model.types import Bool
@@ -50,7 +49,7 @@ TruthAssignment = tuple[tuple[Expr, bool], ...]
 """The same as expressions with their truth values."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Witness:
     """Situations in which not exactly one of several conditions holds.
 
@@ -77,7 +76,7 @@ class Witness:
         return any(each.input.key in elements for each in asked)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Decision:
     """Whether exactly one of several conditions holds in a context.
 
@@ -104,7 +103,7 @@ class Decision:
         return not (self.gap or self.overlap or self.unknown)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RowVerdict:
     """A decision about the rows of one state and cause; its indices are those of `rows`."""
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from specc.frozen import frozen
 from specc.model.expr import Among, Compare, Expr, Member
 from specc.model.logic import joined, opposite
 from specc.model.types import Bool
@@ -21,7 +20,7 @@ MOST_CASES = 4
 _BOOL = Bool()
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Literal:
     """An answer as an expression, with the combinations in which it is given."""
 

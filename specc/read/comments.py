@@ -3,8 +3,8 @@
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
-from specc.frozen import frozen
 from specc.reachable import reachable
 from specc.source import SourceFile, TextNode
 
@@ -12,7 +12,7 @@ _MARK = re.compile(r"(?:^|(?<=[ \t]))#[^\r\n]*", re.MULTILINE)
 _LINE_END = re.compile(r"\r|\n|$")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Comment:
     """A comment with its `#`, by offsets into the text.
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from specc.diagnostics import Diagnostic, Faults, Related, TooManyFaultsError
-from specc.frozen import frozen
 from specc.limits import MAX_DEPTH, MAX_KEYS, MAX_VALUES
 from specc.read.syntax import (
     AliasEvent,
@@ -98,7 +98,7 @@ _NO_PARTS: dict[str | int, TextNode] = {}
 _VALUES = frozenset((ScalarEvent, AliasEvent, MappingStartEvent, SequenceStartEvent))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Built:
     """A value and its place; `size` counts the keys and values in it, aliases expanded."""
 

@@ -6,11 +6,10 @@ import os
 import re
 import stat
 import unicodedata
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from specc.diagnostics import Diagnostic, nearest
-from specc.frozen import frozen
 from specc.limits import MAX_BYTES
 from specc.read.compose import compose
 from specc.read.permitted import claims_to_be_one
@@ -134,7 +133,7 @@ def _refusal(code: str, path: str, message: str, hint: str) -> UnreadableFileErr
 # Reading a specification file: its data, its text with places, and what is wrong with it.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Document:
     """A file that was read.
 

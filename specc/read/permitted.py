@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import dataclass
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import frozen
 from specc.limits import MAX_ENTRIES
 from specc.resources import is_library_part
 from specc.source import Place
@@ -14,7 +14,7 @@ from specc.source import Place
 _CLAIM = re.compile(r"""(?:^|[\r{,])\ufeff?[ \t]*(["']?)specc\1[ \t]*:""", re.MULTILINE)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Reach:
     """Folders, by their real paths, of which the first is the project; without any, everything."""
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from specc.answers import AnswerCache
 from specc.diagnostics import Related
-from specc.frozen import frozen
 from specc.lang.packages import PACKAGES
 from specc.model.binding import PLANT
 from specc.model.requirement import Requirement
@@ -43,7 +42,7 @@ _NOT_A_SYSTEM = (
 )
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Resolved:
     """The system, and the qualified names of subsystems and devices with errors in them.
 

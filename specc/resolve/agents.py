@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import mutable
 from specc.limits import left, spend
 from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
@@ -31,7 +30,7 @@ _Control = tuple[SubsystemDef, Where, Setting]
 """A control subsystem, where it is described, and the names in force there."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class AgentResolver:
     """Resolves the agents of a system. `instances` collects the definitions of reused files."""
 

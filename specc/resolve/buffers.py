@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
 from specc.diagnostics import nearest
-from specc.frozen import mutable
 from specc.lang import RESERVED, Declared, ExprError, Scope, parse
 from specc.lang.parse import names_in
 from specc.model.system import Let, Memory, Port
@@ -23,7 +22,7 @@ DEEPEST_LET = 100
 """Longest chain of lets that depend on each other; nobody reads more, and passes recurse."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Buffers:
     """The static declarations of a subsystem: ports, memory, lets, and their scope."""
 
@@ -131,7 +130,7 @@ def _memory(
     return tuple(found)
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _Lets:
     """Lets in order of dependence. One that depends on itself is reported with its cycle.
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import isfinite
 
-from specc.frozen import mutable
 from specc.model.types import Real, Type
 from specc.model.units import DIMENSIONLESS
 from specc.resolve.context import Findings, Where
@@ -41,7 +40,7 @@ def _unit(written: str, declared: Type | None) -> str:
     return str(declared.unit) if isinstance(declared, Real) and has_unit else ""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Given:
     """`texts` are those of the command line, by the names of what they are values of.
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Literal
 
 from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
-from specc.frozen import frozen, mutable
 from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
@@ -25,7 +24,7 @@ from specc.source import Place, Route
 # What every part of resolving shares: a cursor into the files and the list of findings.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Where:
     """A value in a file: its route and what the YAML has there."""
 
@@ -72,7 +71,7 @@ class Where:
         return Place(self.file, self.route, "key")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Meaning:
     """What a text in a file was taken for, in its scope; `expr` is None if it has an error.
 
@@ -87,7 +86,7 @@ class Meaning:
     home: Where | None = None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TypeText:
     """The text of a type, of a signature or of an interface with its arguments, in its scope."""
 
@@ -98,7 +97,7 @@ class TypeText:
     places: Mapping[str, Place]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Use:
     """A name in a text of a file, and what it names: the place of a definition.
 
@@ -110,7 +109,7 @@ class Use:
     type: Type | None = None
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Findings:
     """Collects diagnostics, so that all that is wrong is reported in one go.
 

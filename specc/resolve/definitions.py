@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import count, islice
 from typing import TypeVar
 from zlib import crc32
 
 from specc.diagnostics import Related
-from specc.frozen import frozen, mutable
 from specc.lang import ExprError, TypeNames
 from specc.lang.mentioned import names_of_signature, names_of_type
 from specc.lang.types import MakeType
@@ -76,7 +75,7 @@ def inlined(expr: Expr, constants: Mapping[str, Constant], kept: Collection[str]
     return _Inlining(constants, kept).of(expr) if constants else expr
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _Inlining:
     constants: Mapping[str, Constant]
     kept: Collection[str]
@@ -115,7 +114,7 @@ class _Inlining:
 # Named sets of elements of buffers.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Interface:
     """An interface at its place, with what the texts of its elements may name."""
 
@@ -175,7 +174,7 @@ def sizes_met(signature: str, types: Mapping[str, TypeDef]) -> set[str]:
 Thing = TypeVar("Thing")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Earlier(Mapping[str, Thing]):
     """A view of the first `count` constants; each constant sees others before it."""
 
@@ -196,7 +195,7 @@ class _Earlier(Mapping[str, Thing]):
         return self.count
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Definitions:
     """Names in force in one file. `frames` maps a name to the frame that it stands for."""
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 
-from specc.frozen import frozen
 from specc.model.system import SubsystemKind
 from specc.resolve.context import Findings, Where
 from specc.schema import SubsystemDef
@@ -54,7 +54,7 @@ def peers_of_control(agent: str, around: AgentDef, agents: Collection[str]) -> d
     return peers
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Neighbours:
     """Who may be at the other ends of the buffers of a subsystem: `around` it is its agent."""
 

@@ -6,12 +6,11 @@ import ast
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 
 from specc.diagnostics import Diagnostic, Related
-from specc.frozen import mutable
 from specc.lang import (
     CUT_SHORT,
     FOLLOW_UP,
@@ -82,7 +81,7 @@ def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> fl
     raise ExprError("the value is not known before a run", *expr.span, help, code)
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Expressions:
     """Reads texts in one scope. `broken` holds names whose own definition has an error.
 
@@ -212,19 +211,10 @@ class Expressions:
     @property
     def later(self) -> frozenset[str]:
         """Names of memory and lets of the subsystem, which begin after inputs and memory do."""
-        return frozenset(self._later)
-
-    @property
-    def _later(self) -> dict[str, tuple[str, Place]]:
-        """Memory and lets of the subsystem: what each is, and where it is declared."""
-        home = self.home
-        if home is None or not isinstance(home.raw, dict):
-            return {}
-        return {
-            name: (said, home[key][name].key)
-            for key, said in (("let", "a let"), ("memory", "a memory element"))
-            for name in home.raw.get(key) or ()
-        }
+        raw = self.home.raw if self.home is not None else None
+        if not isinstance(raw, dict):
+            return frozenset()
+        return frozenset(name for key in ("let", "memory") for name in raw.get(key) or ())
 
     def indexed(
         self, each: Mapping[str, str], where: Where, scope: Scope
@@ -236,11 +226,18 @@ class Expressions:
         if not each:
             return {}, scope
         indices = indices_of(each, where)
-        constants = {n: ("a constant", c.place) for n, c in self.definitions.constants.items()}
-        taken = constants | self._later
+        later = self.later
         for index in indices.values():
-            if index.name in taken:
-                report_taken(index, *taken[index.name], self.findings)
+            name, constant = index.name, self.definitions.constants.get(index.name)
+            if constant is not None:
+                report_taken(index, "a constant", constant.place, self.findings)
+            elif name in later and self.home is not None:
+                if name in self.home["let"].mapping:
+                    place = self.home["let"][name].key
+                    report_taken(index, "a let", place, self.findings)
+                else:
+                    place = self.home["memory"][name].key
+                    report_taken(index, "a memory element", place, self.findings)
         known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
         return indices, replace(scope, constants={**scope.constants, **known})
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
-from specc.frozen import frozen, mutable
 from specc.lang import (
     RESERVED,
     TYPE_WORDS,
@@ -32,7 +31,7 @@ from specc.schema.files import OperatorDef, TypeDef
 from specc.source import Place, beside, relative_path
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Loaded:
     """A file that has the right shape."""
 
@@ -49,7 +48,7 @@ Load = Callable[[str, Where | None], Loaded | None]
 """Reads and shapes a file, reporting what is wrong at the place that names it."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Library:
     """Definitions of files. `base` is the directory of the main file.
 

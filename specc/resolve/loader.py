@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import Diagnostic, Related
-from specc.frozen import mutable
 from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
 from specc.model.binding import Published
 from specc.read import ANYWHERE, Document, Reach, read_file, specification
@@ -28,7 +27,7 @@ from specc.source import (
 _WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004", "E0022"))
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Loader:
     """`load` gives a file its shape; a file that fails is reported once and is None from then on.
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from specc.frozen import mutable
 from specc.lang import Scope
 from specc.model.expr import FALSE, TRUE, Expr
 from specc.model.fsm import (
@@ -48,7 +47,7 @@ _Exchanged = tuple[str, str, Element]
 # The machine of a subsystem: conditions, functions, behaviours, states and transitions.
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class MachineResolver:
     """Resolves one subsystem's machine in the scope that its buffers make."""
 

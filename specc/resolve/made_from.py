@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import field
-
-from specc.frozen import mutable
+from dataclasses import dataclass, field
 
 _WORD = re.compile(r"\w+")
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class MadeFrom:
     """The texts that the definitions in force in one file follow from; empty if nothing is kept."""
 

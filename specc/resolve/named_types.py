@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from specc.frozen import mutable
 from specc.lang import FOLLOW_UP, ExprError, TypeNames, parse_type
 from specc.limits import MAX_DEPTH, MAX_TYPE_PARTS
 from specc.model.types import Enum, Frame, Opaque, Record, Type
@@ -13,7 +12,7 @@ from specc.resolve.definitions import Definitions
 from specc.schema.files import TypeDef
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class TypeMaker:
     """Makes the type of a name, for given frames; a type that contains itself is an error."""
 

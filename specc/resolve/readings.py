@@ -5,10 +5,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from specc.frozen import frozen
 from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.parse import nodes_of, span
@@ -24,7 +23,7 @@ from specc.resolve.groups import Groups
 from specc.source import Place
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class World:
     """What formulas speak of.
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from typing import Any, TypeVar, cast
 
 from specc.diagnostics import Related
-from specc.frozen import frozen
 from specc.lang import FOLLOW_UP, Declared, ExprError, ExprErrors, Scope, check, spread
 from specc.lang.errors import each
 from specc.lang.parse import nodes_of, span
@@ -41,7 +40,7 @@ from specc.schema.files import FormulaLetDef, RequirementDef
 T = TypeVar("T")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FormulaResolver:
     """Resolves formulas in a world; `lets` are the names that all formulas may use."""
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from specc.diagnostics import Related, nearest
-from specc.frozen import frozen, mutable
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size, parse_type
 from specc.lang.mentioned import names_of
 from specc.limits import MAX_DEPTH, take
@@ -26,7 +25,7 @@ from specc.schema.files import AgentDef
 from specc.schema.places import role_of
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Setting:
     """The file that describes a part, the names in force there and the parameters given to it."""
 
@@ -106,7 +105,7 @@ _APART = "describe the part here, or use another file"
 _FLAT = "use the file that describes the part"
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _Binder:
     arguments: Mapping[str, str]
     where: Where

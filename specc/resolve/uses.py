@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
-from specc.frozen import frozen
 from specc.lang import RESERVED
 from specc.lang.mentioned import NameKind, NameMention, names_of
 from specc.model import expr as m
@@ -103,7 +103,7 @@ def uses_in(meaning: Meaning) -> Iterator[Use]:
     return text.guessed() if meaning.expr is None else text.named(meaning.expr, {})
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Text:
     """The text of an expression, with the names that are in force there."""
 

@@ -8,6 +8,7 @@ Schema read it there.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from types import NoneType, UnionType
 from typing import (
     Annotated,
@@ -31,8 +32,6 @@ from pydantic import (
     model_validator,
 )
 from pydantic.fields import FieldInfo
-
-from specc.frozen import frozen
 
 SymbolKind = Literal[
     "frame", "type", "field", "member", "constant", "file", "operator", "parameter", "agent",
@@ -61,7 +60,7 @@ Fault = tuple[str, str]
 """What is wrong with a value, in words that follow it, and a way out."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Role:
     """What a text is; a name is one of a symbol of `kind` in the subsystem around it."""
 
@@ -72,7 +71,7 @@ class Role:
 # Kinds of values. Those that are classes here also annotate the types of keys.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Text:
     """Text.
 
@@ -120,7 +119,7 @@ def _text_of_scalar(value: object) -> object:
     return repr(value) if isinstance(value, (bool, int, float)) else value
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class LiteralKind:
     """One of a few values, for numbers that are no `Literal`."""
 
@@ -135,7 +134,7 @@ class LiteralKind:
         return {"enum": list(self.values)}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ListForm:
     """How a list is written: an item of the types in `single` may stand in place of the list."""
 
@@ -159,7 +158,7 @@ class ListForm:
         return {"anyOf": [schema["items"], schema]} if self.single else schema
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ListKind:
     """A list of items."""
 
@@ -167,7 +166,7 @@ class ListKind:
     form: ListForm
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class MappingKind:
     """A mapping from names that people choose."""
 
@@ -290,7 +289,7 @@ class SpecModel(BaseModel):
         return cls.in_full(value)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Key:
     """A key as the file spells it, with the attribute that has its value."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import reduce
 from itertools import accumulate
 
-from specc.frozen import frozen
 from specc.schema.files import DeviceDef, SpecFile
 from specc.schema.keys import (
     OTHERS,
@@ -26,7 +26,7 @@ from specc.schema.texts import Traced
 from specc.source import Route
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SchemaNode:
     """A value on the way down a file: its kind, None if the schema has none for it, the key that
     it stands below, and what its own name defines. That may be a name which somebody has chosen.

@@ -11,13 +11,12 @@ import ast
 import operator
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import product
 from keyword import iskeyword
 from typing import Any
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import mutable
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import names_in
 from specc.limits import MAX_COPIES, MAX_VALUES
@@ -82,7 +81,7 @@ _BRACES = re.compile(r"\{([^{}]*)\}")
 _EXPRESSIONS = ("constant", "initial", "full", "argument")
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _Unfolding:
     file: str
     findings: list[Diagnostic] = field(default_factory=list)

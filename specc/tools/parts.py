@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
-from specc.frozen import frozen
 from specc.model.system import Element
 from specc.pipeline import check_spec
 from specc.read.comments import comments_of
 from specc.source import SourceFile
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PartEntry:
     """A parameter, or an element of a buffer: its type, and what the part says of it."""
 
@@ -20,7 +20,7 @@ class PartEntry:
     words: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PartSummary:
     """A description that others use, as it is seen from outside."""
 

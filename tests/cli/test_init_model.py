@@ -344,6 +344,27 @@ def test_files_beyond_the_folder_of_a_model_are_copied_if_they_are_named(
 NAMED = "--assets "
 
 
+@pytest.mark.parametrize(
+    ("arguments", "refusal"),
+    [
+        (["new", "--assets", "nowhere"], "there is no folder 'nowhere' for --assets"),
+        ([""], "the directory has no name"),
+    ],
+)
+def test_folders_that_are_not_there_are_refused(
+    arguments: list[str],
+    refusal: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    at(tmp_path / "robot.xml", arm(SERVOS))
+    assert main(["init", *arguments, "--model", "robot.xml"]) == 2
+    assert refusal in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.xml"]
+
+
 def test_links_within_the_folder_of_a_model_are_followed(tmp_path: Path) -> None:
     """As they are named; the model itself may be a link, whose folder is that of the file, too."""
     at(tmp_path / "versions/2/m.obj", OBJECT)

@@ -23,14 +23,14 @@ def test_a_file_that_cannot_be_written_leaves_nothing(
     name: str, content: Content, tmp_path: Path
 ) -> None:
     new = tmp_path / "new/folder"
-    with pytest.raises(OSError), placing(new / "a", "x") as files:
+    with pytest.raises(OSError), placing(new / "a") as files:
         files.put({new / "before": "x"})
         files.put({new / "a": "x", new / name: content})
     assert list(tmp_path.iterdir()) == []
 
 
 def test_what_others_wrote_meanwhile_stays(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt), placing(tmp_path / "new/a", "x") as new:
+    with pytest.raises(KeyboardInterrupt), placing(tmp_path / "new/a") as new:
         new.put({tmp_path / "new/a": "x"})
         (tmp_path / "new/mine").write_text("mine")
         raise KeyboardInterrupt
@@ -45,7 +45,7 @@ def test_an_interrupt_during_the_last_step_leaves_all(tmp_path: Path) -> None:
         signal.raise_signal(signal.SIGINT)
         names.write_text("new/a")
 
-    with pytest.raises(KeyboardInterrupt), placing(names, "new/a") as new:
+    with pytest.raises(KeyboardInterrupt), placing(names) as new:
         new.put({tmp_path / "new/a": "x"})
         new.keep(last)
     assert (tmp_path / names.read_text()).is_file()
@@ -53,7 +53,7 @@ def test_an_interrupt_during_the_last_step_leaves_all(tmp_path: Path) -> None:
 
 def test_what_is_there_stays(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("mine")
-    with pytest.raises(Taken, match="a exists already"), placing(tmp_path / "b", "x") as new:
+    with pytest.raises(Taken, match="a exists already"), placing(tmp_path / "b") as new:
         new.put({tmp_path / "b": "x", tmp_path / "a": "x"})
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
 
@@ -69,7 +69,7 @@ def test_the_first_comes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         return replace(self, target)
 
     monkeypatch.setattr(module.Path, "replace", replaced)
-    with placing(first, "1") as new:
+    with placing(first) as new:
         new.put({first: "1", second: "2"})
     assert there == [False, True]
     assert first.is_file() and second.is_file()
@@ -84,7 +84,7 @@ def killed(folder: Path, then: str, last: str = "last") -> None:
         "import os, signal\n"
         "from pathlib import Path\n"
         "from specc.cli.new_files import placing\n"
-        f"with placing(Path({last!r}), 'last') as new:\n"
+        f"with placing(Path({last!r})) as new:\n"
         "    new.put({Path('a'): 'a', Path('below/b'): 'b'})\n"
         f"    {then}\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
@@ -123,8 +123,23 @@ def test_what_was_finished_stays(tmp_path: Path) -> None:
     assert names(tmp_path) == ["a", "below", "below/b", "last"]
 
 
+def test_files_stay_once_they_are_finished_whatever_is_written_later(tmp_path: Path) -> None:
+    """The user may edit them before the next command runs."""
+    killed(tmp_path, "new.put({Path('last'): 'last'})")
+    (tmp_path / "last").write_text("edited")
+    remove_stale(str(tmp_path))
+    assert names(tmp_path) == ["a", "below", "below/b", "last"]
+
+
+def test_files_beside_an_edited_one_go_while_it_is_as_before(tmp_path: Path) -> None:
+    (tmp_path / "last").write_text("before")
+    killed(tmp_path, "pass")
+    remove_stale(str(tmp_path))
+    assert names(tmp_path) == ["last"]
+
+
 def test_what_a_living_process_writes_stays(tmp_path: Path) -> None:
-    with placing(tmp_path / "last", "last") as new:
+    with placing(tmp_path / "last") as new:
         new.put({tmp_path / "a": "a"})
         remove_stale(str(tmp_path))
         (aside,) = tmp_path.glob(f"{PREFIX}*")
@@ -140,9 +155,9 @@ def test_what_a_living_process_writes_stays(tmp_path: Path) -> None:
         "{}",
         '{"last": 1, "new": 2}',
         '{"last": ["last", ""], "new": [[1, 2]]}',
-        json.dumps({"last": ["x", ""], "new": [["../outside", digest_of(b"mine")]]}),
-        json.dumps({"last": ["x", ""], "new": [["link/outside", digest_of(b"mine")]]}),
-        json.dumps({"last": ["x", ""], "new": [["inside", digest_of(b"theirs")], ["..", None]]}),
+        json.dumps({"last": ["x", None], "new": [["../outside", digest_of(b"mine")]]}),
+        json.dumps({"last": ["x", None], "new": [["link/outside", digest_of(b"mine")]]}),
+        json.dumps({"last": ["x", None], "new": [["inside", digest_of(b"theirs")], ["..", None]]}),
     ],
 )
 def test_the_note_of_a_stranger_removes_nothing(note: str, tmp_path: Path) -> None:

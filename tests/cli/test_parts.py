@@ -154,3 +154,18 @@ def test_a_part_is_neither_built_nor_run(
 def test_a_file_with_agents_lacks_its_system(capsys: pytest.CaptureFixture[str]) -> None:
     put("agents.yaml", "specc: 1\nagents: {}\n")
     assert validated(capsys, "agents.yaml")[1] == [("E0102", "agents.yaml", 1)]
+
+
+@pytest.mark.parametrize("name", ["posetracker", "Specc:pose_traker"])
+def test_a_part_of_a_similar_name_is_suggested(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["lib", name]) == 2
+    assert "did you mean specc:pose_tracker?" in capsys.readouterr().err
+
+
+def test_a_name_that_is_like_none_is_answered_with_the_list(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["lib", "nope"]) == 2
+    assert "`specc lib` lists all parts" in capsys.readouterr().err

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from specc.cli.main import main
 from specc.pipeline import compile_spec
 from specc.tools.explore.explorer import explore
 
@@ -26,3 +27,36 @@ def test_bounded_response_is_decided(case: Path) -> None:
     found = explore(result.proofs, 700_000)
     assert [judged.words().partition(" ")[0] for judged in found.requirements] == [verdict]
     assert found.status == "complete"
+
+
+def test_lets_about_time_that_name_each_other_twice_are_searched_once(tmp_path: Path) -> None:
+    """A chain of 28 has 2^28 paths."""
+    doubled = '"(l{0} and x.d.m > {1}) or (l{0} and elapsed > {1}[s])"'
+    lets = [f"l{n}: {doubled.format(n - 1, n)}" for n in range(1, 28)]
+    text = "\n        ".join(["l0: x.d.m > 0", *lets])
+    path = tmp_path / "chain.yaml"
+    path.write_text(_CHAIN.replace("LETS", text), encoding="utf-8")
+    assert main(["explore", str(path), "--budget", "100"]) == 0
+
+
+_CHAIN = """\
+specc: 1.2
+system: chain
+agents:
+  a:
+    real_receptors:
+      d: {y: {m: real}}
+    virtual_receptors:
+      d: {rate: 200 Hz, through: identity}
+    control:
+      rate: 10 Hz
+      x: {d: {m: {type: real, init: 0}}}
+      let:
+        LETS
+      conditions:
+        terminal: {t: l27}
+      behaviours: {b: {terminal: t}}
+      states: {s: b}
+      initial_state: s
+      transitions: [[s, terminal, always, s]]
+"""

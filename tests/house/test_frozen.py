@@ -11,10 +11,8 @@ from typing import Any
 
 import pytest
 
-from specc.frozen import frozen, interned, mutable, remembering
 
-
-@frozen
+@dataclass(frozen=True, slots=True)
 class Point:
     x: float
     y: float = 0.0
@@ -22,7 +20,7 @@ class Point:
     tags: list[str] = field(default_factory=list, hash=False)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Named(Point):
     name: str = ""
 
@@ -51,14 +49,14 @@ def test_values_are_shown_copied_and_pickled() -> None:
             assert (x, y) == (1.0, 2.0)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Node:
     _: KW_ONLY
     kind: str
     span: tuple[int, int] = (0, 0)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Leaf(Node):
     value: float
     note: str = ""
@@ -73,7 +71,7 @@ class Usual:
     span: tuple[int, int] = (0, 0)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Doubled:
     value: float
     twice: float = field(init=False)
@@ -82,7 +80,7 @@ class Doubled:
         object.__setattr__(self, "twice", 2.0 * self.value)
 
 
-@remembering
+@dataclass(frozen=True)
 class Far:
     values: tuple[float, ...]
 
@@ -126,7 +124,7 @@ def test_values_that_remember_keep_what_they_have_computed() -> None:
     assert replace(far, values=()).total == [0]
 
 
-@interned
+@dataclass(frozen=True, eq=False, slots=True)
 class Node:
     of: tuple["Node", ...] = ()
 
@@ -137,7 +135,7 @@ def test_interned_values_are_told_apart() -> None:
     assert replace(leaf, of=(leaf,)).of == (leaf,)
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Counts:
     name: str
     found: list[int] = field(default_factory=list)

@@ -1,9 +1,9 @@
 """The line of a file around a spot, cut to a readable width, and the columns to underline."""
 
+from dataclasses import dataclass
 from itertools import accumulate
 
 from specc.diagnostics.render.visible import visible, width
-from specc.frozen import frozen
 from specc.source import Span
 
 MAX_COLUMNS = 100
@@ -12,7 +12,7 @@ _CUT = "..."
 _NEAR = 4 * MAX_COLUMNS
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Excerpt:
     """Text of a line as shown, and where and how far to underline it, in terminal columns."""
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from specc.frozen import frozen
 from specc.lang import show
 from specc.lang.dependence_order import InOrder
 from specc.lang.kinds import kind
@@ -235,7 +234,7 @@ def _pose(rows: Value) -> str:
 # Values that show a refutation, and how they are said.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Example:
     """A situation that meets the goals, and the part of it that the witness is about."""
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
-from specc.frozen import frozen
 from specc.lang import Environment, evaluate
 from specc.lang.dependence_order import InOrder
 from specc.lang.kinds import first_value
@@ -52,7 +51,7 @@ def lag_key(lag: m.Lag) -> LagKey:
     return lag.name, *lag.input.key
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Situation:
     """One period of a subsystem.
 
@@ -190,7 +189,7 @@ LONGEST = 100_000
 """Most periods that a search waits."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Freedom:
     """What a search may change.
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain
 from typing import Any, Literal
 
 from specc.analysis.arrivals import always_present
-from specc.frozen import frozen
 from specc.lang.mismatch import substitute
 from specc.model.expr import (
     Choice,
@@ -147,7 +146,7 @@ _MARKS = ("old'", "new'")
 """Before the names of lets and constants, so that both versions fit into one translation."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Version:
     """A subsystem in its system."""
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import Any, Generic, Literal, TypeVar
 
 from specc.diagnostics.phrases import ms
-from specc.frozen import frozen, mutable
 from specc.model.trace import Trace
 from specc.proof.verdict import FactTexts
 
@@ -18,7 +17,7 @@ Guarantee = Literal["", "weaker", "stronger"]
 Thing = TypeVar("Thing")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Verdict:
     """How two conditions relate: facts under which only one holds, or why that is not known."""
 
@@ -28,7 +27,7 @@ class Verdict:
     unknown: str = ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Difference:
     """One change.
 
@@ -53,7 +52,7 @@ class Difference:
     guarantee: Guarantee = ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Comparison:
     """All changes between two systems, in an order that does not depend on their files."""
 
@@ -85,7 +84,7 @@ class Comparison:
         return tuple(change for change in self.changes if not change.semantic)
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Book:
     """Takes down the changes of one agent, subsystem or device, or of the system."""
 
@@ -138,7 +137,7 @@ class Book:
         return Compared(self, part, name)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Compared:
     """A thing that both systems have: takes down what is different about it."""
 
@@ -232,7 +231,7 @@ def shown(value: object, unit: str = "") -> str:
     return "none" if value is None or value == "" else str(value)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Pairs(Generic[Thing]):
     """Things of two systems by their names, in alphabetical order."""
 

@@ -9,7 +9,7 @@ machines that send it an element that is kept.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -17,7 +17,6 @@ from typing import Any
 from specc.analysis import Facts, Machine
 from specc.analysis.rates import base_tick
 from specc.analysis.reads import Dependences, texts
-from specc.frozen import mutable
 from specc.model import expr as m
 from specc.model import requirement as r
 from specc.model.fsm import State
@@ -47,7 +46,7 @@ def conditions_of(subsystem: Subsystem, state: str) -> Iterator[m.Expr]:
             yield from (row.condition.when for _, row in rows)
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Kept:
     """The inputs, memory and outputs of one subsystem that the abstraction keeps."""
 

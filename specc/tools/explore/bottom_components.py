@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from specc.analysis.graph import components, last_components
-from specc.frozen import frozen
 from specc.model import expr as m
 from specc.model.fsm import State
 from specc.proof import InputName
@@ -24,7 +23,7 @@ from specc.tools.explore.trace import ExploredTrace, trace
 from specc.tools.explore.walker import Walker
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Stuck:
     """A machine that stays in a state, or in a cycle of states, although rows lead to others.
 

@@ -8,11 +8,10 @@ So the result is a run that the code really makes, with the real operators.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any, Protocol
 
-from specc.frozen import frozen, mutable
 from specc.lower.module import buffer_names
 from specc.model.system import System
 from specc.model.types import Type
@@ -60,7 +59,7 @@ class Rehearsal(Protocol):
         """
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Stray:
     """The first deviation of a run from a trace: base tick, subsystem, description.
 
@@ -123,7 +122,7 @@ def reports(way: ExploredTrace, system: System, rehearsal: Rehearsal, shared: in
     raise NotConcreteError(_why(furthest, rehearsal))
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _Way:
     """A run that leaves the trace, and the changes to try: a moment, and the reports from it."""
 

@@ -7,13 +7,12 @@ equal steps, and symmetry compares cones (`specc.tools.explore.symmetry`).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from operator import itemgetter
 
 from specc.analysis.reads import Dependences
-from specc.frozen import frozen, remembering
 from specc.lang.show import show
 from specc.model import expr as m
 from specc.model.types import Type
@@ -25,7 +24,7 @@ from specc.tools.explore.regions import Within
 Renaming = Mapping[InputName, InputName]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ConeRow:
     """A row of the transition table; `index` is its place there."""
 
@@ -35,7 +34,7 @@ class ConeRow:
     when: m.Expr
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ConeEnding:
     """What ends a behaviour, and the rows that apply then."""
 
@@ -44,7 +43,7 @@ class ConeEnding:
     rows: tuple[ConeRow, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ConeState:
     """A state. `reads` are the inputs that its functions read, followed or not."""
 
@@ -85,7 +84,7 @@ class ConeState:
                 yield from (row.when for row in end.rows)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ConeInput:
     """An input. `within` bounds an input that is not followed."""
 
@@ -99,7 +98,7 @@ class ConeInput:
     within: Within | None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ConeMemory:
     """Memory that is followed. `within` bounds it at all times."""
 
@@ -109,7 +108,7 @@ class ConeMemory:
     within: Within | None
 
 
-@remembering
+@dataclass(frozen=True)
 class Cone:
     """Everything that the steps of one machine read."""
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from specc.analysis import Facts
 from specc.diagnostics.phrases import counted, listed
-from specc.frozen import frozen, mutable
 from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
@@ -36,7 +35,7 @@ BOUND = "ended at the bound"
 AssumptionVerdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Explored:
     """One slice: the part that was explored, and whether time was counted in periods."""
 
@@ -91,7 +90,7 @@ class Explored:
         return what
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Exploration:
     """The result: slices, findings, and verdicts on assumptions and requirements."""
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from operator import itemgetter
 
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.frozen import frozen
 from specc.model.fsm import Axiom
 from specc.model.system import System
 from specc.proof import InputName
@@ -25,7 +24,7 @@ _MOST_NAMED = 5
 """Conditions that a message names."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TracedFinding:
     """A finding with its trace. `about` identifies it across slices and abstractions.
 

@@ -8,9 +8,9 @@ something back.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
-from specc.frozen import frozen
 from specc.model import expr as m
 from specc.proof import InputName
 from specc.reachable import grouped, reachable
@@ -20,7 +20,7 @@ from specc.tools.explore.graph import Graph
 from specc.tools.explore.partial import is_known
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Lost:
     """An edge on which a value is lost: `overtaken` by the next one, or not looked at."""
 

@@ -8,11 +8,10 @@ in one state.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal, NamedTuple
 
-from specc.frozen import frozen
 from specc.model import requirement as r
 from specc.model.expr import Expr
 
@@ -24,14 +23,14 @@ MOST_PENDING = 64
 """Pending operands of a junction; with more of them, their truth is unknown."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Said:
     """A truth value."""
 
     holds: TruthValue
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Leaf:
     """A condition on one tick, or the value of a past operator there; perhaps negated."""
 
@@ -39,7 +38,7 @@ class Leaf:
     is_meant: bool
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Junction:
     """A conjunction or disjunction of formulas."""
 
@@ -47,7 +46,7 @@ class Junction:
     operands: frozenset[Obligation]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Ahead:
     """A bounded future operator: a formula at some tick, or at all ticks, of a window from now."""
 
@@ -59,7 +58,7 @@ class Ahead:
 Obligation = Said | Leaf | Junction | Ahead
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Past:
     """A past operator; its operands do not look ahead. `since` has no `ticks`."""
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from specc.frozen import frozen
 from specc.model import expr as m
 from specc.proof import InputName
 
@@ -53,7 +53,7 @@ class Outcome(NamedTuple):
     ends: bool = False
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Branch:
     """A branch of a period: the row, or -1, and the conditions that hold on it."""
 

@@ -7,13 +7,12 @@ computed by `specc.lang.evaluate`. The others stay as they are, with their lets 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeGuard
 
 from specc.analysis.failures import asked_parts, failure
-from specc.frozen import mutable
 from specc.lang.bounds import bounded, operation_of
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.evaluate import Environment, evaluate
@@ -41,7 +40,7 @@ AbstractValue = m.Expr | Region | Within | Line | str
 """A literal, a region or line of numbers, what unknown ones lie within, or SOME."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Known:
     """The known values for evaluating expressions of a subsystem; missing ones are unknown."""
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from specc.frozen import frozen
 from specc.lang.kinds import kind
 from specc.lang.ranges import ANY, Range, of_float
 from specc.model import expr as m
@@ -25,7 +25,7 @@ class Region(NamedTuple):
     high: float
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Within:
     """An unknown number, or vector of numbers, between two numbers whatever is measured."""
 

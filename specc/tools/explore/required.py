@@ -7,13 +7,12 @@ changes its verdict.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import listed
-from specc.frozen import frozen
 from specc.model.requirement import (
     Junction,
     Requirement,
@@ -41,7 +40,7 @@ MOST_NAMED = 3
 """Measurements that a verdict names."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RequirementVerdict:
     """The verdict on a requirement, and the trace on which it is violated, if there is one."""
 
@@ -91,7 +90,7 @@ def _unknown(requirement: Requirement) -> str:
     return f"{listed(named, 'and')} {'is' if len(found) == 1 else 'are'} measured"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RequirementSlice:
     """A requirement that monitors can follow, with all machines that influence what it reads."""
 

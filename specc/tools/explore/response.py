@@ -9,13 +9,12 @@ The graph has every run and more, so it lacks no way.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from math import inf
 from typing import Literal
 
-from specc.frozen import frozen
 from specc.model import requirement as r
 from specc.reachable import grouped, reachable
 from specc.tools.explore.composition import Edge
@@ -23,7 +22,7 @@ from specc.tools.explore.graph import Graph, after
 from specc.tools.explore.monitor import TruthValue
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Response:
     """An `answer` within a deadline after each tick at which all of the `request` holds."""
 
@@ -70,7 +69,7 @@ PendingPlace = tuple[int, Phase]
 """A configuration with a pending answer."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class DeadEnd:
     """A pending answer that cannot come: the configuration with the request, and the way on."""
 

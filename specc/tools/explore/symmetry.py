@@ -9,9 +9,9 @@ agent whose cycles the task counts is no copy of others.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
-from specc.frozen import remembering
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.cone import Cone, Renaming
@@ -22,7 +22,7 @@ Permutation = tuple[int, ...]
 """Which machine each one stands for, by their indices."""
 
 
-@remembering
+@dataclass(frozen=True)
 class Copies:
     """Copies of an agent, by the indices of their machines, and how the other machines see them."""
 
@@ -64,7 +64,7 @@ class Copies:
         return key
 
 
-MOST_COMPARED = 100_000
+MOST_COMPARED = 20_000
 """Parts of expressions that are compared to find copies; what is left over counts as no copy."""
 
 

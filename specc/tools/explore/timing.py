@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -55,7 +55,7 @@ class Clocks:
                 static.turns |= decided
                 turning.update(*(turns.at for _, turns in decided.values()))
             self._turns[state.name] = tuple(sorted(turning))
-            found = tuple(self._with_kept(asked))
+            found = tuple(self._with_followed(asked))
             rests = cone.rests.all(found)
             self._compared[state.name] = found, sorted(rests.values), sorted(rests.memory)
         self._known: dict[tuple[str, tuple[AbstractValue | None, ...]], Timed] = {}
@@ -85,18 +85,24 @@ class Clocks:
                 at.update(turns.at)
         return Timed(found, tuple(sorted(at)))
 
-    def _with_kept(self, exprs: Iterable[m.Expr]) -> Iterator[m.Expr]:
-        """The comparisons of time with values that are kept, directly or through lets."""
-        for expr in exprs:
+    def _with_followed(self, exprs: Iterable[m.Expr]) -> list[m.Expr]:
+        """The comparisons of time with followed values, directly or through lets; each once."""
+        parts = {id(expr): expr for expr in exprs}
+        found, waiting = list[m.Expr](), list(parts.values())
+        while waiting:
+            expr = waiting.pop()
             rests = self._rests.of(expr)
             if not rests.clock or id(expr) in self._static.turns:
                 continue
-            if isinstance(expr, m.LetRef):
-                yield from self._with_kept([self._static.lets[expr.name]])
-            elif not isinstance(expr, m.Compare):
-                yield from self._with_kept(m.children(expr))
-            elif rests.values <= self._followed and rests.values | rests.memory:
-                yield expr
+            if isinstance(expr, m.Compare):
+                if rests.values <= self._followed and rests.values | rests.memory:
+                    found.append(expr)
+                continue
+            named = [self._static.lets[expr.name]] if isinstance(expr, m.LetRef) else []
+            new = [part for part in (*named, *m.children(expr)) if id(part) not in parts]
+            parts.update((id(part), part) for part in new)
+            waiting += new
+        return found
 
     # The clock.
 

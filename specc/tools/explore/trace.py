@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import groupby
 from operator import attrgetter
 
 from specc.diagnostics import Related
 from specc.diagnostics.phrases import listed
-from specc.frozen import frozen
 from specc.lang.show import show
 from specc.model.fsm import Transition
 from specc.proof import InputName
@@ -24,7 +24,7 @@ from specc.tools.explore.walker import Walker
 MOST_SHOWN = 16
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Step:
     """The move of one machine at a time stamp."""
 
@@ -68,7 +68,7 @@ class Step:
         return f" = {show(value)}" if is_known(value) else ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ExploredTrace:
     """The steps to a configuration; `free` are the conditions that could have been false."""
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from specc.frozen import mutable
 from specc.read.comments import Comment
 from specc.source import SourceFile
 from specc.tools.fmt.tree import Collection, Entry
@@ -15,7 +15,7 @@ _NO_TEXT = re.compile(r"[\s-]*")
 _BLANKS = re.compile(r"\s*")
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _EntryPlace:
     """An entry with the collections that it is in, outermost first, and its column."""
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from specc.frozen import mutable
 from specc.read.syntax import (
     AliasEvent,
     Event,
@@ -22,7 +21,7 @@ _BLANK = re.compile(r"(?:\s+(?:#[^\r\n]*)?)*")
 """White space and the comments in it."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Scalar:
     """A scalar: its value, its style and its characters in the text.
 
@@ -38,7 +37,7 @@ class Scalar:
     anchor: str = ""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Alias:
     """`*name`."""
 
@@ -49,7 +48,7 @@ class Alias:
     anchor: str = ""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Entry:
     """An entry of a mapping or list, with the comments that belong to it.
 
@@ -72,7 +71,7 @@ class Entry:
         return self.value.begin if self.key is None else self.key.begin
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Collection:
     """A mapping or a list.
 

@@ -6,10 +6,9 @@ Each part names what of the specification it stands for, so that nothing is draw
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from textwrap import wrap
 from typing import Literal
-
-from specc.frozen import frozen
 
 Face = Literal["plain", "name", "italic", "note", "lower"]
 """`note` is grey, `lower` a subscript."""
@@ -23,7 +22,7 @@ Stroke = Literal["solid", "dashed", "error", "none"]
 """`error` is dashed and has no say in the layout; `none` is not seen and has nothing but that."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TextRun:
     """A piece of a line in one face."""
 
@@ -34,7 +33,7 @@ class TextRun:
 TextLine = tuple[TextRun, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Cells:
     """Cells beside one another."""
 
@@ -42,7 +41,7 @@ class Cells:
     covers: tuple[str, ...] = ()
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Box:
     """A box. `rows` stand below its lines."""
 
@@ -53,7 +52,7 @@ class Box:
     covers: tuple[str, ...] = ()
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Arc:
     """An arrow between two nodes, of which `tail` stands above `head` where there is a choice."""
 
@@ -65,7 +64,7 @@ class Arc:
     covers: tuple[str, ...] = ()
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Cluster:
     """Nodes inside one frame."""
 
@@ -74,7 +73,7 @@ class Cluster:
     nodes: tuple[Box, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Diagram:
     """A picture; `levels` are nodes that stand beside one another, `notes` stand below it all."""
 

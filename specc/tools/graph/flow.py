@@ -6,8 +6,8 @@ Figs 11-13, 18, 23, 24.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
-from specc.frozen import frozen
 from specc.lang.show import show
 from specc.model import expr as m
 from specc.model.fsm import Assignment, Function
@@ -66,7 +66,7 @@ def _named(expr: m.Expr) -> Iterator[str]:
     return (node.name for node in m.walk(expr) if isinstance(node, m.LetRef))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Target:
     """What a function assigns; the function is named where there are several."""
 
@@ -101,7 +101,7 @@ def _constants(targets: Iterable[_Target]) -> Iterator[Cells]:
         yield from (Cells((line(" "), each, line(" "))) for each in rest)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Source:
     """A node, and what is taken from it."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeVar
 
-from specc.frozen import frozen
 from specc.model.fsm import Condition, Function
 from specc.model.system import Agent, Device, Subsystem, System
 from specc.reachable import grouped
@@ -43,7 +43,7 @@ def span(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class AgentFamily:
     """Agents that one `for` makes of one description; of others, just the one."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Literal
 
 from specc.diagnostics.nearest import nearest
-from specc.frozen import frozen
 from specc.model.fsm import Function
 from specc.model.system import Agent, Subsystem, System
 from specc.refusal import Refused
@@ -25,7 +25,7 @@ class NoPicture(Refused):
     """There is no such place, or no such picture of it; the message says what there is."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Subject:
     """A part of a system; what is empty or None is not named."""
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from specc.diagnostics.phrases import stem
-from specc.frozen import frozen
 from specc.model.system import Agent, Device, Subsystem, System
 from specc.model.wires import Wires
 from specc.reachable import grouped, reachable
@@ -38,7 +37,7 @@ _Copies = list[Subsystem] | list[Device]
 """A part of an agent in all copies of it."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Ends:
     """The node and the level of each end of buffers, by qualified name."""
 

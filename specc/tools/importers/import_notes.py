@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import mutable
 from specc.reachable import grouped
 from specc.read.document import UnreadableFileError, load_text
 from specc.source import Place, SourceFile, Sources
@@ -21,7 +20,7 @@ from specc.tools.importers.writing import Data, to_yaml
 _WIDTH = 98
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Notes:
     """The files that are imported, and findings about them in the order in which they were made."""
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from typing import Literal
 
-from specc.frozen import frozen
 from specc.lang import show
 from specc.model.expr import FALSE, TRUE, BoundVariable, Expr, Logic, Unary, walk
 from specc.model.logic import joined, negation, truth
@@ -100,7 +100,7 @@ def _operand(logic: Expr, name: Callable[[str], str]) -> str:
     return f"({text})" if isinstance(logic, Logic) else text
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Token:
     kind: str
     text: str

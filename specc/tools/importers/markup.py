@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import mutable
 from specc.source import Place
 
 _DEEPEST = 100
@@ -30,7 +29,7 @@ class MarkupError(Exception):
         self.diagnostic = diagnostic
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class XmlElement:
     """An element of an XML document; `start` and `end` delimit its start tag in the text."""
 

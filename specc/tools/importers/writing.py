@@ -6,9 +6,9 @@ import keyword
 import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
-from specc.frozen import frozen
 from specc.lang import RESERVED
 from specc.tools.fmt.scalars import quoted
 
@@ -66,7 +66,7 @@ def rate(period: Fraction) -> str:
 # Specifications as YAML text: block style above, one line for what is small.
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Noted:
     """A value of a mapping with comments above its key, a line each."""
 

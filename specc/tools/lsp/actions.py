@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from specc.analysis import Decided
 from specc.diagnostics import Diagnostic, Fix
 from specc.diagnostics.misspelt_side import settled
 from specc.diagnostics.report import repair
-from specc.frozen import frozen
 from specc.model.fsm import OTHERWISE
 from specc.read import read_text
 from specc.resources import is_library_part
@@ -25,7 +25,7 @@ from specc.tools.lsp.signature import CallSignature, signature
 _NO_ROW_APPLIES, _NO_ROW, _NO_ROW_YET = "E0601", "E0603", "O0605"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Action:
     """What can be done about a finding; `preferred` if it is the one safe way."""
 

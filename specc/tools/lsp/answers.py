@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections import Counter
+from dataclasses import dataclass
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import frozen
 from specc.resources import is_library_part, on_disk
 from specc.schema.places import names_used_file, role_of
 from specc.source import Place, Route, Sources, TextNode, beside
@@ -27,7 +27,7 @@ from specc.tools.parts import as_markdown, summary_of
 _UNUSED_IGNORE = "W0901"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Note:
     """A diagnostic where it is in the texts that were analysed."""
 
@@ -36,7 +36,7 @@ class Note:
     related: tuple[tuple[Stretch, str], ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Hover:
     """Markdown about a stretch."""
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from specc.frozen import frozen
 from specc.lang import ExprError, ExprErrors, Scope
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
@@ -52,7 +51,7 @@ PARAMETER_TYPES = {"frame": "", "agent": ""}
 """Types that only parameters have."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Completion:
     """A proposal, and how many characters before the cursor it replaces.
 

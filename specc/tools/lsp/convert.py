@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 from lsprotocol import types as lsp
 
-from specc.frozen import frozen
 from specc.reachable import grouped
 from specc.source import SourceFile
 from specc.tools.lsp.actions import Action
@@ -30,7 +30,7 @@ _CODECS = {
 }
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Columns:
     """Converts offsets and positions in the encoding that was agreed on."""
 
@@ -116,7 +116,7 @@ _SYMBOLS = {
 }
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Texts:
     """The present texts, the way the client counts in them, and the URIs of paths."""
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from specc.frozen import frozen
 from specc.read import read_text
 from specc.schema import ROW_KEYS
 from specc.source import LINE_BREAK, Route, SourceFile, TextNode
@@ -95,7 +95,7 @@ _CLOSING = {"[": "]", "{": "}"}
 _ENDS = ("", "]", "}", "'", '"')
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Cursor:
     """A key of the mapping at `route` or the value at it, and its text before the cursor."""
 

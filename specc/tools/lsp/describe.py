@@ -5,12 +5,11 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import partial
 
 from specc.diagnostics.code import all_codes
 from specc.diagnostics.phrases import clipped
-from specc.frozen import mutable
 from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number
 from specc.model.trace import Trace
@@ -234,7 +233,7 @@ def _scalar(node: TextNode, key: str) -> str:
 _INSIDE: frozenset[SymbolKind] = frozenset(("field", "variable"))
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class OutlineEntry:
     """A definition: the stretch of all of it and, `name_start` to `name_end`, of its name."""
 

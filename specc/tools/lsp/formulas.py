@@ -7,9 +7,8 @@ A path leads to a part of the system: `("rover", "c", "n")`, `("rover", "E", "wh
 from __future__ import annotations
 
 import re
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from specc.frozen import mutable
 from specc.lang.temporal import USAGE
 from specc.model.binding import PLANT
 from specc.model.system import Subsystem, System
@@ -19,7 +18,7 @@ NamePath = tuple[str, ...]
 STATE = "state"
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Paths:
     """The paths that there are; `members` has one of those that a `for` makes, by their name."""
 

@@ -6,10 +6,9 @@ It is made from the texts, and from what the compiler took their expressions for
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
-from specc.frozen import remembering
 from specc.model.expr import Expr, walk
 from specc.model.system import System
 from specc.reachable import grouped
@@ -29,7 +28,7 @@ from specc.tools.lsp.symbols import (
 _DEVICES = {"virtual_effectors": "real_effectors", "virtual_receptors": "real_receptors"}
 
 
-@remembering
+@dataclass(frozen=True)
 class Index:
     """The files and all that is known of them. `meanings` are by file and route."""
 

@@ -10,7 +10,6 @@ from functools import cached_property
 
 from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic
-from specc.frozen import frozen, mutable
 from specc.limits import ALLOWED, left, one_run, spend
 from specc.pipeline import Result, check_spec
 from specc.policy import judge, reach_of, settings_for
@@ -60,7 +59,7 @@ class Analysis:
         return any(use.place.file == path for use in self.loader.findings.uses)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Stretch:
     """A part of the text of a file, in offsets."""
 
@@ -69,14 +68,14 @@ class Stretch:
     end: int
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FileEdit(Stretch):
     """New text for a part of a file."""
 
     text: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class View:
     """The latest understood state of a file beside its present text."""
 
@@ -85,7 +84,7 @@ class View:
     shift: Shift
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Project:
     """Open texts, and an analysis for each system (or file that no system uses) among them."""
 

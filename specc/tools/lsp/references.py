@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from specc.frozen import frozen, mutable
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Enum, Type, within
 from specc.model.wires import Wire, Wires
@@ -52,7 +51,7 @@ def _crossing(system: System) -> Iterator[tuple[Type, str]]:
 # What the model adds to the text: types of symbols, the ends of connections, peers, bindings.
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Links:
     """Definitions that keys stand for, named by file and route."""
 
@@ -137,7 +136,7 @@ def _connect(
 _PART = re.compile(r"[^.]+")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Occurrence:
     """A place that names a symbol: a stretch of its file, in offsets, and the type there."""
 
@@ -164,7 +163,7 @@ def references_of(
             yield from reader.in_key(route)
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _Reader:
     source: SourceFile
     files: Mapping[str, FileSymbols]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
-from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
 from specc.schema.places import role_of
 from specc.tools.lsp.cursor import cursors, outside
@@ -14,7 +14,7 @@ _NAME = re.compile(r"[^\W\d]\w*$")
 _TEXT = re.compile(r"\"[^\"]*\"|'[^']*'")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class CallSignature:
     """How a call is written; `active` counts the argument at the cursor from 0."""
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from specc.frozen import mutable
 from specc.lang import ExprError
 from specc.lang.parse import parse_syntax, span
 from specc.model.types import Type
@@ -19,7 +18,7 @@ SymbolKey = tuple[str, Route]
 """File and route of a definition."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Symbol:
     """Something with a name; `owner` is the subsystem or device that it belongs to."""
 
@@ -47,7 +46,7 @@ class Symbol:
             end.ends = joined
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class FileSymbols:
     """The symbols of one file: of the file itself, and of each subsystem and device in it."""
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from specc.diagnostics import Diagnostic, Edit
-from specc.frozen import frozen
 from specc.read import Document, read_text
 from specc.schema import ROW_KEYS, SpecFile, shape
 from specc.source import Place, SourceFile, Sources
@@ -19,7 +18,7 @@ from specc.source import Place, SourceFile, Sources
 # there are errors, and everything else in its place (`specc.tools.lsp.unfinished`).
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Shift:
     """The stretch in which two texts differ: `old_end` and `new_end` are behind it."""
 

@@ -17,10 +17,10 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-from specc.frozen import mutable
 from specc.parallel import end_with_parent
 
 LIMIT_S = 10.0
@@ -46,7 +46,7 @@ class JobFailedError(Exception):
     """A job raised what it should not have; the message is the traceback."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Job:
     """A call, and who waits for its result."""
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
-from specc.frozen import frozen
 from specc.model.system import Subsystem, System
 from specc.tools.plot.signals import PlottedLine, Signal, unwound
 
@@ -19,7 +18,7 @@ _FINEST = 1500
 """Spans of equal length that can be told apart in a band."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Band:
     """The states of a machine over time: when each begins and ends, in s."""
 
@@ -29,7 +28,7 @@ class Band:
     """In the order of their colours."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Curve:
     """One line. `kind` and `source` say how it looks: which component, of which signal and run."""
 
@@ -40,7 +39,7 @@ class Curve:
     values: Sequence[float]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Panel:
     """Lines of one unit. Where values have names, these stand at the axis."""
 
@@ -50,7 +49,7 @@ class Panel:
     curves: tuple[Curve, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Mark:
     """What went wrong at a time."""
 
@@ -59,7 +58,7 @@ class Mark:
     is_fault: bool
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Sheet:
     """All of a plot."""
 
@@ -73,7 +72,7 @@ class Sheet:
     """Machines that never left their only state, with it."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PlottedRun:
     """A recording that was read: its name on the plot, empty if it is the only one."""
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from specc.diagnostics import nearest
 from specc.diagnostics.phrases import few
-from specc.frozen import frozen
 from specc.lang.kinds import kind
 from specc.lang.values import Floats, position
 from specc.model.binding import PLANT
@@ -48,7 +48,7 @@ class NoSignal(Refused):
     """A name stands for nothing that can be drawn; the message says why."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PlottedLine:
     """One line: its name in the legend, its unit, and the names of values that are no numbers."""
 
@@ -57,7 +57,7 @@ class PlottedLine:
     words: tuple[str, ...] = ()
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Signal:
     """An element of a subsystem, or of the plant, over time."""
 
@@ -75,7 +75,7 @@ class Signal:
     """Its number among the signals of its owner that are asked for."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Element:
     """Something that recordings have: whose it is, where in the messages, its title and type."""
 

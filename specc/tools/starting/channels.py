@@ -9,9 +9,8 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from specc.frozen import frozen, mutable
 from specc.tools.importers.writing import Data, Noted, SpecNames
 from specc.tools.starting.facts import Actuator, Joint, ModelFacts
 
@@ -23,7 +22,7 @@ _NO_LIMIT = 1e6
 _OPERATORS = "specc_runtime.operators.joints"
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Draft:
     """Parts of a specification, by where they stand."""
 
@@ -54,7 +53,7 @@ class Draft:
         return wish if count == 1 else f"{wish}{count}"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Channel:
     """Actuators of one kind of command."""
 

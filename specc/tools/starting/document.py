@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from specc.diagnostics.phrases import few
-from specc.frozen import frozen
 from specc.mjcf.model import ModelObject
 from specc.reachable import grouped
 from specc.tools.fmt import formatted
@@ -34,7 +34,7 @@ _MOST_SHOWN = 6
 _DIVERGED = 1e3
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Robot:
     """All that a specification is written from."""
 
@@ -104,7 +104,7 @@ def not_held(facts: ModelFacts) -> str:
     return said if far else ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Sensed:
     """A receptor with its name, the names of its elements, and their interface if it has one."""
 

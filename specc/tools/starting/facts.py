@@ -8,10 +8,10 @@ import signal
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from specc.atomic_files import folder_aside
-from specc.frozen import frozen
 from specc.refusal import Refused
 
 _SECONDS = 300
@@ -23,7 +23,7 @@ class NoFacts(Refused):
     """The model cannot be used, or nobody here can read it; the message says why."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Joint:
     """A joint; `wheel` says whether it turns without end beside another like it."""
 
@@ -41,7 +41,7 @@ class Joint:
         return "rad" if self.kind == "hinge" else "m"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Actuator:
     """An actuator and how it is held, `specc_runtime.plants.mujoco.posture`.
 
@@ -61,7 +61,7 @@ class Actuator:
     damping: float
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Sensor:
     """A sensor and what it is attached to."""
 
@@ -72,7 +72,7 @@ class Sensor:
     cutoff: float
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ModelFacts:
     """See `specc_runtime.plants.mujoco.describing`."""
 

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, short
 from specc.diagnostics.nearest import common
-from specc.frozen import frozen
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
 from specc.schema.texts import message_fault, topic_fault
 from specc.tools.importers.writing import SpecNames
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Topic:
     """A topic and the nodes at its ends; what its last `message` says of sizes, joints and frames.
 
@@ -54,7 +53,7 @@ class Topic:
         return not self.publishers
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RosGraph:
     """What there is; `more` topics are left out."""
 

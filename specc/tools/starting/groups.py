@@ -5,11 +5,10 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.diagnostics.nearest import hint
-from specc.frozen import frozen
 from specc.refusal import Refused
 from specc.tools.starting.facts import Actuator, ModelFacts
 
@@ -34,7 +33,7 @@ class NoGroup(Refused):
         super().__init__(f"--group: {why}")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ActuatorGroup:
     """Actuators of one virtual effector; `why` is the reason of a guess, empty if it is none."""
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from specc.analysis.ros2 import JOINT_STATE
 from specc.diagnostics.phrases import few
-from specc.frozen import mutable
 from specc.tools.importers.writing import PEERS, Data, Noted, SpecNames, filled
 from specc.tools.starting.channels import qualified
 from specc.tools.starting.document import wrapped, written
@@ -37,7 +36,7 @@ _FEWEST = 3
 """Messages by which a rate is known."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class ProposedDevice:
     """A real effector or receptor: the types of its elements, and what is behind them."""
 
@@ -96,7 +95,7 @@ class Devices:
         for topic in topics:
             joints = set(topic.order[-1])
             if joints & read.setdefault(topic.name, set()):
-                unfit = UnfitTopic("its joints come with others in larger messages")
+                unfit = UnfitTopic("joints of it come in other messages, too")
                 self._leave_out(unfit, topic.name, topic.types[0], _ends(topic))
             else:
                 read[topic.name] |= joints

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
 from specc.analysis.plant import FRAME_ORIENTATION, FRAME_POSITION, units_of_sensor
-from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.mjcf.model import ModelObject
 from specc.model.units import Unit
@@ -16,7 +16,7 @@ from specc.tools.starting.facts import BRACED, ModelFacts, Sensor
 DEFAULT_CAMERA = (640, 480)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ReceptorElement:
     """What a receptor reports: its type, what it is bound to, and its wish for a name.
 
@@ -31,7 +31,7 @@ class ReceptorElement:
     remarks: str = ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Receptor:
     """A real receptor and the virtual one that passes on what it reports."""
 

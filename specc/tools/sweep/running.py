@@ -16,11 +16,10 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any
-
-from specc.frozen import frozen
 
 TRIES = 3
 """Of a run whose process dies."""
@@ -44,7 +43,7 @@ Figures = dict[str, Any]
 """Column -> value: bool, int, float, text or None."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SweepJob:
     """A run of the package `directory`, below the place that this process knows as `place`."""
 
@@ -56,7 +55,7 @@ class SweepJob:
     limit_s: float
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Bundle:
     """All files that runs read, by their paths; those of the specification are below `base`."""
 

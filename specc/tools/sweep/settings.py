@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise, product
 from math import prod
 
-from specc.frozen import frozen
 from specc.model.units import UnitError, parse_unit
 from specc.refusal import Refused
 from specc.resolve.command_line import in_unit, quantity
@@ -33,7 +33,7 @@ class SweepError(Refused):
     """The sweep cannot be made as asked; the message says why and what would help."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Axis:
     """The values that a constant takes, one after another."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from math import exp, lgamma, log, sqrt
 from typing import Any
 
-from specc.frozen import frozen
 from specc.reachable import grouped
 from specc.tools.sweep.running import ASKED, VERDICT
 from specc.tools.sweep.table import Row, columns_of
@@ -21,7 +21,7 @@ _MET = {"met": True, "violated": False}
 _ASIDE = ("seed", "wall_s")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Estimate:
     """A rate or a median of `count` runs, and the interval that has it with 95 %."""
 
@@ -32,7 +32,7 @@ class Estimate:
     is_rate: bool = False
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Cell:
     """The runs of one setting: its values, and an estimate for each column that has any."""
 

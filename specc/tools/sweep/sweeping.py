@@ -8,12 +8,12 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
 from specc.analysis.plant import plant_model
-from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.model.system import System
 from specc.refusal import lacking
@@ -38,7 +38,7 @@ RENEWED_S = 10.0
 """Wall time between two versions of the table, and between two lines of progress."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class InputFiles:
     """The files that runs read, by their paths below one folder; `base` is the specification's."""
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from types import ModuleType
@@ -19,7 +20,6 @@ from specc_runtime.faults import UndecidedTransition
 from specc_runtime.loading import load_system
 from specc_runtime.stepping import Stepper, array
 
-from specc.frozen import frozen
 from specc.lang.kinds import first_value, kind
 from specc.lang.values import Fields, Value, alike
 from specc.lower.annotations import PythonTypes, named_types
@@ -37,7 +37,7 @@ from specc.tools.witness.subject import OPERATORS, alone, unproved
 ScriptValues = Mapping[str, Value]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Periods:
     """One period, or several ones that are alike.
 
@@ -57,7 +57,7 @@ class Periods:
     periods: int = 1
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Placed:
     """What is put in place before the last step because no run was found that leads there.
 
@@ -69,7 +69,7 @@ class Placed:
     periods: int | None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Script:
     """A run: steps, what is put in place, and the last step, which is to fail."""
 
@@ -280,7 +280,7 @@ class AbsentError(StrayError):
         self.name = name
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Led:
     """Where steps lead: a run, the row taken last or -1, and the periods since one was taken."""
 

@@ -6,14 +6,13 @@ Inputs are searched for one period after the other, and stepped to see where the
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
 from specc.analysis import Facts
 from specc.analysis.arrivals import always_present
 from specc.analysis.reads import Dependences
-from specc.frozen import frozen
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, presence
@@ -144,7 +143,7 @@ LONGEST_WAIT = 5000
 Found = TypeVar("Found")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Driven:
     """A run as far as it has been driven.
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from specc.analysis import Decided, Facts, Machine
 from specc.analysis.unknown_parts import surely
 from specc.checks.presence import absences
 from specc.checks.rows import ending, situation
 from specc.emit import filled
-from specc.frozen import frozen
 from specc.lower import lower
 from specc.lower.names import Namespace
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
@@ -115,7 +114,7 @@ CODES = ("E0601", "E0602", "E0603", "E0701", "E0702", "E0703", "E0704")
 """Codes of findings that a run can show."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Refutation:
     """A finding that a run can show.
 

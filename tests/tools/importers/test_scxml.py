@@ -183,6 +183,12 @@ def test_each_region_of_a_parallel_chart_is_an_agent(workshop: Workshop) -> None
     assert told.findings == []
 
 
+def test_a_parallel_chart_may_name_its_start_in_an_element(workshop: Workshop) -> None:
+    start = '<initial><transition target="p"/></initial>'
+    chart = COUPLED.format('event="go"')
+    assert workshop.scxml(f"<scxml>{start}{chart}</scxml>").text != ""
+
+
 PARALLEL = """<scxml initial="both"><parallel id="both">
   <state id="arm"><transition event="retry" target="both"/></state><state id="base"/></parallel>
   <state id="rest"><transition event="go" target="both"/></state></scxml>"""
@@ -204,6 +210,7 @@ DROPPED = [
     '<x:when xmlns:x="urn:x" target="b c"/>',
     '<group><transition event="e" target="b"/></group>',
     '<group><group><then target="b"/></group></group>',
+    '<on_event event="go"><goto next="b"/></on_event>',
 ]
 
 
@@ -235,6 +242,11 @@ def test_another_element_with_a_target_is_told(element: str, workshop: Workshop)
     assert any("is not carried over" in d.message for d in made.diagnostics)
 
 
+COUPLED = (
+    '<parallel id="p"><state id="a"><state id="b"><transition {} target="c"/></state>'
+    '<state id="c"/></state><state id="d"><state id="e"/></state></parallel>'
+)
+
 BROKEN = [
     ('<state id="a"><state id="b"/></state>', "E0808"),
     ('<state id="a"><parallel id="b"/></state>', "E0808"),
@@ -255,6 +267,8 @@ BROKEN = [
         '<state id="e"><state id="d"/></state></parallel>',
         "E0808",
     ),
+    (COUPLED.format("event='go' cond=\"In('e')\""), "E0808"),
+    (COUPLED.format("event='done.state.d'"), "E0808"),
     ('<state id="a"><transition target="a b"/></state><state id="b"/>', "E0808"),
     ('<final id="a"><transition target="a"/></final>', "E0808"),
     ('<state id="a"/><state id="a"/>', "E0806"),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeVar
 
-from specc.frozen import frozen, mutable
 from specc.model.expr import FALSE, BoundVariable, Expr
 from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.logic import LogicError, atoms, join, parse_logic
@@ -18,7 +18,7 @@ from specc.tools.importers.markup import XmlElement
 OK, IN_ERROR = "CURRENT_BEHAVIOR_OK", "IN_ERROR"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Buffer:
     """A buffer of the subsystem; `side` is `top` or `bottom`."""
 
@@ -29,7 +29,7 @@ class Buffer:
     element: XmlElement
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Behaviour:
     """What runs in a state; conditions are over predicates."""
 
@@ -40,7 +40,7 @@ class Behaviour:
     element: XmlElement
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class NextState:
     """A `<next_state>`."""
 
@@ -49,7 +49,7 @@ class NextState:
     element: XmlElement
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FabricState:
     """All behaviours of a state run together; a condition of any of them ends it."""
 
@@ -60,7 +60,7 @@ class FabricState:
     element: XmlElement
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FabricSubsystem:
     """One subsystem; its name is not in the file, so it comes from the path."""
 
@@ -112,7 +112,7 @@ def name_of(path: str) -> str:
     return os.path.basename(folder) if package == "spec" else package
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class _SubsystemReader:
     notes: Notes
     root: XmlElement

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from specc.frozen import mutable
 from specc.reachable import grouped
 from specc.tools.importers.fabric.reader import Buffer, FabricSubsystem
 from specc.tools.importers.import_notes import Notes
@@ -18,7 +17,7 @@ PARTS = "_parts"
 """The module with the predicates and components of subsystem `a` is `a_parts`."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class SharedDefinitions:
     """Types and operators of all subsystems, as data of the YAML."""
 
@@ -77,7 +76,7 @@ End = tuple[str, str]
 """Name of a subsystem and alias of one of its buffers."""
 
 
-@mutable
+@dataclass(eq=False, slots=True)
 class Wiring:
     """Connections by their ends; a buffer that is in neither ends outside the files."""
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import replace
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from specc.frozen import frozen
 from specc.model.expr import TRUE, Expr
 from specc.source import Place
 from specc.tools.importers.import_notes import Notes
@@ -21,9 +21,12 @@ _NESTING = ("state", "parallel", "history", "initial", "final")
 _STATES = ("state", "final")
 _ACTIONS = ("send", "invoke", "assign", "cancel", "raise", "log", "if", "foreach", "script")
 """Elements of SCXML that do something; a `target` of theirs is no state."""
+_LEADS = ("target", "next", "to", "goto")
+"""Attributes by which elements of dialects name the state that they lead to."""
+_IN_STATE = re.compile(r"\bIn\(\s*['\"]([^'\"]+)['\"]\s*\)")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Transition:
     """A transition; no `events` means that it needs none, no `target` that the state stays."""
 
@@ -33,7 +36,7 @@ class Transition:
     element: XmlElement
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ChartState:
     """A state; a final one has no transitions."""
 
@@ -42,7 +45,7 @@ class ChartState:
     element: XmlElement
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Chart:
     """States in document order; `root` is the document, or the region that the chart is of."""
 
@@ -98,7 +101,7 @@ def _regions(
     """A chart for each region of a document that is parallel as a whole."""
     parallel.seen = True
     own = parallel.get("id")
-    if (root.get("initial") or own) != own:
+    if (root.get("initial") or _initial_element(root) or own) != own:
         message = "the initial states of regions are not carried over from here"
         place = root.value_place("initial")
         notes.error("E0808", message, place, "name each in its region, `<state initial=...>`")
@@ -125,7 +128,28 @@ def _regions(
         charts.append(_chart(region, inner, nested, notes))
     if not charts:
         notes.error("E0804", "<parallel> has no region", parallel.place, "write its states")
+    _refuse_coupling(charts, notes)
     return tuple(replace(c, name=c.root.attributes["id"]) for c in charts)
+
+
+def _refuse_coupling(charts: Sequence[Chart], notes: Notes) -> None:
+    """Report the transitions of a region that depend on the state of another one."""
+    region_of = {
+        state.id: chart.root.attributes["id"] for chart in charts for state in chart.states
+    }
+    done = {f"done.state.{region}": region for region in region_of.values()}
+    for chart in charts:
+        own = chart.root.attributes["id"]
+        for element in (t.element for state in chart.states for t in state.transitions):
+            named = _IN_STATE.findall(element.attributes.get("cond", ""))
+            couplings = [(f"In('{name}')", region_of.get(name, own), "cond") for name in named]
+            events = element.attributes.get("event", "").split()
+            couplings += [(event, done.get(event, own), "event") for event in events]
+            for text, region, attribute in couplings:
+                if region != own:
+                    message = f"`{text}` asks for the state of another region, `{region}`"
+                    help = f"send an event when `{region}` enters the state, and wait for that"
+                    notes.error("E0808", message, element.value_place(attribute), help)
 
 
 def _refuse_parallel(parent: XmlElement, notes: Notes) -> None:
@@ -164,7 +188,9 @@ def _refuse_other_transitions(root: XmlElement, notes: Notes) -> None:
     left = (each for top, attribute in root.untaken() if not attribute for each in _with(top))
     for element in left:
         is_foreign = element.tag not in _ACTIONS and element.tag != "transition"
-        targets = element.attributes.get("target", "").split()
+        attributes = _LEADS if is_foreign else ("target",)
+        named = " ".join(element.attributes.get(each, "") for each in attributes)
+        targets = named.split()
         if element.tag == "transition" or (is_foreign and states.intersection(targets)):
             what = f" to `{' '.join(targets)}`" if targets else ""
             message = f"<{element.tag}> is a transition{what} that is not carried over"
