@@ -171,14 +171,16 @@ def _put_back(aside: Path) -> None:
 # Several new files: a note in a folder aside says how to take them away again.
 
 
-def note_new_files(aside: Path, last: Path, new: Mapping[Path, str | None]) -> None:
+def note_new_files(
+    aside: Path, last: Path, before: str | None, new: Mapping[Path, str | None]
+) -> None:
     """Note the digests of files before they are made in the folder of `aside`, or below it.
 
-    Once `last` has changed, or is there at all, they stay. Else the next process removes those
-    that are unchanged. Folders have no digest.
+    While `last` still has the digest `before`, the next process removes the files that are
+    unchanged; otherwise all stay. A folder, and a file that does not exist, have no digest.
     """
     note = {
-        "last": [last.name, _digest_at(last)],
+        "last": [last.name, before],
         "new": [[os.path.relpath(path, aside.parent), content] for path, content in new.items()],
     }
     text = json.dumps(note)
@@ -191,6 +193,12 @@ def digest_of(content: bytes) -> str:
     return sha256(content).hexdigest()
 
 
+def digest_at(path: Path) -> str | None:
+    """The digest of a file; None if there is none."""
+    is_file = path.is_file() and not path.is_symlink()
+    return digest_of(path.read_bytes()) if is_file else None
+
+
 def _undo_new_files(aside: Path) -> None:
     """Remove new files as the note says, whoever wrote it: only unchanged ones below its folder."""
     base, note = aside.parent.resolve(), aside / _NEW_FILES
@@ -198,8 +206,8 @@ def _undo_new_files(aside: Path) -> None:
         return
     try:
         told = json.loads(note.read_bytes())
-        (last, content), new = told["last"], [(base / path, its) for path, its in told["new"]]
-        if _digest_at(base / last) != content:
+        (last, before), new = told["last"], [(base / path, its) for path, its in told["new"]]
+        if digest_at(base / last) != before:
             return
     except (ValueError, KeyError, TypeError, RecursionError):
         return
@@ -209,11 +217,5 @@ def _undo_new_files(aside: Path) -> None:
         with suppress(OSError):
             if its is None:
                 path.rmdir()
-            elif _digest_at(path) == its:
+            elif digest_at(path) == its:
                 path.unlink()
-
-
-def _digest_at(path: Path) -> str | None:
-    """The digest of a file; None if there is none."""
-    is_file = path.is_file() and not path.is_symlink()
-    return digest_of(path.read_bytes()) if is_file else None

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from specc.atomic_files import digest_of, folder_aside, note_new_files, replacing
+from specc.atomic_files import digest_at, digest_of, folder_aside, note_new_files, replacing
 from specc.signals import deferred
 
 Content = str | Path
@@ -64,9 +64,10 @@ def placing(last: Path) -> Iterator[Placing]:
     try:
         with deferred():
             _make_folders(last.parent, made)
+        before = digest_at(last)
         with folder_aside(last.parent) as aside:
             try:
-                yield Placing(made, lambda: note_new_files(aside, last, made))
+                yield Placing(made, lambda: note_new_files(aside, last, before, made))
             except BaseException:
                 _take_away(made)  # while there is a note of them
                 raise

@@ -15,7 +15,7 @@ from specc.lang.show import show
 from specc.model.requirement import Requirement
 from specc.model.system import Subsystem, System
 from specc.reachable import grouped
-from specc.schema.places import along
+from specc.schema.places import walk
 from specc.source import Place
 
 # How far a specification has come along the procedure of section 3 (Fig. 4).
@@ -148,7 +148,7 @@ def _missing(subsystem: Subsystem) -> Iterator[str]:
 def _step_of(finding: Diagnostic, steps: tuple[str, ...]) -> str:
     """The step that a finding belongs to; what has no step of its own goes to the last of them."""
     named = _BY_CODE.get(finding.code, "")
-    by_key = [here.key.step for here in along(finding.primary.route) if here.key]
+    by_key = [here.key.step for here in walk(finding.primary.route) if here.key]
     found = [name for name in (named, *reversed(by_key)) if name in steps]
     if found:
         return found[0]

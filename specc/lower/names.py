@@ -5,6 +5,7 @@ from __future__ import annotations
 import builtins
 import keyword
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -160,10 +161,10 @@ def joined(
     so that the name of a pair does not depend on the order of the pairs.
     """
     short = {pair: identifier("_".join(pair)) for pair in pairs}
-    uses = list(short.values())
+    uses = Counter(short.values())
     names = Namespace(taken)
     return {
-        pair: names.new(name if uses.count(name) == 1 else "__".join(pair))
+        pair: names.new(name if uses[name] == 1 else "__".join(pair))
         for pair, name in short.items()
     }
 

@@ -47,13 +47,14 @@ from specc.model.wires import Wires
 def _connections(system: System, imports: Imports) -> Iterator[str]:
     """Calls of `Connection`, by reader, in order of its buffers."""
     wires = Wires(system.agents)
+    sent = {s.qualified_name: buffer_names(s.outputs) for s in system.subsystems}
     for reader in system.subsystems:
         inputs = buffer_names(reader.inputs)
         for wire in wires.of(reader):
             port, end = wire.port, wire.end
             if port.direction != "x" or wire.other is None or end is None:
                 continue
-            outputs = buffer_names(wire.other.outputs)
+            outputs = sent[wire.other.qualified_name]
             for element in port.elements:
                 if end.element(element.name):
                     ends = (

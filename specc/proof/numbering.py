@@ -67,7 +67,7 @@ class Numbering:
         self._values: dict[int, KnownValue] = {}
         self._ranges: dict[int, Range] = {}
         # By identity, with the expression itself so that no other one takes its identity.
-        self._seen: dict[int, tuple[Expr, int]] = {}
+        self._seen: dict[tuple[int, tuple[tuple[str, int], ...]], tuple[Expr, int]] = {}
         self._constants: dict[str, int] = {}
         self._lets: dict[str, int] = {}
         for name, value in constants.items():
@@ -112,11 +112,10 @@ class Numbering:
 
     def number(self, expr: Expr, bound: Depths | None = None) -> int:
         """The number of `expr`; `bound` says how deep each quantifier variable was bound."""
-        if bound:
-            return self._number(expr, bound)
-        known = self._seen.get(id(expr))
+        key = id(expr), tuple(bound.items()) if bound else ()
+        known = self._seen.get(key)
         if known is None:
-            known = self._seen[id(expr)] = expr, self._number(expr, {})
+            known = self._seen[key] = expr, self._number(expr, bound or {})
         return known[1]
 
     def _number(self, expr: Expr, inside: Depths) -> int:

@@ -72,7 +72,7 @@ def resolve(
     """
     spec = file.spec
     _report_lacking(file, findings)
-    groups = groups_of(spec.agents)
+    groups = groups_of(spec.agents, file.top["agents"])
     copies = {agent: group for group, of in groups.items() for agent in of.values()}
     given = Given(instead or {}, copies)
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach, given)
@@ -152,7 +152,8 @@ def _world(
     """What formulas of requirements and disturbances speak of."""
     lost = set(file.spec.agents) - {agent.name for agent in agents}
     uncertain = frozenset({*resolver.broken, *resolver.faulty, *lost})
-    seen = groups_of(file.spec.plant.observe) if file.spec.plant else {}
+    plant_def, at = file.spec.plant, file.top["plant"]["observe"]
+    seen = groups_of(plant_def.observe, at) if plant_def else {}
     return World(
         agents, Wires(agents), plant, {"": resolver.library.groups, PLANT: seen}, uncertain
     )

@@ -65,9 +65,10 @@ class AgentResolver:
             self.findings.report("O0402", message, where.key, help=help_text)
         else:
             peers = peers_of_control(name, definition, self.names)
-            subsystems.append(
-                self.subsystem(name, "c", "control", definition, control, here, peers, inside)
-            )
+            virtual = groups_of(definition.virtual_effectors, where["virtual_effectors"])
+            virtual |= groups_of(definition.virtual_receptors, where["virtual_receptors"])
+            part = control, here, peers, replace(inside, groups=virtual)
+            subsystems.append(self.subsystem(name, "c", "control", definition, *part))
         subsystems += self._virtual(name, definition, where, at)
         devices = self._devices(name, definition, where, at)
         found = tuple(s for s in subsystems if s is not None)
@@ -136,7 +137,7 @@ class AgentResolver:
             self.broken.add(f"{agent}.{name}")
             return None
         described, here, groups = with_members(
-            *levels[-1], self._groups(kind, agent, around, inside.definitions)
+            *levels[-1], self._groups(kind, agent, at.groups, inside.definitions)
         )
         interfaces = inside.definitions.interfaces
         described, here = with_machine(described, here, interfaces, self.findings)
@@ -205,7 +206,7 @@ class AgentResolver:
             self.faulty.add(name)
 
     def _groups(
-        self, kind: SubsystemKind, agent: str, around: AgentDef, given: Definitions
+        self, kind: SubsystemKind, agent: str, virtual: Groups, given: Definitions
     ) -> Groups:
         """The groups that a control subsystem may name; an agent is no peer of itself."""
         if kind != "control":
@@ -214,8 +215,7 @@ class AgentResolver:
             name: {at: m for at, m in members.items() if given.agents.get(m, m) != agent}
             for name, members in (self.library.groups | given.groups).items()
         }
-        own = groups_of(around.virtual_effectors) | groups_of(around.virtual_receptors)
-        return {name: members for name, members in (others | own).items() if members}
+        return {name: members for name, members in (others | virtual).items() if members}
 
     def _kept(
         self, name: str, given: tuple[object, ...], made: Callable[[], Subsystem]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
@@ -211,10 +211,20 @@ class Expressions:
     @property
     def later(self) -> frozenset[str]:
         """Names of memory and lets of the subsystem, which begin after inputs and memory do."""
-        raw = self.home.raw if self.home is not None else None
-        if not isinstance(raw, dict):
-            return frozenset()
-        return frozenset(name for key in ("let", "memory") for name in raw.get(key) or ())
+        return frozenset(name for key in _LATER for name in self._own_names(key))
+
+    def _own_names(self, key: str) -> Collection[str]:
+        """The names in a mapping of the subsystem."""
+        home = self.home
+        return home.raw.get(key) or () if home and isinstance(home.raw, dict) else ()
+
+    def _declaration(self, name: str) -> tuple[str, Place] | None:
+        """What a name is that an index may not have, and where it is declared."""
+        for key, kind in _LATER.items():
+            if self.home is not None and name in self._own_names(key):
+                return kind, self.home[key][name].key
+        constant = self.definitions.constants.get(name)
+        return ("a constant", constant.place) if constant else None
 
     def indexed(
         self, each: Mapping[str, str], where: Where, scope: Scope
@@ -226,18 +236,9 @@ class Expressions:
         if not each:
             return {}, scope
         indices = indices_of(each, where)
-        later = self.later
         for index in indices.values():
-            name, constant = index.name, self.definitions.constants.get(index.name)
-            if constant is not None:
-                report_taken(index, "a constant", constant.place, self.findings)
-            elif name in later and self.home is not None:
-                if name in self.home["let"].mapping:
-                    place = self.home["let"][name].key
-                    report_taken(index, "a let", place, self.findings)
-                else:
-                    place = self.home["memory"][name].key
-                    report_taken(index, "a memory element", place, self.findings)
+            if declared := self._declaration(index.name):
+                report_taken(index, *declared, self.findings)
         known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
         return indices, replace(scope, constants={**scope.constants, **known})
 
@@ -247,6 +248,7 @@ class Expressions:
         return Place(home.file, (*home.route, *steps)) if home else None
 
 
+_LATER = {"memory": "a memory element", "let": "a let"}
 _ELEMENT = re.compile(r"\bx(?:\s*\.\s*\w+){1,2}$")
 # A Fraction of `1e999999999` is computed digit by digit.
 _NUMBER = re.compile(r"\d{1,12}(?:\.\d{0,12}|/\d{1,12})?(?:[eE][+-]?\d{1,2})?", re.ASCII)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -15,10 +14,10 @@ Groups = dict[str, dict[tuple[int, ...], str]]
 """Name of a group -> indices of each member and its name."""
 
 
-def groups_of(parts: Mapping[str, Any]) -> Groups:
-    """The groups among agents, or among virtual effectors and receptors."""
+def groups_of(parts: Mapping[str, Any], where: Where) -> Groups:
+    """The groups among agents, or among virtual effectors and receptors, which stand at `where`."""
     found: Groups = {}
-    routes = parts.routes if isinstance(parts, Unfolded) else {}
+    routes = where.raw.routes if isinstance(where.raw, Unfolded) else {}
     for name, route in routes.items():
         group, each = str(route[-1]), parts[name].each
         if each and group.isidentifier() and group not in parts:
@@ -33,7 +32,7 @@ def with_members(
     named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
     if not named or not isinstance(where.raw, dict):
         return definition, where, {}
-    definition, raw = copy.copy(definition), where.mapping
+    raw, sides = where.mapping, {}
     for side in ("x", "y"):
         buffers, at = getattr(definition, side), where[side]
         if isinstance(at.raw, dict):
@@ -41,8 +40,8 @@ def with_members(
             made = {name: at.raw[key] for key, name in pairs}
             routes = {name: route_below(at.raw, key, at.route) for key, name in pairs}
             raw[side] = Unfolded(made, routes)
-            setattr(definition, side, {name: buffers[key] for key, name in pairs})
-    return definition, where.having(raw), named
+            sides[side] = {name: buffers[key] for key, name in pairs}
+    return definition.model_copy(update=sides), where.having(raw), named
 
 
 def _pairs(names: Mapping[str, object], groups: Groups) -> Iterator[tuple[str, str]]:

@@ -33,7 +33,7 @@ class Setting:
     definitions: Definitions
     given: tuple[Constant, ...] = ()
     groups: Groups = field(default_factory=dict)
-    """The groups of peers that the part names."""
+    """Of peers: those in the same agent, then only those that the part names."""
     using: tuple[str, ...] = ()
     """Paths of the descriptions that led here."""
 

@@ -17,7 +17,7 @@ from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
-from specc.schema.files import DisturbanceDef, DrawDef, SceneDef, TaskDef
+from specc.schema.files import DrawDef, SceneDef, TaskDef, TimedDef
 
 
 def resolve_task(
@@ -118,7 +118,7 @@ def starts_of(
         texts = [text for text, _ in _texts(item, at)]
         written = next((text for text in texts if "[" in text), "")
         if other := given.instead(f"scene.{name}", written):
-            item, at = DrawDef(fixed=str(other.raw), given=frozenset({"is"})), other
+            item, at = DrawDef.model_construct(fixed=str(other.raw)), other
         start = draw_of(name, item, at, findings, definitions)
         if start is not None:
             yield start
@@ -191,7 +191,7 @@ ReadFormula = Callable[[str, Where], Requirement | None]
 
 
 def disturbances_of(
-    items: Sequence[DisturbanceDef],
+    items: Sequence[TimedDef],
     where: Where,
     condition: ReadFormula,
     findings: Findings,
@@ -211,7 +211,7 @@ class _DisturbanceReader:
         self._findings = findings
         self._definitions = definitions
 
-    def disturbance(self, item: DisturbanceDef, at: Where) -> Disturbance | None:
+    def disturbance(self, item: TimedDef, at: Where) -> Disturbance | None:
         """One of them; None after reporting."""
         before = len(self._findings.diagnostics)
         found = Disturbance(
@@ -227,7 +227,7 @@ class _DisturbanceReader:
         self._refuse_idle(found, item, at)
         return found if len(self._findings.diagnostics) == before else None
 
-    def _refuse_idle(self, found: Disturbance, item: DisturbanceDef, at: Where) -> None:
+    def _refuse_idle(self, found: Disturbance, item: TimedDef, at: Where) -> None:
         """Report one that never begins, does nothing or has a time for nothing."""
         lasting = any(verb.lasts for verb, _ in found.of())
         if item.at is None and item.when is None:
@@ -260,7 +260,7 @@ class _DisturbanceReader:
             self._report(at, *wrong)
         return found
 
-    def _deeds(self, item: DisturbanceDef, at: Where) -> Iterator[Deed]:
+    def _deeds(self, item: TimedDef, at: Where) -> Iterator[Deed]:
         """What it does, verb by verb."""
         for verb in VERBS.values():
             given, own = getattr(item, verb.name), at[verb.name]

@@ -7,7 +7,6 @@ like those of its device; whatever comes after sees an ordinary subsystem.
 from __future__ import annotations
 
 import ast
-import copy
 import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
@@ -19,7 +18,6 @@ from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Interface
 from specc.resolve.ends import devices_of, used_by, word_of
 from specc.schema.files import AgentDef, DeviceDef
-from specc.schema.making import made
 from specc.schema.subsystem import (
     BufferDef,
     CommandDef,
@@ -32,7 +30,7 @@ from specc.schema.unfold import Unfolded, route_below
 
 NAME = "through"
 """Of the key, and of the function, the behaviour and the state that it stands for."""
-_SAID = ("conditions", "functions", "behaviours", "states", "initial_state", "transitions")
+_MACHINE_KEYS = ("conditions", "functions", "behaviours", "states", "initial_state", "transitions")
 _HEAD = re.compile(r"\w+")
 
 
@@ -62,8 +60,8 @@ def with_buffers(
         return definition, where
     device, at = devices[used[0]], agent[f"real_{word}s"][used[0]]
     reported = set(_names(device.y, interfaces))
-    made = dict(_like(device, at, word[0].upper(), reported))
-    return _completed(definition, where, made, used[0])
+    buffers = dict(_like(device, at, word[0].upper(), reported))
+    return _completed(definition, where, buffers, used[0])
 
 
 def _report_device(
@@ -99,10 +97,10 @@ def _like(
 def _received(buffer: BufferDef, reported: Collection[str]) -> BufferDef:
     """A buffer of inputs: before the first command, the device is to get what is safe."""
     elements = {
-        name: InputDef(type=item.type, title=item.title, init=_safe(item, reported))
+        name: InputDef.model_construct(type=item.type, title=item.title, init=_safe(item, reported))
         for name, item in buffer.elements.items()
     }
-    return InputBufferDef(interface=buffer.interface, elements=elements)
+    return InputBufferDef.model_construct(interface=buffer.interface, elements=elements)
 
 
 def _safe(item: ElementDef, reported: Collection[str]) -> str | None:
@@ -128,28 +126,31 @@ def _named(text: str) -> set[str]:
 
 
 def _sent(buffer: BufferDef) -> BufferDef:
-    elements = {n: ElementDef(type=e.type, title=e.title) for n, e in buffer.elements.items()}
-    return BufferDef(interface=buffer.interface, elements=elements)
+    elements = {
+        name: ElementDef.model_construct(type=item.type, title=item.title)
+        for name, item in buffer.elements.items()
+    }
+    return BufferDef.model_construct(interface=buffer.interface, elements=elements)
 
 
 def _completed(
-    definition: SubsystemDef, where: Where, made: _Buffers, device: str
+    definition: SubsystemDef, where: Where, buffers: _Buffers, device: str
 ) -> tuple[SubsystemDef, Where]:
     """The subsystem with those of the buffers that it does not have."""
-    definition, raw = copy.copy(definition), where.mapping
+    raw, sides = where.mapping, {}
     for side in ("x", "y"):
         own, at = getattr(definition, side), where[side]
         new = {
-            peer: made[side, peer]
-            for direction, peer in made
+            peer: buffers[side, peer]
+            for direction, peer in buffers
             if direction == side and peer not in own and (peer == "c" or device not in own)
         }
-        setattr(definition, side, own | {peer: buffer for peer, (buffer, _) in new.items()})
+        sides[side] = own | {peer: buffer for peer, (buffer, _) in new.items()}
         routes = {peer: route_below(at.raw, peer, at.route) for peer in own}
         routes |= {peer: here.route for peer, (_, here) in new.items()}
         parts = {peer: here.raw for peer, (_, here) in new.items()}
         raw[side] = Unfolded(at.mapping | parts, routes)
-    return definition, where.having(raw)
+    return definition.model_copy(update=sides), where.having(raw)
 
 
 # One function, one behaviour, one state.
@@ -165,15 +166,15 @@ def with_machine(
     through, here = definition.through, where[NAME]
     if through is None:
         return definition, where
-    for key in _SAID:
+    for key in _MACHINE_KEYS:
         if key in definition.given:
             message = f"`{key}` has no effect: `{NAME}` says all that the subsystem does"
             help_text = f"delete one of the two; `{NAME}` is for a subsystem with one state"
             findings.report("E0104", message, where[key].key, help=help_text)
     passed = dict(_passed_on(definition, interfaces)) if through.rule else {}
-    said = {key: value for key, value in here.mapping.items() if key != "rule"}
+    targets = {key: value for key, value in here.mapping.items() if key != "rule"}
     parts: dict[str, Any] = {
-        "functions": passed | said,
+        "functions": passed | targets,
         "behaviours": {"functions": [NAME], "terminal": "never"},
         "states": NAME,
     }
@@ -181,10 +182,9 @@ def with_machine(
         key: Unfolded({NAME: part}, {NAME: here.route}) for key, part in parts.items()
     }
     new["initial_state"] = NAME
-    meant, definition = made(SubsystemDef, new), copy.copy(definition)
-    for key in new:
-        setattr(definition, key, getattr(meant, key))
-    rest = {key: value for key, value in where.mapping.items() if key not in _SAID}
+    machine = SubsystemDef.model_validate(new)
+    definition = definition.model_copy(update={key: getattr(machine, key) for key in new})
+    rest = {key: value for key, value in where.mapping.items() if key not in _MACHINE_KEYS}
     return definition, where.having(rest | new)
 
 

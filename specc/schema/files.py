@@ -1,10 +1,12 @@
 """Shape of a file: a system, or a description that other files use."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import create_model
 
 from specc.limits import MAX_DISTURBANCES, MAX_REQUIREMENTS
 from specc.model.task import VERBS
-from specc.schema.keys import OTHERS, Listed, OneOf, Part, Role, Text, key
+from specc.schema.keys import OTHERS, ListForm, LiteralKind, Role, SpecModel, Text, key
 from specc.schema.subsystem import BufferDef, CommandBufferDef, InterfaceDef, SubsystemDef
 from specc.schema.texts import (
     OF_EACH,
@@ -28,7 +30,7 @@ from specc.schema.texts import (
 )
 
 
-class CodecDef(Part):
+class CodecDef(SpecModel):
     """The bytes of a value of an opaque type: in recordings, and between processes."""
 
     encode: PythonPath = key(about="Function that makes bytes of a value, `package.module:name`.")
@@ -51,7 +53,7 @@ class ConstantDef(Traced, short="is"):
 
     type: WrittenType | None = key(None, "What the expression must be a value of.")
     value: ConstantText = key(
-        about="An expression of constants, operators and numbers.", spelled="is"
+        about="An expression of constants, operators and numbers.", alias="is"
     )
 
 
@@ -67,7 +69,7 @@ class OperatorDef(Traced, first="signature python title"):
 class DeviceDef(Traced, first="for title eq table fig"):
     """A real effector or receptor: what it accepts (x) and what it reports (y)."""
 
-    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
+    each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     x: CommandBufferDef = key(CommandBufferDef, "What the device accepts.", step="buffers")
     y: BufferDef = key(BufferDef, "What the device reports.", step="buffers")
     silence: SilenceText | None = None
@@ -80,9 +82,9 @@ class AgentDef(
 ):
     """An embodied agent, or the use of one that another file describes."""
 
-    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
+    each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     use: FilePath | None = key(None, "File that describes the agent.")
-    arguments: dict[str, ArgumentText] = key({}, "Values of parameters.", spelled="with")
+    arguments: dict[str, ArgumentText] = key({}, "Values of parameters.", alias="with")
     kind: str | None = key(None, "Letters of section 2.2, e.g. CERT.", step="control")
     control: SubsystemDef | None = key(
         None, "The control subsystem, called `c`.", defines="subsystem"
@@ -101,10 +103,10 @@ class AgentDef(
     )
 
 
-class ReadingDef(Part):
+class ReadingDef(SpecModel):
     """What is read of the plant."""
 
-    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
+    each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     joints: list[str] = key([], "Joints of the model.")
     sensors: list[str] = key([], "Sensors of the model.")
     actuators: list[str] = key([], "Actuators of the model.")
@@ -119,7 +121,7 @@ class ObservedDef(ReadingDef, first="for type actuators joints sensors through")
     type: WrittenType
 
 
-class QosDef(Part):
+class QosDef(SpecModel):
     """Quality of service of a topic, where it is not the usual one."""
 
     reliability: Literal["", "reliable", "best_effort"] = key(
@@ -131,11 +133,11 @@ class QosDef(Part):
     depth: int | None = key(None, "How many messages are kept; one, where nothing is said.")
 
 
-class TfDef(Part):
+class TfDef(SpecModel):
     """A transform of tf2, between frames of the specification."""
 
-    parent: ReadableName = key(about="Frame in which the other one is.", spelled="from")
-    child: ReadableName = key(about="Frame whose pose it is.", spelled="to")
+    parent: ReadableName = key(about="Frame in which the other one is.", alias="from")
+    child: ReadableName = key(about="Frame whose pose it is.", alias="to")
 
 
 class BindingDef(
@@ -158,12 +160,12 @@ class BindingDef(
     rate: RateText | None = None
     sporadic: bool = key(False, "Whether there may be no new sample.")
     max_gap: GapText | None = None
-    noise: Annotated[list[ConstantText], Listed(alone=(str, int, float, bool))] = key(
+    noise: Annotated[list[ConstantText], ListForm(single=(str, int, float, bool))] = key(
         [], "Standard deviation per sensor, or `kinect` for a depth image."
     )
 
 
-class Ros2Def(Part, first="node python wait use_sim_time frames"):
+class Ros2Def(SpecModel, first="node python wait use_sim_time frames"):
     """The node behind which the devices are."""
 
     node: NodeName = key(about="Name of the node, e.g. `irp` or `/cell/irp`.")
@@ -175,7 +177,7 @@ class Ros2Def(Part, first="node python wait use_sim_time frames"):
     )
 
 
-class PlantDef(Part, first="model python ros2"):
+class PlantDef(SpecModel, first="model python ros2"):
     """What stands behind the devices: a MuJoCo model, a plant of one's own, or ROS 2."""
 
     model: str = key("", "MJCF file, relative to this file.")
@@ -194,49 +196,36 @@ class PlantDef(Part, first="model python ros2"):
     )
 
 
-class CycleDef(Part):
+class CycleDef(SpecModel):
     """A transition that counts as one finished cycle."""
 
     of: Annotated[str, Text(Role("task", "subsystem"))] = key(about="Subsystem, e.g. `irp.c`.")
     source: Annotated[str, Text(Role("task", "state"))] = key(
-        about="State that is left.", spelled="from"
+        about="State that is left.", alias="from"
     )
     target: Annotated[str, Text(Role("task", "state"))] = key(
-        about="State that is entered.", spelled="to"
+        about="State that is entered.", alias="to"
     )
 
 
-class DrawDef(Part, short="is", row="from to"):
+class DrawDef(SpecModel, short="is", row="from to"):
     """A number that the seed of a run decides: this one, one between two, or one of several."""
 
-    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
-    fixed: ConstantText | None = key(None, "The number.", spelled="is")
-    least: ConstantText | None = key(None, "The least number.", spelled="from")
-    greatest: ConstantText | None = key(None, "The greatest number.", spelled="to")
+    each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
+    fixed: ConstantText | None = key(None, "The number.", alias="is")
+    least: ConstantText | None = key(None, "The least number.", alias="from")
+    greatest: ConstantText | None = key(None, "The greatest number.", alias="to")
     one_of: list[ConstantText] = key([], "Numbers, one of which is drawn.")
 
 
-class SceneDef(Part, short="is"):
+class SceneDef(SpecModel, short="is"):
     """What the plant is like when a run begins; what is drawn follows from the seed."""
 
-    made: PythonPath | None = key(None, "Class that sets the scene up.", spelled="is")
-    starts: dict[str, DrawDef] = key({}, "Where joints of the model are.", spelled=OTHERS)
+    made: PythonPath | None = key(None, "Class that sets the scene up.", alias="is")
+    starts: dict[str, DrawDef] = key({}, "Where joints of the model are.", alias=OTHERS)
 
 
-_SUBJECTS = {
-    "none": list[str],
-    "one": dict[str, DrawDef],
-    "force": dict[str, Annotated[list[DrawDef], Listed(least=3, most=3)]],
-    "each": dict[str, Annotated[list[DrawDef], Listed(alone=(str, int, float, dict), least=1)]],
-}
-"""Of verbs, by their numbers."""
-_DOES = {
-    verb.name: (_SUBJECTS[verb.numbers], key([] if verb.numbers == "none" else {}, verb.about))
-    for verb in VERBS.values()
-}
-
-
-class DisturbanceDef(Part, first="at every when probability lasts", more=_DOES):
+class TimedDef(SpecModel):
     """What happens to the plant while a run goes on; no agent is told."""
 
     at: DrawDef | None = key(None, "When it begins, or from when on `when` is asked, e.g. `4[s]`.")
@@ -253,7 +242,30 @@ class DisturbanceDef(Part, first="at every when probability lasts", more=_DOES):
     )
 
 
-class TaskDef(Part):
+_SUBJECTS = {
+    "none": list[str],
+    "one": dict[str, DrawDef],
+    "force": dict[str, Annotated[list[DrawDef], ListForm(min_length=3, max_length=3)]],
+    "each": dict[
+        str, Annotated[list[DrawDef], ListForm(single=(str, int, float, dict), min_length=1)]
+    ],
+}
+"""Of verbs, by their numbers."""
+_VERBS: dict[str, Any] = {
+    verb.name: (_SUBJECTS[verb.numbers], key([] if verb.numbers == "none" else {}, verb.about))
+    for verb in VERBS.values()
+}
+DisturbanceDef = create_model(
+    "DisturbanceDef",
+    __base__=TimedDef,
+    __doc__=TimedDef.__doc__,
+    __cls_kwargs__={"first": "at every when probability lasts"},
+    **_VERBS,
+)
+"""With a key for each verb."""
+
+
+class TaskDef(SpecModel):
     """What `specc run` counts and judges, and what it puts the system through."""
 
     cycle: CycleDef = key(about="What counts as one cycle.")
@@ -262,20 +274,21 @@ class TaskDef(Part):
     watch: list[Annotated[str, Text(Role("task", "memory"))]] = key(
         [], "Memory elements that the judge may see."
     )
-    disturb: Annotated[list[DisturbanceDef], Listed(most=MAX_DISTURBANCES)] = key(
-        [], "What happens to the plant while a run goes on."
-    )
+    disturb: Annotated[
+        list[DisturbanceDef],  # type: ignore[valid-type]  # made of the verbs
+        ListForm(max_length=MAX_DISTURBANCES),
+    ] = key([], "What happens to the plant while a run goes on.")
 
 
-class FormulaLetDef(Part, short="is"):
+class FormulaLetDef(SpecModel, short="is"):
     """A name for a part of formulas."""
 
     value: Annotated[str, Text(Role("formula"), filled=True)] = key(
-        about="A formula, or a value in one, that the name stands for.", spelled="is"
+        about="A formula, or a value in one, that the name stands for.", alias="is"
     )
 
 
-class RequirementDef(Part, first="name let"):
+class RequirementDef(SpecModel, first="name let"):
     """What every run is watched for."""
 
     name: ReadableName | None = key(None, "What it is called in reports, tables and plots.")
@@ -299,7 +312,7 @@ class SpecFile(
     definitions that other files use.
     """
 
-    specc: Annotated[float, OneOf(VERSIONS)] = key(about="Version of the language.")
+    specc: Annotated[float, LiteralKind(VERSIONS)] = key(about="Version of the language.")
     system: ReadableName | None = key(
         None, "Name of the system and of its generated code.", step="structure"
     )
@@ -335,7 +348,7 @@ class SpecFile(
     let: dict[ReadableName, FormulaLetDef] = key(
         {}, "Names for parts of the formulas of `require` and of disturbances.", defines="let"
     )
-    require: Annotated[list[RequirementDef], Listed(most=MAX_REQUIREMENTS)] = key(
+    require: Annotated[list[RequirementDef], ListForm(max_length=MAX_REQUIREMENTS)] = key(
         [], "What every run of the system is watched for."
     )
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import TypeAdapter
-
 from specc.reachable import reachable
 from specc.schema.files import SpecFile
-from specc.schema.keys import OTHERS, SCALARS, Part
+from specc.schema.keys import OTHERS, SCALARS, SpecModel
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _EMPTY: tuple[object, ...] = (None, "", [], {})
@@ -18,9 +16,9 @@ Schema = dict[str, Any]
 
 def json_schema() -> Schema:
     """JSON Schema (draft 2020-12) of a specification file."""
-    schema = _tidied(TypeAdapter(SpecFile).json_schema())
+    schema = _tidied(SpecFile.model_json_schema())
     forms = {}
-    for part in reachable([Part], lambda part: part.__subclasses__()):
+    for part in reachable([SpecModel], lambda part: part.__subclasses__()):
         if part.__name__ in schema["$defs"]:
             forms[f"#/$defs/{part.__name__}"] = _short_forms(part, schema["$defs"][part.__name__])
     return {"$schema": _DIALECT, "title": "specc specification", **_expanded(schema, forms)}
@@ -35,7 +33,8 @@ def _tidied(schema: Any) -> Any:
     kept = {
         name: _tidied(value)
         for name, value in schema.items()
-        if not (name == "title" and isinstance(value, str))
+        if not name.startswith("x-")
+        and not (name == "title" and isinstance(value, str))
         and not (name == "default" and (value in _EMPTY or isinstance(value, dict)))
     }
     if others := kept.get("properties", {}).pop(OTHERS, None):
@@ -50,7 +49,7 @@ def _without_null(schema: Schema) -> Schema:
     return {**members[0], **rest} if len(members) == 1 else {**rest, "anyOf": members}
 
 
-def _short_forms(part: type[Part], schema: Schema) -> list[Schema]:
+def _short_forms(part: type[SpecModel], schema: Schema) -> list[Schema]:
     """What may stand in place of a mapping."""
     scalars = SCALARS if part.short else []
     if not part.row:

@@ -1,4 +1,4 @@
-"""What the schema is written in: kinds of values, keys with their roles, mappings of keys.
+"""What the schema is written in: models of pydantic, kinds of values, keys with their roles.
 
 The class of a mapping says all that is known of its keys: annotations say what their values are,
 `key` what they are for. The check of files, the formatter, the editor, `specc status` and the JSON
@@ -7,19 +7,31 @@ Schema read it there.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import MappingProxyType, NoneType, UnionType
+from types import NoneType, UnionType
 from typing import (
     Annotated,
     Any,
     ClassVar,
     Literal,
+    TypeGuard,
     Union,
     get_args,
     get_origin,
 )
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
 
 SymbolKind = Literal[
     "frame", "type", "field", "member", "constant", "file", "operator", "parameter", "agent",
@@ -56,16 +68,16 @@ class Role:
     kind: SymbolKind | None = None
 
 
-# Kinds of values, as the annotations of keys say them.
+# Kinds of values. Those that are classes here also annotate the types of keys.
 
 
 @dataclass(frozen=True, slots=True)
 class Text:
     """Text.
 
-    `scalars`: a number or a truth value is taken for the text that it is; `quantity`: one is too,
-    but only to be told that it lacks its unit. Where `filled`, it may not be empty. `fault` finds
-    what is wrong beyond that.
+    `scalars`: a number or a truth value is accepted and becomes text; `quantity`: it is too, so
+    that its missing unit is reported later. `filled` text is not empty. `fault` finds what else is
+    wrong with a text.
     """
 
     role: Role | None = None
@@ -77,109 +89,120 @@ class Text:
     pattern: str = ""
     fault: Callable[[str], Fault | None] | None = None
 
-    def __get_pydantic_json_schema__(self, core: Any, handler: Callable[[Any], Any]) -> Any:
-        """The JSON Schema; where pydantic is asked for one, it asks."""
-        form = {"anyOf": SCALARS} if self.scalars else handler(core)
-        told = {
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        """What pydantic validates a text with."""
+        metadata: list[Any] = [Field(min_length=int(self.filled) or None)]
+        if self.scalars or self.quantity:
+            metadata.append(BeforeValidator(_text_of_scalar))
+        if self.fault:
+            metadata.append(AfterValidator(self._without_fault))
+        return handler.generate_schema(Annotated[source, *metadata])
+
+    def _without_fault(self, value: str) -> str:
+        if self.fault and self.fault(value):
+            raise ValueError
+        return value
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: GetJsonSchemaHandler) -> Any:
+        """The JSON Schema that pydantic makes of it."""
+        schema = {"anyOf": SCALARS} if self.scalars else handler(core)
+        entries = {
             "description": self.about,
             "examples": list(self.examples),
             "minLength": int(self.filled),
             "pattern": self.pattern,
         }
-        return form | {name: value for name, value in told.items() if value}
+        return schema | {name: value for name, value in entries.items() if value}
+
+
+def _text_of_scalar(value: object) -> object:
+    return repr(value) if isinstance(value, (bool, int, float)) else value
 
 
 @dataclass(frozen=True, slots=True)
-class Whole:
-    """A whole number."""
-
-
-@dataclass(frozen=True, slots=True)
-class Truth:
-    """`true` or `false`."""
-
-
-@dataclass(frozen=True, slots=True)
-class OneOf:
-    """One of a few values."""
+class LiteralKind:
+    """One of a few values, for numbers that are no `Literal`."""
 
     values: tuple[object, ...]
 
-    def __get_pydantic_json_schema__(self, core: Any, handler: Callable[[Any], Any]) -> Any:
-        """The JSON Schema; where pydantic is asked for one, it asks."""
+    def __get_pydantic_core_schema__(self, _source: Any, handler: GetCoreSchemaHandler) -> Any:
+        """What pydantic validates a value with."""
+        return handler.generate_schema(Literal[self.values])
+
+    def __get_pydantic_json_schema__(self, _core: Any, _handler: GetJsonSchemaHandler) -> Any:
+        """The JSON Schema that pydantic makes of it."""
         return {"enum": list(self.values)}
 
 
 @dataclass(frozen=True, slots=True)
-class Listed:
-    """How a list is written: an item of these types `alone`, at `least` and at `most` so many."""
+class ListForm:
+    """How a list is written: an item of the types in `single` may stand in place of the list."""
 
-    alone: tuple[type, ...] = ()
-    least: int = 0
-    most: int | None = None
+    single: tuple[type, ...] = ()
+    min_length: int = 0
+    max_length: int | None = None
     help: str = ""
 
-    def __get_pydantic_json_schema__(self, core: Any, handler: Callable[[Any], Any]) -> Any:
-        """The JSON Schema; where pydantic is asked for one, it asks."""
-        form = handler(core)
-        if self.least:
-            form["minItems"] = self.least
-        if self.most is not None:
-            form["maxItems"] = self.most
-        return {"anyOf": [form["items"], form]} if self.alone else form
+    def in_full(self, value: Any) -> Any:
+        """The list that a single item stands for; any other value as it is."""
+        return [value] if type(value) in self.single else value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        """What pydantic validates a list with."""
+        lengths = Field(min_length=self.min_length or None, max_length=self.max_length)
+        return handler.generate_schema(Annotated[source, lengths, BeforeValidator(self.in_full)])
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: GetJsonSchemaHandler) -> Any:
+        """The JSON Schema that pydantic makes of it."""
+        schema = handler(core)
+        return {"anyOf": [schema["items"], schema]} if self.single else schema
 
 
 @dataclass(frozen=True, slots=True)
-class Several:
-    """A list or tuple of items."""
+class ListKind:
+    """A list of items."""
 
     item: ValueKind
-    made: Callable[[list[Any]], object]
-    how: Listed
+    form: ListForm
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class MappingKind:
     """A mapping from names that people choose."""
 
     name: Text
     value: ValueKind
 
 
-@dataclass(frozen=True, slots=True)
-class Optional:
-    """A value, or nothing."""
-
-    value: ValueKind
+ValueKind = Text | LiteralKind | ListKind | MappingKind | type[int] | type["SpecModel"]
+"""Of a value, if there is one; `bool` is a subclass of `int`."""
 
 
-ValueKind = Text | Whole | Truth | OneOf | Several | Named | Optional | type["Part"]
-_PLAIN: dict[Any, ValueKind] = {str: Text(), int: Whole(), bool: Truth()}
-
-
-def _kind(annotation: Any, how: Any = None) -> ValueKind:
+def _kind(annotation: Any, *metadata: Any) -> ValueKind:
     """The kind of values that an annotation stands for."""
     origin, arguments = get_origin(annotation), get_args(annotation)
-    found: ValueKind = _PLAIN.get(annotation, annotation)
     if origin is Annotated:
-        how = arguments[1]
-        found = how if isinstance(how, (Text, OneOf)) else _kind(arguments[0], how)
-    elif origin in (list, tuple):
-        found = Several(_kind(arguments[0]), origin, how or Listed())
-    elif origin is dict:
+        return _kind(arguments[0], *arguments[1:])
+    for form in metadata:
+        if isinstance(form, (Text, LiteralKind)):
+            return form
+    if origin in (Union, UnionType):
+        return _kind(*(member for member in arguments if member is not NoneType))
+    if origin in (list, tuple):
+        forms = (form for form in metadata if isinstance(form, ListForm))
+        return ListKind(_kind(arguments[0]), next(forms, ListForm()))
+    if origin is dict:
         name = _kind(arguments[0])
         assert isinstance(name, Text)
-        found = Named(name, _kind(arguments[1]))
-    elif origin is Literal:
-        found = OneOf(arguments)
-    elif origin in (Union, UnionType):
-        found = Optional(*(_kind(member) for member in arguments if member is not NoneType))
-    return found
+        return MappingKind(name, _kind(arguments[1]))
+    if origin is Literal:
+        return LiteralKind(arguments)
+    return Text() if annotation is str else annotation
 
 
-def bare(kind: ValueKind) -> ValueKind:
-    """The kind of the value if there is one."""
-    return kind.value if isinstance(kind, Optional) else kind
+def is_model(kind: object) -> TypeGuard[type[SpecModel]]:
+    """Whether values of a kind are mappings with known keys."""
+    return isinstance(kind, type) and issubclass(kind, SpecModel)
 
 
 # Keys, and the mappings that they make.
@@ -188,72 +211,82 @@ def bare(kind: ValueKind) -> ValueKind:
 OTHERS = "*"
 """Stands for all keys of a mapping that have no key of their own."""
 _LAST = ("because", "eq", "table", "fig", "title")
+_DEFINES, _STEP = "x-defines", "x-step"
 
 
 def key(
-    default: Any = dataclasses.MISSING,
+    default: Any = ...,
     about: str = "",
     *,
-    spelled: str = "",
+    alias: str | None = None,
     defines: SymbolKind | None = None,
     step: str = "",
 ) -> Any:
     """A key of a mapping; one without a default is needed.
 
-    `spelled` is the key where Python has another name for it. `defines` says what the names below
-    it, or it, if there are none, define; `step` is the step of section 3 that it belongs to.
+    `alias` is the key in the file where Python has another name for it. `defines` says what the
+    names below it, or it, if there are none, define; `step` is the step of section 3 that it
+    belongs to. A model as the default stands for one of which the file gives nothing.
     """
-    told = {"description": about, "alias": spelled, "defines": defines, "step": step}
-    metadata = {name: value for name, value in told.items() if value}
-    make = default if isinstance(default, type) else type(default)
-    if make in (dict, list) or issubclass(make, Part):
-        return dataclasses.field(default_factory=make, metadata=metadata)
-    return dataclasses.field(default=default, metadata=metadata)
+    field: dict[str, Any] = {"default": default}
+    if is_model(default):
+        field = {"default_factory": default.model_construct}
+    extra: dict[str, Any] = {_DEFINES: defines, _STEP: step}
+    return Field(**field, alias=alias, description=about or None, json_schema_extra=extra)
 
 
-class Part:
+class SpecModel(BaseModel):
     """A mapping with known keys.
 
     `short`: the key that a scalar in place of the mapping gives. `row`: the keys that the items
     of a list in place of it give. `first`: the keys that the formatter puts before the others.
-    `more`: keys that a table has, with their annotations.
     """
+
+    # Only whole files are validated: what validates a part is built with them.
+    model_config = ConfigDict(extra="forbid", defer_build=True, protected_namespaces=())
 
     short: ClassVar[str] = ""
     row: ClassVar[tuple[str, ...]] = ()
     first: ClassVar[tuple[str, ...]] = ()
-    __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
     keys: ClassVar[dict[str, Key]] = {}
     """The keys that there are, by their names; inherited ones come first."""
-    given: ClassVar[frozenset[str]] = frozenset()
-    """The keys that the file gives."""
-    known: ClassVar[frozenset[str]] = frozenset()
-    """The keys that have a name of their own."""
-    needed: ClassVar[frozenset[str]] = frozenset()
-    """The keys that it has to give."""
-    makers: ClassVar[dict[str, Callable[[], object]]] = {}
-    """What makes defaults, by attributes."""
 
-    def __init__(self, **values: Any) -> None:
-        made = {name: make() for name, make in self.makers.items() if name not in values}
-        self.__dict__.update(made, **values)
-
-    def __init_subclass__(
-        cls,
-        short: str = "",
-        row: str = "",
-        first: str = "",
-        more: Mapping[str, tuple[Any, Any]] = MappingProxyType({}),
-    ) -> None:
-        for name, (annotation, field) in more.items():
-            cls.__annotations__[name] = annotation
-            setattr(cls, name, field)
+    def __init_subclass__(cls, short: str = "", row: str = "", first: str = "") -> None:
         cls.short, cls.row, cls.first = short or cls.short, tuple(row.split()), tuple(first.split())
-        made: Any = dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
-        cls.keys = {one.name: one for one in map(_key, dataclasses.fields(made))}
-        cls.known = frozenset(cls.keys) - {OTHERS}
-        cls.needed = frozenset(one.name for one in cls.keys.values() if one.needed)
-        cls.makers = {one.attribute: one.make for one in cls.keys.values() if one.make}
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Collect the keys, as soon as pydantic has its fields."""
+        keys = (_key(name, field) for name, field in cls.model_fields.items())
+        cls.keys = {key.name: key for key in keys}
+
+    @property
+    def given(self) -> frozenset[str]:
+        """The keys that the file gives."""
+        given = self.model_fields_set
+        return frozenset(key.name for key in self.keys.values() if key.attribute in given)
+
+    @classmethod
+    def in_full(cls, value: Any) -> Any:
+        """The mapping that a short form or a row stands for, with names that people choose below
+        `OTHERS`; any other value as it is.
+        """
+        if cls.short and isinstance(value, (str, int, float)):
+            return {cls.short: value}
+        if cls.row and isinstance(value, list) and len(value) == len(cls.row):
+            return dict(zip(cls.row, value, strict=True))
+        if OTHERS not in cls.keys or not isinstance(value, dict):
+            return value
+        known = cls.keys.keys() - {OTHERS}
+        if isinstance(value.get("is"), dict) and cls.short == "is":
+            known -= {"is"}  # with a mapping, it is a name that somebody chose
+        own = {name: one for name, one in value.items() if name in known}
+        return own | {OTHERS: {name: one for name, one in value.items() if name not in own}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _validate_in_full(cls, value: Any) -> Any:
+        return cls.in_full(value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,40 +297,34 @@ class Key:
     attribute: str
     kind: ValueKind
     needed: bool
-    make: Callable[[], object] | None
-    """Makes the default; None if the class has it."""
     about: str
     defines: SymbolKind | None
     step: str
 
 
-def _key(field: dataclasses.Field[Any]) -> Key:
-    told, kind = field.metadata, _kind(field.type)
-    make = None if field.default_factory is dataclasses.MISSING else field.default_factory
+def _key(attribute: str, field: FieldInfo) -> Key:
+    kind = _kind(field.annotation, *field.metadata)
+    extra: Any = field.json_schema_extra or {}
     return Key(
-        told.get("alias", field.name),
-        field.name,
+        field.alias or attribute,
+        attribute,
         kind,
-        make is None and field.default is dataclasses.MISSING,
-        make,
-        told.get("description", "") or about(kind),
-        told.get("defines"),
-        told.get("step", ""),
+        field.is_required(),
+        field.description or about(kind),
+        extra.get(_DEFINES),
+        extra.get(_STEP, ""),
     )
 
 
 def about(kind: ValueKind) -> str:
     """What is known of all values of a kind, in words."""
-    match bare(kind):
-        case Text() as text:
-            return text.about
-        case type() as part:
-            return " ".join((part.__doc__ or "").split())
-    return ""
+    if isinstance(kind, Text):
+        return kind.about
+    return " ".join((kind.__doc__ or "").split()) if is_model(kind) else ""
 
 
-def layout(part: type[Part]) -> list[str]:
+def layout(model: type[SpecModel]) -> list[str]:
     """The keys of a mapping in the order in which the formatter writes them."""
-    known = [name for name in part.keys if name != OTHERS]
+    known = [name for name in model.keys if name != OTHERS]
     inner = [name for name in known if name not in _LAST]
-    return [name for name in dict.fromkeys((*part.first, *inner, *_LAST)) if name in known]
+    return [name for name in dict.fromkeys((*model.first, *inner, *_LAST)) if name in known]

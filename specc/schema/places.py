@@ -11,15 +11,15 @@ from specc.schema.files import DeviceDef, SpecFile
 from specc.schema.keys import (
     OTHERS,
     Key,
-    Named,
-    OneOf,
-    Part,
+    ListKind,
+    LiteralKind,
+    MappingKind,
     Role,
-    Several,
+    SpecModel,
     SymbolKind,
     Text,
     ValueKind,
-    bare,
+    is_model,
 )
 from specc.schema.subsystem import SubsystemDef
 from specc.schema.texts import Traced
@@ -27,7 +27,7 @@ from specc.source import Route
 
 
 @dataclass(frozen=True, slots=True)
-class Stand:
+class SchemaNode:
     """A value on the way down a file: its kind, None if the schema has none for it, the key that
     it stands below, and what its own name defines. That may be a name which somebody has chosen.
     """
@@ -37,68 +37,67 @@ class Stand:
     defines: SymbolKind | None = None
     is_chosen: bool = False
 
-    def below(self, step: str | int) -> Stand:
+    def below(self, step: str | int) -> SchemaNode:
         """What stands one step below."""
         kind = self.kind
-        if isinstance(kind, type):
+        if is_model(kind):
             return _of_key(kind, _item_of_row(kind, step))
-        if isinstance(kind, Several):
-            return Stand(bare(kind.item), self.key)
-        if isinstance(kind, Named):
-            inner = bare(kind.value)
-            named = None if self.key is None or isinstance(inner, Named) else self.key.defines
-            return Stand(inner, self.key, named, is_chosen=True)
+        if isinstance(kind, ListKind):
+            return SchemaNode(kind.item, self.key)
+        if isinstance(kind, MappingKind):
+            inner = kind.value
+            named = None if self.key is None or isinstance(inner, MappingKind) else self.key.defines
+            return SchemaNode(inner, self.key, named, is_chosen=True)
         return UNKNOWN
 
     @property
-    def alone(self) -> Stand:
+    def scalar_form(self) -> SchemaNode:
         """What a single value is that stands in place of the mapping or the list."""
-        if isinstance(self.kind, type) and self.kind.short:
+        if is_model(self.kind) and self.kind.short:
             return self.below(self.kind.short)
-        is_alone = isinstance(self.kind, Several) and bool(self.kind.how.alone)
+        is_alone = isinstance(self.kind, ListKind) and bool(self.kind.form.single)
         return self.below(0) if is_alone else self
 
-    def takes(self, key: str) -> bool:
+    def has_key(self, key: str) -> bool:
         """Whether it is a mapping that has the key."""
-        return isinstance(self.kind, type) and key in self.kind.keys
+        return is_model(self.kind) and key in self.kind.keys
 
     @property
     def is_table(self) -> bool:
         """Whether it is a list of rows."""
-        item = self.kind.item if isinstance(self.kind, Several) else None
-        return isinstance(item, type) and bool(item.row)
+        item = self.kind.item if isinstance(self.kind, ListKind) else None
+        return is_model(item) and bool(item.row)
 
 
-FILE, UNKNOWN = Stand(SpecFile), Stand(None)
+FILE, UNKNOWN = SchemaNode(SpecFile), SchemaNode(None)
 TRACED = tuple(Traced.keys)
 """Keys that nearly every mapping takes."""
 
 
-def _item_of_row(part: type[Part], step: str | int) -> str:
-    return part.row[step] if isinstance(step, int) and step < len(part.row) else str(step)
+def _item_of_row(model: type[SpecModel], step: str | int) -> str:
+    return model.row[step] if isinstance(step, int) and step < len(model.row) else str(step)
 
 
-def _of_key(part: type[Part], step: str) -> Stand:
-    if key := part.keys.get(step):
-        kind = bare(key.kind)
-        return Stand(kind, key, key.defines if isinstance(kind, type) else None)
-    others = part.keys.get(OTHERS)
-    return Stand(others.kind, others).below(step) if others else UNKNOWN
+def _of_key(model: type[SpecModel], step: str) -> SchemaNode:
+    if key := model.keys.get(step):
+        return SchemaNode(key.kind, key, key.defines if is_model(key.kind) else None)
+    others = model.keys.get(OTHERS)
+    return SchemaNode(others.kind, others).below(step) if others else UNKNOWN
 
 
-def along(route: Route) -> Iterator[Stand]:
+def walk(route: Route) -> Iterator[SchemaNode]:
     """What stands at each step of a route."""
-    return accumulate(route, Stand.below, initial=FILE)
+    return accumulate(route, SchemaNode.below, initial=FILE)
 
 
-def at(route: Route) -> Stand:
+def at(route: Route) -> SchemaNode:
     """What stands at a route."""
-    return reduce(Stand.below, route, FILE)
+    return reduce(SchemaNode.below, route, FILE)
 
 
 def split(route: Route) -> tuple[Route, Route]:
     """The subsystem or device that a route lies in, empty for none, and the rest of the route."""
-    for size, here in enumerate(along(route)):
+    for size, here in enumerate(walk(route)):
         if here.kind in (SubsystemDef, DeviceDef):
             return route[:size], route[size:]
     return (), route
@@ -116,7 +115,7 @@ def defined_by(route: Route) -> SymbolKind | None:
 
 def role_of(route: Route) -> Role | None:
     """What the value at a route is; rows of a table may be lists or mappings."""
-    kind = at(route).alone.kind
+    kind = at(route).scalar_form.kind
     return kind.role if isinstance(kind, Text) else None
 
 
@@ -128,15 +127,13 @@ def names_used_file(route: Route) -> bool:
 def keys_at(route: Route) -> dict[str, str]:
     """The keys of the mapping at a route, with their descriptions: those first that it needs."""
     kind = at(route).kind
-    found = (
-        [key for key in kind.keys.values() if key.name != OTHERS] if isinstance(kind, type) else []
-    )
+    found = [key for key in kind.keys.values() if key.name != OTHERS] if is_model(kind) else []
     found.sort(key=lambda key: (not key.needed, key.name in TRACED))
     return {key.name: key.about for key in found}
 
 
 def values_at(route: Route) -> list[str]:
     """The values that the one at a route is chosen from; empty if it is free."""
-    kind = at(route).alone.kind
-    values = kind.values if isinstance(kind, OneOf) else ()
+    kind = at(route).scalar_form.kind
+    values = kind.values if isinstance(kind, LiteralKind) else ()
     return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]

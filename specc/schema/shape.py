@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Literal, TypeVar
+
+from pydantic import ValidationError
 
 from specc.diagnostics import (
     Diagnostic,
@@ -18,17 +19,14 @@ from specc.diagnostics import (
 )
 from specc.schema.keys import (
     OTHERS,
-    Named,
-    OneOf,
-    Optional,
-    Part,
-    Several,
+    ListKind,
+    LiteralKind,
+    MappingKind,
+    SpecModel,
     Text,
-    Truth,
     ValueKind,
-    Whole,
+    is_model,
 )
-from specc.schema.making import Unlike, in_full, made, maker, others_apart
 from specc.schema.unfold import route_below
 from specc.source import Place, Route
 
@@ -49,82 +47,107 @@ _WRITTEN = {
 }
 _PLAIN = re.compile(r"[\w./-]+")
 _PartOfPlace = Literal["key", "value"]
-P = TypeVar("P", bound=Part)
+M = TypeVar("M", bound=SpecModel)
 _SHOWN = 60
 _LISTED_KEYS = 24
 _VERSION: Route = ("specc",)
 
 
-def shape(part: type[P], data: object, file: str) -> tuple[P | None, list[Diagnostic]]:
+def shape(model: type[M], data: object, file: str) -> tuple[M | None, list[Diagnostic]]:
     """A mapping made of data, or None and what is wrong with their shape."""
-    with suppress(Unlike):
-        return made(part, data), []
-    check = _Check(file)
-    with suppress(TooManyFaultsError):
-        check.value(part, data, ())
-    unsupported = [finding for finding in check.findings if finding.code == "E0105"]
-    return None, list(dict.fromkeys(unsupported or check.findings))
+    try:
+        return model.model_validate(data), []
+    except ValidationError as error:
+        translation = _Translation(model, data, file)
+        with suppress(TooManyFaultsError):
+            for found in error.errors(include_url=False, include_context=False):
+                translation.add(found["loc"], found["type"], found["input"])
+        findings = translation.findings
+    unsupported = [finding for finding in findings if finding.code == "E0105"]
+    return None, list(dict.fromkeys(unsupported or findings))
 
 
-class _Check:
-    """Tells why nothing is made of data, by as many findings as there are faults in them."""
+class _Translation:
+    """Findings, with their places in the file, for the errors of pydantic."""
 
-    def __init__(self, file: str) -> None:
+    def __init__(self, model: type[SpecModel], data: object, file: str) -> None:
         self.findings = Faults()
+        self._model = model
+        self._data = data
         self._file = file
+        self._compared: set[tuple[str | int, ...]] = set()
 
-    def value(self, kind: ValueKind, value: Any, route: Route) -> None:
-        """Report what keeps the value at a route from being of a kind."""
-        try:
-            maker(kind)(value)
-        except Unlike:
-            told: Callable[..., None] = _TOLD.get(type(kind), _Check._part)
-            told(self, kind, value, route)
+    def add(self, loc: tuple[str | int, ...], type_: str, value: Any) -> None:
+        """Add the findings for an error; keys of a mapping are compared once for all of them."""
+        if type_ in ("missing", "extra_forbidden"):
+            above = loc[:-1]
+            if above not in self._compared:
+                self._compared.add(above)
+                kind, data, route = self._walk(above)
+                assert is_model(kind)
+                self._compare_keys(kind, kind.in_full(data), route)
+            return
+        if loc[-1:] == ("[key]",) and type_ == "value_error":
+            mapping, _, _ = self._walk(loc[:-2])
+            assert isinstance(mapping, MappingKind) and mapping.name.fault
+            fault = mapping.name.fault(value) or ("", "")
+            route = self._walk(loc[:-1])[2]
+            self._report("E0104", f"{_shown(value)} {fault[0]}", route, fault[1], "key")
+            return
+        kind, data, route = self._walk(loc)
+        if isinstance(kind, Text):
+            self._text(kind, value, route)
+        elif isinstance(kind, LiteralKind):
+            self._literal(kind, value, route)
+        elif isinstance(kind, ListKind):
+            self._list(kind, value, route)
+        elif isinstance(kind, MappingKind):
+            self._mismatch("a mapping", value, route)
+        elif is_model(kind):
+            self._mapping(kind, data, route)
+        elif kind is bool:
+            self._mismatch("true or false", value, route)
+        else:
+            self._whole_number(value, route)
 
-    def _optional(self, kind: Optional, value: Any, route: Route) -> None:
-        self.value(kind.value, value, route)
+    def _walk(self, loc: tuple[str | int, ...]) -> tuple[ValueKind, Any, Route]:
+        """The kind, the value and the route of what pydantic has at a location."""
+        kind: ValueKind = self._model
+        value: Any = self._data
+        route: Route = ()
+        for step in loc:
+            if isinstance(kind, ListKind):
+                value, kind, route = kind.form.in_full(value)[step], kind.item, (*route, step)
+            elif isinstance(kind, MappingKind):
+                route, value, kind = route_below(value, step, route), value[step], kind.value
+            elif is_model(kind):
+                kind, value, route = _below_model(kind, value, route, str(step))
+        return kind, value, route
 
     def _text(self, kind: Text, value: Any, route: Route) -> None:
         if not isinstance(value, str):
-            self._misfit("text", value, route)
-            return
-        if kind.filled and not value:
+            self._mismatch("text", value, route)
+        elif kind.filled and not value:
             self._refuse(f"{_name(route)}the text is empty", "write a few words", route)
-        if kind.fault and (fault := kind.fault(value)):
+        elif kind.fault and (fault := kind.fault(value)):
             self._refuse(f"{_name(route)}{_shown(value)} {fault[0]}", fault[1], route)
 
-    def _named(self, kind: Named, value: Any, route: Route) -> None:
-        if not isinstance(value, dict):
-            self._misfit("a mapping", value, route)
-            return
-        for name, one in value.items():
-            at = route_below(value, name, route)
-            if kind.name.fault and (fault := kind.name.fault(name)):
-                words = f"{_shown(name)} {fault[0]}"
-                self._tell("E0104", words, at, fault[1], "key")
-            self.value(kind.value, one, at)
-
-    def _several(self, kind: Several, value: Any, route: Route) -> None:
-        least, most = kind.how.least, kind.how.most
-        if type(value) in kind.how.alone:
-            value = [value]
+    def _list(self, kind: ListKind, value: Any, route: Route) -> None:
+        least, most = kind.form.min_length, kind.form.max_length
         if not isinstance(value, list):
-            self._misfit("a list", value, route, kind.how.help or _list_form(kind.item))
+            self._mismatch("a list", value, route, kind.form.help or _list_form(kind.item))
         elif most is not None and len(value) > most:
             self._refuse(f"{_name(route)}a list must have at most {most} items", "", route)
-        elif len(value) < least:
+        else:
             words = f"a list must have at least {least} items" if value else "the list is empty"
             help = "write at least one item" if least == 1 else f"write {least} items"
             self._refuse(f"{_name(route)}{words}", help, route)
-        else:
-            for n, one in enumerate(value):
-                self.value(kind.item, one, (*route, n))
 
-    def _choice(self, kind: OneOf, value: Any, route: Route) -> None:
+    def _literal(self, kind: LiteralKind, value: Any, route: Route) -> None:
         names = [str(one) for one in kind.values if one != ""]  # which stands for a key left out
         if route == _VERSION:
             words = f"version {value!r} of the specification language is not supported"
-            self._tell("E0105", words, route, f"write `specc: {kind.values[-1]}`")
+            self._report("E0105", words, route, f"write `specc: {kind.values[-1]}`")
         elif len(names) == 1:
             words = f"{_name(route)}{_shown(value)} is not `{names[0]}`"
             self._refuse(words, f"write `{names[0]}`", route)
@@ -134,55 +157,31 @@ class _Check:
             hint = f"did you mean `{close[0]}`?" if close else "write one of them"
             self._refuse(f"{_name(route)}{_shown(value)} is not one of {listed}", hint, route)
 
-    def _whole(self, _: Whole, value: Any, route: Route) -> None:
-        if isinstance(value, float) and not math.isfinite(value):
-            self._refuse(f"{_name(route)}{_shown(value)} must be a finite number", "", route)
-        else:
-            self._misfit("a whole number", value, route)
-
-    def _truth(self, _: Truth, value: Any, route: Route) -> None:
-        self._misfit("true or false", value, route)
-
-    def _part(self, part: type[Part], value: Any, route: Route) -> None:
-        known = part.keys
-        data = in_full(part, value)
-        if part.row and isinstance(data, list):
-            words = f"{_name(route)}a row has {len(part.row)} items, this one has {len(data)}"
-            self._refuse(words, _form(part), route)
-            return
-        if not isinstance(data, dict):
-            hint = _form(part) if route and data is not None else ""
-            self._misfit("a mapping", value, route, hint)
-            return
-        if OTHERS in known:
-            data = others_apart(part, data)
-        elif not part.needed <= data.keys() <= known.keys():
-            self._check_names(part, data, route)
-        for name, one in data.items():
-            if name in known:
-                is_here = name == OTHERS or (name == part.short and data is not value)
-                at = route if is_here else route_below(data, name, route)
-                self.value(known[name].kind, one, at)
-
-    def _check_names(self, part: type[Part], data: dict[str, Any], route: Route) -> None:
+    def _compare_keys(self, model: type[SpecModel], data: dict[str, Any], route: Route) -> None:
         """Report keys that there are not, and those that are missing, but not as mistyped."""
-        known = part.keys
+        known = model.keys
         close = {name: nearest(name, known) for name in data if name not in known}
         mistyped = {one for names in close.values() for one in names}
-        if route and part.needed and close and close.keys() == data.keys() and not mistyped:
+        if (
+            route
+            and any(key.needed for key in known.values())
+            and close
+            and close.keys() == data.keys()
+            and not mistyped
+        ):
             name = next(iter(data))
             words = f"unknown key `{name}`{_inside(route)}, which lacks all that it needs"
-            self._tell("E0101", words, (*route, name), _form(part), "key")
+            self._report("E0101", words, (*route, name), _form(model), "key")
             return
         for name, key in known.items():
             if key.needed and name not in data and name not in mistyped:
                 value = "1" if (*route, name) == _VERSION else "..."
                 words = f"missing key `{name}`{_inside(route)}"
-                self._tell("E0102", words, route, f"add `{name}: {value}`", "key")
+                self._report("E0102", words, route, f"add `{name}: {value}`", "key")
         for name, names in close.items():
-            self._unknown(name, names, [*known], route)
+            self._unknown_key(name, names, [*known], route)
 
-    def _unknown(self, name: str, close: list[str], known: list[str], route: Route) -> None:
+    def _unknown_key(self, name: str, close: list[str], known: list[str], route: Route) -> None:
         hint = f"did you mean {' or '.join(f'`{one}`' for one in close)}?"
         if not close:
             rest = ", ..." if len(known) > _LISTED_KEYS else ""
@@ -193,31 +192,50 @@ class _Check:
         words = f"unknown key `{name}`{_inside(route)}"
         self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
 
-    def _misfit(self, expected: str, value: Any, route: Route, help: str = "") -> None:
-        """A value of another kind than expected."""
+    def _mapping(self, model: type[SpecModel], value: Any, route: Route) -> None:
+        if model.row and isinstance(value, list):
+            words = f"{_name(route)}a row has {len(model.row)} items, this one has {len(value)}"
+            self._refuse(words, _form(model), route)
+        else:
+            hint = _form(model) if route and value is not None else ""
+            self._mismatch("a mapping", value, route, hint)
+
+    def _whole_number(self, value: Any, route: Route) -> None:
+        if isinstance(value, float) and not math.isfinite(value):
+            self._refuse(f"{_name(route)}{_shown(value)} must be a finite number", "", route)
+        else:
+            self._mismatch("a whole number", value, route)
+
+    def _mismatch(self, expected: str, value: Any, route: Route, help: str = "") -> None:
+        """Report a value of another kind than expected."""
         words = f"{_name(route)}expected {expected}, found {_kind_of(value)}"
-        self._tell("E0103", words, route, help or _way_to(expected, value))
+        self._report("E0103", words, route, help or _way_to(expected, value))
 
     def _refuse(self, words: str, help: str, route: Route) -> None:
-        """A value of the right kind that is not right."""
-        self._tell("E0104", words, route, help)
+        """Report a value of the right kind that is not right."""
+        self._report("E0104", words, route, help)
 
-    def _tell(
+    def _report(
         self, code: str, words: str, route: Route, help: str, part: _PartOfPlace = "value"
     ) -> None:
         place = Place(self._file, route, part)
         self.findings.add(Diagnostic(code, words, place, help=help))
 
 
-_TOLD: dict[type, Callable[..., None]] = {
-    Text: _Check._text,
-    Optional: _Check._optional,
-    Named: _Check._named,
-    Several: _Check._several,
-    OneOf: _Check._choice,
-    Whole: _Check._whole,
-    Truth: _Check._truth,
-}
+def _below_model(
+    model: type[SpecModel], value: Any, route: Route, step: str
+) -> tuple[ValueKind, Any, Route]:
+    """The kind, the value and the route of a key of a mapping, or of what stands in its place."""
+    kind = model.keys[step].kind
+    if isinstance(value, dict):
+        # What is below OTHERS stands in the mapping itself.
+        return (
+            (kind, value, route)
+            if step == OTHERS
+            else (kind, value[step], route_below(value, step, route))
+        )
+    below = route if step == model.short else (*route, step)
+    return kind, model.in_full(value)[step], below
 
 
 # Words.
@@ -244,15 +262,15 @@ def _way_to(expected: str, value: Any) -> str:
 
 def _list_form(item: ValueKind) -> str:
     """How a list of such items is written, if they have rows."""
-    row = item.row if isinstance(item, type) else ()
+    row = item.row if is_model(item) else ()
     return f"write a list of rows, each on a line of its own: `- [{', '.join(row)}]`" if row else ""
 
 
-def _form(part: type[Part]) -> str:
+def _form(model: type[SpecModel]) -> str:
     """How a part is written, with what it needs."""
-    if part.row:
-        return f"write `[{', '.join(part.row)}]`"
-    needed = ", ".join(f"{name}: ..." for name, key in part.keys.items() if key.needed)
+    if model.row:
+        return f"write `[{', '.join(model.row)}]`"
+    needed = ", ".join(f"{name}: ..." for name, key in model.keys.items() if key.needed)
     return f"write `{{{needed}}}`" if needed else ""
 
 
@@ -264,13 +282,13 @@ def _shown(value: Any) -> str:
 
 
 def _name(route: Route) -> str:
-    return f"`{_spelled(route)}`: " if route else ""
+    return f"`{_dotted(route)}`: " if route else ""
 
 
 def _inside(route: Route) -> str:
-    return f" in `{_spelled(route)}`" if route else ""
+    return f" in `{_dotted(route)}`" if route else ""
 
 
-def _spelled(route: Route) -> str:
+def _dotted(route: Route) -> str:
     parts = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in route]
     return "".join(parts).removeprefix(".")

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from specc.limits import MAX_ASSUMPTIONS
 from specc.model.fsm import Cause
-from specc.schema.keys import OTHERS, Listed, Part, Role, Text, key
+from specc.schema.keys import OTHERS, ListForm, Role, SpecModel, Text, key
 from specc.schema.texts import (
     OF_EACH,
     ArgumentText,
@@ -44,21 +44,21 @@ class InputDef(ReceivedDef):
     event: bool = key(False, "Whether none of its values may be missed.")
 
 
-class BufferDef(Part, short="is", first="for is"):
+class BufferDef(SpecModel, short="is", first="for is"):
     """The elements of a buffer: those of an interface, and further ones."""
 
-    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
+    each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     interface: InterfaceText | None = key(
-        None, "Interface that names the elements, e.g. `Report[W]`.", spelled="is"
+        None, "Interface that names the elements, e.g. `Report[W]`.", alias="is"
     )
-    elements: dict[ReadableName, ElementDef] = key({}, spelled=OTHERS, defines="element")
+    elements: dict[ReadableName, ElementDef] = key({}, alias=OTHERS, defines="element")
 
 
 class InputBufferDef(BufferDef, first="for is"):
     """The elements of an input buffer: those of an interface, and further ones."""
 
     elements: dict[ReadableName, InputDef] = key(  # type: ignore[assignment]  # is never written to
-        {}, spelled=OTHERS, defines="element"
+        {}, alias=OTHERS, defines="element"
     )
 
 
@@ -67,15 +67,15 @@ class InterfaceDef(Traced, first="frames types"):
 
     frames: list[ReadableName] = key([], "Frame parameters.")
     types: list[ReadableName] = key([], "Type parameters.")
-    elements: dict[ReadableName, InputDef] = key({}, spelled=OTHERS, defines="element")
+    elements: dict[ReadableName, InputDef] = key({}, alias=OTHERS, defines="element")
 
 
-class SafeDef(Part, short="is"):
+class SafeDef(SpecModel, short="is"):
     """What an element of a device gets when a run ends."""
 
     value: ConstantText = key(
         about="An expression of constants, operators and what the device reported last.",
-        spelled="is",
+        alias="is",
     )
     otherwise: ConstantText | None = key(None, "A constant that is sent if the expression fails.")
 
@@ -90,14 +90,14 @@ class CommandBufferDef(BufferDef, first="for is"):
     """What a device accepts: the elements of an interface, and further ones."""
 
     elements: dict[ReadableName, CommandDef] = key(  # type: ignore[assignment]  # is never written to
-        {}, spelled=OTHERS, defines="element"
+        {}, alias=OTHERS, defines="element"
     )
 
 
 class MemoryDef(Traced, first="for type"):
     """A value that a subsystem keeps from period to period."""
 
-    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
+    each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     type: WrittenType
     init: InitialText | None = key(None, "Value in the first period.")
 
@@ -105,9 +105,9 @@ class MemoryDef(Traced, first="for type"):
 class LetDef(Traced, short="is", first="for type is"):
     """A named subexpression, computed at most once a period."""
 
-    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
+    each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     type: WrittenType | None = key(None, "What the expression must be a value of.")
-    value: ExprText = key(about="The expression that the name stands for.", spelled="is")
+    value: ExprText = key(about="The expression that the name stands for.", alias="is")
 
 
 class ConditionDef(Traced, short="when", first="eq table fig title"):
@@ -135,14 +135,14 @@ class ErrorDef(ConditionDef, short="condition", first="eq table fig title"):
 class AssignmentDef(Traced, short="is", first="for is"):
     """The value of one target of a transition function."""
 
-    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
-    value: ExprText = key(about="What the target gets in the next period.", spelled="is")
+    each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
+    value: ExprText = key(about="What the target gets in the next period.", alias="is")
 
 
 class FunctionDef(Traced):
     """A transition function: targets (`y.peer.element` or a memory element) and their values."""
 
-    targets: dict[str, AssignmentDef] = key({}, spelled=OTHERS)
+    targets: dict[str, AssignmentDef] = key({}, alias=OTHERS)
 
 
 class UsedFunctionDef(FunctionDef, short="function"):
@@ -161,7 +161,7 @@ class ThroughDef(FunctionDef, short="rule"):
     rule: Literal["identity"] | None = key(None, "What targets get that are not named.")
 
 
-class ConditionsDef(Part):
+class ConditionsDef(SpecModel):
     """The conditions of a subsystem by their use."""
 
     initial: dict[Name, ConditionDef] = key(
@@ -206,7 +206,7 @@ class StateDef(Traced, short="behaviour", first="behaviour title"):
     )
 
 
-StateNames = Annotated[list[StateName], Listed(alone=(str,), least=1)]
+StateNames = Annotated[list[StateName], ListForm(single=(str,), min_length=1)]
 
 
 class TransitionDef(Traced, row="from cause when to"):
@@ -214,20 +214,20 @@ class TransitionDef(Traced, row="from cause when to"):
 
     sources: StateNames = key(
         about="State whose behaviour ended, or a list of states that each have the row.",
-        spelled="from",
+        alias="from",
     )
     cause: Cause = key(about="Which condition ended it: `terminal` or `error`.")
     when: Annotated[str, Text(Role("name", "initial condition"))] = key(
         about="An initial condition, `always` or `otherwise`."
     )
-    target: StateName = key(about="State that is entered.", spelled="to")
+    target: StateName = key(about="State that is entered.", alias="to")
 
 
 ROW_KEYS = TransitionDef.row
 """What the items of a row of the transition table stand for."""
 
 
-class AxiomDef(Part):
+class AxiomDef(SpecModel):
     """What the proofs may take for granted."""
 
     that: ExprText = key(about="A Boolean expression that always holds.")
@@ -239,9 +239,9 @@ class AxiomDef(Part):
 class SubsystemDef(Traced, first="for use title rate budget with uses eq table fig"):
     """A control subsystem, virtual effector or virtual receptor, or the use of one."""
 
-    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
+    each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     use: FilePath | None = key(None, "File that describes the subsystem.")
-    arguments: dict[str, ArgumentText] = key({}, "Values of parameters.", spelled="with")
+    arguments: dict[str, ArgumentText] = key({}, "Values of parameters.", alias="with")
     rate: RateText | None = key(None, step="role")
     budget: BudgetText | None = None
     uses: list[Annotated[str, Text(Role("name", "device"))]] | None = key(
@@ -272,6 +272,6 @@ class SubsystemDef(Traced, first="for use title rate budget with uses eq table f
     transitions: list[TransitionDef] = key(
         [], "Transition table; a row is `[from, cause, when, to]`.", step="fsm"
     )
-    assume: Annotated[list[AxiomDef], Listed(most=MAX_ASSUMPTIONS)] = key(
+    assume: Annotated[list[AxiomDef], ListForm(max_length=MAX_ASSUMPTIONS)] = key(
         [], "Assumptions that the proofs may use.", step="fsm"
     )

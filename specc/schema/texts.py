@@ -5,7 +5,7 @@ import re
 import unicodedata
 from typing import Annotated
 
-from specc.schema.keys import Fault, Listed, Part, Role, Text, key
+from specc.schema.keys import Fault, ListForm, Role, SpecModel, Text, key
 
 PYTHON_PATH = r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*$"
 
@@ -164,14 +164,14 @@ FilePath = Annotated[str, Text(Role("path"))]
 StateName = Annotated[str, Text(Role("name", "state"))]
 TraceNumbers = Annotated[
     tuple[int, ...],
-    Listed(alone=(int,), help="write a number or a list of numbers, e.g. `[4, 5]`"),
+    ListForm(single=(int,), help="write a number or a list of numbers, e.g. `[4, 5]`"),
 ]
 
 
 OF_EACH = "Indices with their ranges: there is one such part for each value, e.g. `{i: 1..5}`."
 
 
-class Traced(Part):
+class Traced(SpecModel):
     """A part that may carry a title and its place in the paper."""
 
     title: str = key("", "What it is, in words; becomes a docstring.", step="role")

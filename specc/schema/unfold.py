@@ -20,8 +20,8 @@ from specc.diagnostics import Diagnostic
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import names_in
 from specc.limits import MAX_COPIES, MAX_VALUES
-from specc.schema.keys import Several, Text
-from specc.schema.places import FILE, Stand
+from specc.schema.keys import ListKind, Text
+from specc.schema.places import FILE, SchemaNode
 from specc.source import Place, Route
 
 FOR = "for"
@@ -87,7 +87,7 @@ class _Unfolding:
     findings: list[Diagnostic] = field(default_factory=list)
     values: int = 0
 
-    def value(self, here: Stand, value: Any, route: Route, indices: Indices) -> Any:
+    def value(self, here: SchemaNode, value: Any, route: Route, indices: Indices) -> Any:
         """What a value becomes for the values of the indices around it."""
         self.values += 1 + (len(value) // _LONG if isinstance(value, str) else 0)
         if self.values > MAX_VALUES:
@@ -98,14 +98,16 @@ class _Unfolding:
         if isinstance(value, list):
             return self._list(here, value, route, indices)
         if isinstance(value, str) and indices:
-            kind = here.alone.kind
+            kind = here.scalar_form.kind
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
             return self._filled(value, indices, route, padded=form in _EXPRESSIONS)
         return value
 
-    def _list(self, here: Stand, value: list[Any], route: Route, indices: Indices) -> list[Any]:
+    def _list(
+        self, here: SchemaNode, value: list[Any], route: Route, indices: Indices
+    ) -> list[Any]:
         for index, one in enumerate(value):
-            if isinstance(one, dict) and FOR in one and here.below(index).takes(FOR):
+            if isinstance(one, dict) and FOR in one and here.below(index).has_key(FOR):
                 words = "an item of a list has no name, so there is nothing for `for` to count"
                 at = (*route, index, FOR)
                 self.tell("E0108", words, at, "write `for` below a name", is_key=True)
@@ -114,7 +116,9 @@ class _Unfolding:
             for index, one in enumerate(value)
         ]
 
-    def _mapping(self, here: Stand, value: dict[Any, Any], route: Route, indices: Indices) -> Any:
+    def _mapping(
+        self, here: SchemaNode, value: dict[Any, Any], route: Route, indices: Indices
+    ) -> Any:
         made: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
         here = _item(here)
@@ -122,7 +126,7 @@ class _Unfolding:
             inner = here.below(key)
             at = route_below(value, key, route)
             copies: Iterator[tuple[Any, Any]]
-            is_many = isinstance(one, dict) and FOR in one and _item(inner).takes(FOR)
+            is_many = isinstance(one, dict) and FOR in one and _item(inner).has_key(FOR)
             if is_many and not inner.is_chosen:
                 words = f"there is only one `{key}`, so there is nothing for `for` to count"
                 self.tell("E0108", words, (*at, FOR), "write `for` below a name", is_key=True)
@@ -141,7 +145,7 @@ class _Unfolding:
         return Unfolded(made, routes) if routes else made
 
     def _copies(
-        self, here: Stand, name: str, value: dict[Any, Any], at: Route, around: Indices
+        self, here: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
     ) -> Iterator[tuple[str, Any]]:
         """Name and value of each copy of a part; without braces, the indices end the name."""
         ranges = self._ranges(value[FOR], (*at, FOR), around)
@@ -289,7 +293,7 @@ _OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
 }
 
 
-def _item(here: Stand) -> Stand:
+def _item(here: SchemaNode) -> SchemaNode:
     """What a mapping is that stands here, perhaps in place of a list with one item."""
-    is_alone = isinstance(here.kind, Several) and dict in here.kind.how.alone
-    return here.alone if is_alone else here
+    is_alone = isinstance(here.kind, ListKind) and dict in here.kind.form.single
+    return here.scalar_form if is_alone else here

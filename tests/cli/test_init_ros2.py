@@ -225,7 +225,7 @@ def test_joints_are_grouped_by_the_messages_that_they_come_in() -> None:
     }
     assert [how.get("max_gap") for how in bind.values()] == ["100 ms", None, "500 ms"]
     said = " ".join(text.replace("\n#", " ").split())
-    assert "Left out: joints of it come in other messages, too." in said
+    assert "Left out: its joints also come in other messages." in said
     assert "Joints of one message: joint2, lift." in said
 
 

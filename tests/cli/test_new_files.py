@@ -131,6 +131,12 @@ def test_files_stay_once_they_are_finished_whatever_is_written_later(tmp_path: P
     assert names(tmp_path) == ["a", "below", "below/b", "last"]
 
 
+def test_files_stay_when_one_more_is_placed_after_the_last(tmp_path: Path) -> None:
+    killed(tmp_path, "new.put({Path('last'): 'last'}), new.put({Path('c'): 'c'})")
+    remove_stale(str(tmp_path))
+    assert names(tmp_path) == ["a", "below", "below/b", "c", "last"]
+
+
 def test_files_beside_an_edited_one_go_while_it_is_as_before(tmp_path: Path) -> None:
     (tmp_path / "last").write_text("before")
     killed(tmp_path, "pass")

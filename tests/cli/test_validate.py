@@ -187,7 +187,7 @@ def test_validating_imports_nothing_heavy() -> None:
     code = (
         "import sys, specc.cli\n"
         "assert specc.cli.main(['validate', sys.argv[1]]) == 0\n"
-        "heavy = {'rich', 'numpy', 'pydantic', 'networkx', 'jinja2', 'z3', 'mujoco', 'tempfile'}\n"
+        "heavy = {'rich', 'numpy', 'networkx', 'jinja2', 'z3', 'mujoco'}\n"
         "print(sorted(heavy & set(sys.modules)))\n"
     )
     done = subprocess.run(

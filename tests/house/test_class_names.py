@@ -13,7 +13,6 @@ SAME = {
         "Junction": "`and`, `or`: of formulas, and of what is left of them in a run",
         "Text": "a text: a value in a file, and the type of values in a run",
         "Transition": "from one state to the next: in a file of SCXML, and in a system",
-        "Truth": "true or false: a value in a file, and an expression",
     },
     "specc_runtime": {"Arm": "what operators know of an arm: of any, and of the flagship's"},
 }

@@ -32,7 +32,7 @@ DOORS = {
     "numpy": {"specc_runtime"},
     "orjson": {"specc_runtime.recording.text"},
     "pinocchio": {"specc_runtime.operators.dynamics"},
-    "pydantic": {"specc.schema.json_schema"},
+    "pydantic": {"specc.schema"},
     "pygls": {"specc.tools.lsp.protocol", "specc.tools.lsp.server"},
     "pygraphviz": {"specc.tools.graph.drawing"},
     "rclpy": {"specc_runtime.ros2.host"},

@@ -18,7 +18,7 @@ from specc.cli.main import main
 from specc.cli.recorded_spec import recorded_package
 from specc.lower.code import named_code
 from specc.schema import files
-from specc.schema.keys import Part
+from specc.schema.keys import SpecModel
 from specc.schema.texts import PythonPath
 from tests.recording.forged import forged
 from tests.seeds import short
@@ -302,7 +302,7 @@ def test_every_key_that_takes_python_is_known() -> None:
 
     def keys() -> Iterator[str]:
         for kind in vars(files).values():
-            if isinstance(kind, type) and issubclass(kind, Part):
+            if isinstance(kind, type) and issubclass(kind, SpecModel):
                 for name, hint in get_type_hints(kind, include_extras=True).items():
                     if PythonPath in (hint, *get_args(hint)):
                         yield f"{kind.__name__}.{name}"

@@ -4,21 +4,20 @@ from collections.abc import Iterator
 
 from specc.reachable import reachable
 from specc.schema.files import SpecFile
-from specc.schema.keys import OTHERS, Named, Part, Several, ValueKind, bare, layout
+from specc.schema.keys import OTHERS, ListKind, MappingKind, SpecModel, ValueKind, is_model, layout
 from specc.schema.places import at, defined_by, keys_at, role_of, split, values_at
 
 
-def parts_in(kind: ValueKind) -> Iterator[type[Part]]:
-    inner = bare(kind)
-    if isinstance(inner, type):
-        yield inner
-    elif isinstance(inner, Named):
-        yield from parts_in(inner.value)
-    elif isinstance(inner, Several):
-        yield from parts_in(inner.item)
+def parts_in(kind: ValueKind) -> Iterator[type[SpecModel]]:
+    if is_model(kind):
+        yield kind
+    elif isinstance(kind, MappingKind):
+        yield from parts_in(kind.value)
+    elif isinstance(kind, ListKind):
+        yield from parts_in(kind.item)
 
 
-def below(part: type[Part]) -> list[type[Part]]:
+def below(part: type[SpecModel]) -> list[type[SpecModel]]:
     return [inner for one in part.keys.values() for inner in parts_in(one.kind)]
 
 

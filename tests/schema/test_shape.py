@@ -8,35 +8,35 @@ import pytest
 from specc.limits import MAX_FAULTS
 from specc.pipeline import compile_spec
 from specc.schema.files import SpecFile
-from specc.schema.keys import OTHERS, Listed, Part, Text, key
+from specc.schema.keys import OTHERS, ListForm, SpecModel, Text, key
 from specc.schema.shape import shape
 from specc.schema.texts import FieldName, Name, PythonPath, RateText, ReadableName, TraceNumbers
 
 
-class Element(Part, short="type"):
+class Element(SpecModel, short="type"):
     type: str
     init: int | None = None
 
 
-class Written(Part):
+class Written(SpecModel):
     type: str
     init: int | None = None
 
 
-class Row(Part, row="type init"):
+class Row(SpecModel, row="type init"):
     type: str
     init: int | None = None
 
 
-class Open(Part):
+class Open(SpecModel):
     eq: TraceNumbers = key(())
-    others: dict[str, Written] = key({}, spelled=OTHERS)
+    others: dict[str, Written] = key({}, alias=OTHERS)
 
 
-class File(Part):
+class File(SpecModel):
     specc: Literal[1] = 1
     system: ReadableName = "demo"
-    arguments: dict[str, int] = key({}, spelled="with")
+    arguments: dict[str, int] = key({}, alias="with")
     elements: dict[str, Element] = key({})
     rows: list[Row] = key([])
     names: list[str] | None = None
@@ -49,7 +49,7 @@ class File(Part):
     reason: Annotated[str, Text(filled=True)] = "none"
     python: PythonPath | None = None
     rate: RateText | None = None
-    few: Annotated[list[int], Listed(most=2)] = key([])
+    few: Annotated[list[int], ListForm(max_length=2)] = key([])
 
 
 def findings(**data: Any) -> list[tuple[str, tuple[str | int, ...], str, str, str]]:
@@ -152,7 +152,7 @@ def test_a_mapping_of_another_kind_is_told_once_with_the_form_that_is_meant() ->
         ({"names": ["a", []]}, ("names", 1), "`names[1]`: expected text, found a list"),
         ({"count": "x"}, ("count",), "`count`: expected a whole number, found text"),
         ({"count": 1.5}, ("count",), "`count`: expected a whole number, found the number 1.5"),
-        ({"count": "9" * 500}, ("count",), "`count`: expected a whole number, found text"),
+        ({"count": "9" * 5000}, ("count",), "`count`: expected a whole number, found text"),
         ({"flag": [1]}, ("flag",), "`flag`: expected true or false, found a list"),
         ({"flag": 2}, ("flag",), "`flag`: expected true or false, found the number 2"),
         ({"open": {"eq": True}}, ("open", "eq"), "`open.eq`: expected a list, found true"),
@@ -217,6 +217,18 @@ def test_a_short_form_stands_for_its_mapping() -> None:
     assert made(elements={"T": "t"}).elements["T"].type == "t"
     assert made(rows=[["t", 2]]).rows[0].init == 2
     assert made(open={"eq": 4, "m": {"type": "t"}}).open.eq == (4,)  # type: ignore[union-attr]  # it is there
+
+
+class Port(SpecModel, short="is"):
+    interface: str | None = key(None, alias="is")
+    elements: dict[str, Element] = key({}, alias=OTHERS)
+
+
+def test_a_key_with_a_short_form_is_reported_at_its_own_place() -> None:
+    for data, route in (({"is": 5}, ("is",)), (5, ())):
+        _, (finding,) = shape(Port, data, "a.yaml")
+        assert finding.primary.route == route
+        assert finding.message.endswith("expected text, found the number 5")
 
 
 def test_what_means_the_same_is_taken() -> None:

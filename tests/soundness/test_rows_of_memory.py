@@ -84,12 +84,16 @@ def table(rng: Random) -> Tree:
 
 @pytest.mark.parametrize("seeds", blocks(range(8), long=20, each=60))
 def test_rows_about_memory_decide(seeds: Seeds, tmp_path: Path) -> None:
-    proved = 0
     for seed in seeds:
         result = compiled(table(Random(seed)), tmp_path)
         assert result.system is not None
         findings = Findings()
         tried(result, str(seed), 100, findings, odd=ROUGH)
         assert findings.faults == [], seed
-        proved += result.proofs.is_proved("a.m", "S0", "terminal")
-    assert 0 < proved < len(seeds)
+
+
+def test_rows_about_memory_are_proved_in_some_tables_only(tmp_path: Path) -> None:
+    """The random tests see both kinds; of twenty fresh seeds all may be of one kind by chance."""
+    tables = (compiled(table(Random(seed)), tmp_path) for seed in range(40))
+    proved = sum(each.proofs.is_proved("a.m", "S0", "terminal") for each in tables)
+    assert 0 < proved < 40

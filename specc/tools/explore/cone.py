@@ -151,45 +151,48 @@ class Cone:
     @cached_property
     def normal(self) -> Cone:
         """The cone with lets and constants filled in, and everything without an order sorted."""
-        return self.renamed({}, {})
+        known = self.static
+        made = self._changed(lambda expr: in_order(filled(expr, known)), {}, {})
+        left = [*made.axioms, *(item.init for item in made.memory)]
+        left += [expr for state in made.states for expr in state.expressions]
+        lets, constants = named_in(left, self.rests, known.constants)
+        lets = tuple((let, in_order(value)) for let, value in lets)
+        return replace(made, lets=lets, constants=constants)
 
     @cached_property
     def size(self) -> int:
-        """How many parts its expressions have, and the lets that these may name."""
-        every = [expr for state in self.states for expr in state.expressions]
-        every += [*self.axioms, *self.static.lets.values()]
+        """How many parts the expressions of the normal form have, and the lets that these name."""
+        normal = self.normal
+        every = [expr for state in normal.states for expr in state.expressions]
+        every += [*normal.axioms, *(value for _, value in normal.lets)]
         return sum(1 for expr in every for _ in m.walk(expr))
 
     def renamed(self, inputs: Renaming, outputs: Renaming) -> Cone:
         """The normal form of the cone with other names of inputs and outputs."""
-        known = self.static
+        made = self.normal._changed(lambda expr: renamed(expr, inputs), inputs, outputs)
+        lets = tuple((let, renamed(value, inputs)) for let, value in made.lets)
+        return replace(made, lets=lets)
+
+    def _changed(
+        self, change: Callable[[m.Expr], m.Expr], inputs: Renaming, outputs: Renaming
+    ) -> Cone:
+        """The cone with its expressions changed, and with other names of inputs and outputs."""
 
         def name(key: InputName) -> InputName:
             return inputs.get(key, key)
 
-        def normal(expr: m.Expr) -> m.Expr:
-            return renamed(filled(expr, known), inputs)
-
         begun = (
-            replace(x, key=name(x.key), init=None if x.init is None else normal(x.init))
+            replace(x, key=name(x.key), init=None if x.init is None else change(x.init))
             for x in self.inputs
         )
         sent = ((outputs.get(key, key), type_) for key, type_ in self.outputs)
-        states = tuple(_renamed(state, normal, name, outputs) for state in self.states)
-        memory = tuple(replace(item, init=normal(item.init)) for item in self.memory)
-        axioms = tuple(map(normal, self.axioms))
-        left = [*axioms, *(item.init for item in memory)]
-        left += [expr for state in states for expr in state.expressions]
-        lets, constants = named_in(left, self.rests, known.constants)
         return replace(
             self,
-            states=states,
+            states=tuple(_renamed(state, change, name, outputs) for state in self.states),
             inputs=tuple(sorted(begun, key=lambda x: x.key)),
             outputs=tuple(sorted(sent, key=itemgetter(0))),
-            memory=memory,
-            lets=tuple((let, renamed(value, inputs)) for let, value in lets),
-            constants=constants,
-            axioms=axioms,
+            memory=tuple(replace(item, init=change(item.init)) for item in self.memory),
+            axioms=tuple(map(change, self.axioms)),
             always_present=frozenset(map(name, self.always_present)),
             measured=frozenset(map(name, self.measured)),
         )
@@ -197,24 +200,24 @@ class Cone:
 
 def _renamed(
     state: ConeState,
-    normal: Callable[[m.Expr], m.Expr],
+    change: Callable[[m.Expr], m.Expr],
     name: Callable[[InputName], InputName],
     outputs: Renaming,
 ) -> ConeState:
     endings = (
         replace(
             end,
-            when=normal(end.when),
-            rows=tuple(replace(row, when=normal(row.when)) for row in end.rows),
+            when=change(end.when),
+            rows=tuple(replace(row, when=change(row.when)) for row in end.rows),
         )
         for end in state.endings
     )
-    assigned = {outputs.get(key, key): normal(value) for key, value in state.assignments}
+    assigned = {outputs.get(key, key): change(value) for key, value in state.assignments}
     return ConeState(
         state.name,
         tuple(endings),
         tuple((key, assigned[key]) for key in sorted(assigned)),
-        tuple(sorted(map(normal, state.failing), key=show)),
+        tuple(sorted(map(change, state.failing), key=show)),
         frozenset(map(name, state.reads)),
         frozenset(map(name, state.ignores)),
         tuple(sorted(((name(key), a, r) for key, a, r in state.members), key=itemgetter(0))),
@@ -236,13 +239,20 @@ def named_in(
     return tuple(rests.lets(every).items()), tuple(used)
 
 
+def in_order(expr: m.Expr) -> m.Expr:
+    """An expression with the parts of `and` and `or` in one order."""
+    made = m.mapped(expr, in_order)
+    return _sorted(made) if isinstance(made, m.Logic) else made
+
+
 def renamed(expr: m.Expr, names: Renaming) -> m.Expr:
-    """An expression with other names of inputs, the parts of `and` and `or` in one order."""
-    match expr:
-        case m.Input(peer=peer, element=element):
-            peer, element = names.get((peer, element), (peer, element))
-            return replace(expr, peer=peer, element=element)
-        case m.Logic(operands=operands):
-            parts = sorted((renamed(part, names) for part in operands), key=show)
-            return replace(expr, operands=tuple(parts))
-    return m.mapped(expr, lambda part: renamed(part, names))
+    """An expression that is in order, with other names of inputs, and in order again."""
+    if isinstance(expr, m.Input):
+        new = names.get(expr.key, expr.key)
+        return expr if new == expr.key else replace(expr, peer=new[0], element=new[1])
+    made = m.mapped(expr, lambda part: renamed(part, names))
+    return _sorted(made) if isinstance(made, m.Logic) and made is not expr else made
+
+
+def _sorted(expr: m.Logic) -> m.Logic:
+    return replace(expr, operands=tuple(sorted(expr.operands, key=show)))

@@ -64,7 +64,7 @@ class Copies:
         return key
 
 
-MOST_COMPARED = 20_000
+MOST_COMPARED = 100_000
 """Parts of expressions that are compared to find copies; what is left over counts as no copy."""
 
 
@@ -92,6 +92,10 @@ class Symmetry:
             for key in kept.subsystem.inputs
             if (sent := abstraction.sender_of(name, key)) is not None
         }
+        self._near: dict[str, set[str]] = {}
+        for (sender, _), (reader, _) in self._read.items():
+            self._near.setdefault(self._agent[sender], set()).add(reader)
+            self._near.setdefault(self._agent[reader], set()).add(sender)
 
     def copies(self) -> list[Copies]:
         """All copies, by kind of agent."""
@@ -138,8 +142,9 @@ class Symmetry:
             like = self._agents[other].get(role)
             if like is None or not self._are_connected_alike(name, like, one, other):
                 return False
-        for name in self._index:
-            if self._agent[name] in (one, other):
+        near = self._near.get(one, set()) | self._near.get(other, set())
+        for name in self._index:  # in this order, since parts are left for the first ones
+            if name not in near or self._agent[name] in (one, other):
                 continue
             names = self._names(name, one, other)
             if names is None or (self._agent[name] in agents and any(names)):

@@ -55,7 +55,7 @@ class Clocks:
                 static.turns |= decided
                 turning.update(*(turns.at for _, turns in decided.values()))
             self._turns[state.name] = tuple(sorted(turning))
-            found = tuple(self._with_followed(asked))
+            found = tuple(self._time_comparisons(asked))
             rests = cone.rests.all(found)
             self._compared[state.name] = found, sorted(rests.values), sorted(rests.memory)
         self._known: dict[tuple[str, tuple[AbstractValue | None, ...]], Timed] = {}
@@ -85,7 +85,7 @@ class Clocks:
                 at.update(turns.at)
         return Timed(found, tuple(sorted(at)))
 
-    def _with_followed(self, exprs: Iterable[m.Expr]) -> list[m.Expr]:
+    def _time_comparisons(self, exprs: Iterable[m.Expr]) -> list[m.Expr]:
         """The comparisons of time with followed values, directly or through lets; each once."""
         parts = {id(expr): expr for expr in exprs}
         found, waiting = list[m.Expr](), list(parts.values())

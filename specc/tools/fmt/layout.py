@@ -13,8 +13,8 @@ from operator import not_
 
 from specc.read import read_text
 from specc.read.comments import comments_in
-from specc.schema.keys import layout
-from specc.schema.places import FILE, UNKNOWN, Stand
+from specc.schema.keys import is_model, layout
+from specc.schema.places import FILE, UNKNOWN, SchemaNode
 from specc.tools.fmt import scalars
 from specc.tools.fmt.attach import Attacher
 from specc.tools.fmt.scalars import key_text, value_text
@@ -53,7 +53,7 @@ class _Printer:
     def __init__(self, text: str) -> None:
         self._text = text
 
-    def lines(self, whole: Collection, here: Stand, margin: int = 0) -> Iterator[str]:
+    def lines(self, whole: Collection, here: SchemaNode, margin: int = 0) -> Iterator[str]:
         """A collection as a block, without the indentation of `margin` columns that it will get."""
         columns = self._table(whole) if here.is_table else None
         entries = _ordered(whole, here)
@@ -67,7 +67,7 @@ class _Printer:
         yield from whole.below
 
     def _entry(
-        self, entry: Entry, here: Stand, columns: list[int] | None, margin: int
+        self, entry: Entry, here: SchemaNode, columns: list[int] | None, margin: int
     ) -> Iterator[str]:
         value = entry.value
         key = entry.key
@@ -88,7 +88,7 @@ class _Printer:
             yield from self._block(head, entry, value, here, margin + _STEP)
 
     def _block(
-        self, head: str, entry: Entry, value: Collection, here: Stand, margin: int
+        self, head: str, entry: Entry, value: Collection, here: SchemaNode, margin: int
     ) -> Iterator[str]:
         inner = list(self.lines(value, here, margin))
         if head == "-":
@@ -102,7 +102,7 @@ class _Printer:
             yield f"{head} {entry.beside}".rstrip()
         yield from _indented(inner)
 
-    def _inline(self, value: YamlValue, here: Stand, taken: int) -> str | None:
+    def _inline(self, value: YamlValue, here: SchemaNode, taken: int) -> str | None:
         """The value on one line; None if it takes several."""
         if isinstance(value, Scalar):
             return value_text(value, flow=False)
@@ -116,14 +116,14 @@ class _Printer:
         several = "\n" in self._text[value.start : value.end]
         return None if wide and (several or _has_braces(value)) else line
 
-    def _flow(self, value: YamlValue, here: Stand) -> str:
+    def _flow(self, value: YamlValue, here: SchemaNode) -> str:
         if isinstance(value, Scalar):
             return _anchored(value, value_text(value, flow=True))
         if isinstance(value, Alias):
             return f"*{value.name}"
         return _anchored(value, self._collected(value, here))
 
-    def _collected(self, value: Collection, here: Stand) -> str:
+    def _collected(self, value: Collection, here: SchemaNode) -> str:
         parts = []
         for number, entry in enumerate(_ordered(value, here)):
             step = number if entry.key is None else entry.key.text
@@ -159,10 +159,10 @@ class _Printer:
         return [scalars.header_line(cells, columns)] if cells else comment
 
 
-def _ordered(whole: Collection, here: Stand) -> list[Entry]:
+def _ordered(whole: Collection, here: SchemaNode) -> list[Entry]:
     """Entries in the order of their keys; those with names that people choose keep theirs."""
     # An alias must come behind its anchor.
-    if not whole.is_mapping or whole.linked or not isinstance(here.kind, type):
+    if not whole.is_mapping or whole.linked or not is_model(here.kind):
         return whole.entries
     known = layout(here.kind)
     ranks = {name: rank for rank, name in enumerate(known)}

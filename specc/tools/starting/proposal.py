@@ -95,7 +95,7 @@ class Devices:
         for topic in topics:
             joints = set(topic.order[-1])
             if joints & read.setdefault(topic.name, set()):
-                unfit = UnfitTopic("joints of it come in other messages, too")
+                unfit = UnfitTopic("its joints also come in other messages")
                 self._leave_out(unfit, topic.name, topic.types[0], _ends(topic))
             else:
                 read[topic.name] |= joints
