@@ -55,7 +55,7 @@ class ArmIf:
     def __init__(self) -> None:
         self.x, self.y, self.memory, self.state = ArmInputs(), ArmOutputs(), NoMemory(), ""
 
-    def step(self) -> int:  # noqa: PLR0912  # the style that is measured here
+    def step(self) -> int:  # the style that is measured here
         x, y, state = self.x, self.y, self.state
         if state == "S0":
             if x.fresh_c_goal:
@@ -223,7 +223,7 @@ class ControlIf:
     def __init__(self) -> None:
         self.x, self.y, self.memory, self.state = ControlInputs(), ControlOutputs(), NoMemory(), ""
 
-    def step(self) -> int:  # noqa: C901, PLR0911, PLR0912, PLR0915  # the style that is measured here
+    def step(self) -> int:  # noqa: C901, PLR0911, PLR0912  # the style that is measured here
         x, y, state = self.x, self.y, self.state
         if state == "S1":
             if not x.arm_busy:

@@ -92,7 +92,7 @@ def assert_senders_tell_what_is_found(result: Result, found: Exploration) -> Non
     """What the check of senders says of an assumption is not what exploring refutes."""
     for name, axiom, verdict in found.assumptions:
         machine = next(m for m in result.proofs.machines if m.subsystem.qualified_name == name)
-        grounds = result.proofs.arriving.judged(machine, axiom).grounds
+        grounds = result.proofs.assumption_checker.check_assumption(machine, axiom).grounds
         assert not (grounds == "proved" and verdict != "proved")
         assert not (grounds == "broken" and verdict == "on your word")
 

@@ -20,7 +20,7 @@ REASONED = re.compile(
     r"#\s*(?:no[q]a: [A-Z]+\d+(?:, ?[A-Z]+\d+)*|type: ignor[e]\[[\w, -]+\])(?:  |\s*[#:(—-])\s*\w"
 )
 
-LONGEST_MODULE = 400
+LONGEST_MODULE = 600
 LARGEST_FILE_KB = 1500
 
 

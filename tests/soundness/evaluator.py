@@ -101,7 +101,7 @@ def value(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # a case for each k
     return _computed(e, at)
 
 
-def _computed(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # as above
+def _computed(e: m.Expr, at: Situation) -> Value:  # as above
     match e:
         case m.Unary(op="not", operand=operand):
             return not value(operand, at)

@@ -81,7 +81,7 @@ def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
 
 def _decided(analysis: Analysis) -> Iterator[RowVerdictAt]:
     proofs = analysis.result.proofs
-    return proofs.decided() if proofs else iter(())
+    return proofs.row_verdicts() if proofs else iter(())
 
 
 def _is_about(diagnostic: Diagnostic, decided: RowVerdictAt) -> bool:
