@@ -13,7 +13,7 @@ from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT, Binding
 from specc.model.system import System
 from specc.model.types import Image, Record, Type, within
-from specc.resolve.context import suggestion
+from specc.resolve.context import suggest
 from specc.source import Place
 
 # The model of the plant is there and is MJCF.
@@ -66,7 +66,7 @@ def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _unknown_element(binding: Binding, message: str, name: str, known: list[str]) -> Diagnostic:
-    hint = suggestion(name, known) if known else "an element is named `agent.E.device.element`"
+    hint = suggest(name, known) if known else "an element is named `agent.E.device.element`"
     # A real effector called a real receptor, or vice versa, is still the same device.
     if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)

@@ -18,7 +18,7 @@ from specc.diagnostics.phrases import ms
 from specc.mjcf import Model
 from specc.model.binding import Binding
 from specc.model.task import Disturbance, Draw
-from specc.resolve.context import suggestion
+from specc.resolve.context import suggest
 from specc.source import Place
 
 
@@ -88,7 +88,7 @@ def _no_coordinate(draw: Draw, joint: str, which: str, kind: str) -> Diagnostic:
 def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
     meant = surely_meant(joint, nearest(joint, model.joints))
     right = f"{meant}.{which}" if meant and which else meant
-    message, help = f"the model has no joint `{joint}`", suggestion(joint, list(model.joints))
+    message, help = f"the model has no joint `{joint}`", suggest(joint, list(model.joints))
     fix = renaming(draw.place, draw.name, right)
     return Diagnostic("E0502", message, draw.place, help=help, fix=fix)
 
@@ -111,7 +111,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
                 known = {"body": model.bodies, "joint": model.joints}.get(verb.subject)
                 if known is not None and deed.name not in known and model.complete:
                     message = f"the model has no {verb.subject} `{deed.name}`"
-                    help = suggestion(deed.name, sorted(known))
+                    help = suggest(deed.name, sorted(known))
                     yield Diagnostic("E0502", message, deed.place, help=help)
 
 
@@ -130,7 +130,7 @@ def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
             yield from _silent(name, found, facts.reported[name].binding, facts)
             continue
         for _, place in found:
-            help = suggestion(name, sorted(facts.reported))
+            help = suggest(name, sorted(facts.reported))
             yield Diagnostic("E0503", f"no device reports `{name}`", place, help=help)
 
 

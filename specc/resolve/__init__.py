@@ -16,8 +16,8 @@ from specc.model.task import Task
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver
-from specc.resolve.command_line import Given
-from specc.resolve.context import Findings, Where
+from specc.resolve.command_line import Overrides
+from specc.resolve.context import Cursor, Findings
 from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.expressions import Expressions
 from specc.resolve.formula_lets import Lets
@@ -28,7 +28,7 @@ from specc.resolve.plant import resolve_plant
 from specc.resolve.readings import World
 from specc.resolve.requirements import FormulaResolver
 from specc.resolve.reuse import Setting
-from specc.resolve.task import disturbances_of, resolve_task, untimely
+from specc.resolve.task import disturbances_of, resolve_task, why_untimely
 from specc.resolve.uses import definitions_of, named_in_agents, types_named
 from specc.source import relative_path
 
@@ -62,8 +62,8 @@ def resolve(
     load: Load,
     findings: Findings,
     reach: Reach = ANYWHERE,
-    instead: Mapping[str, Where] | None = None,
-    stop_when: Where | None = None,
+    instead: Mapping[str, Cursor] | None = None,
+    stop_when: Cursor | None = None,
 ) -> Resolved:
     """Resolve the system of `file`; other files come through `load`.
 
@@ -74,7 +74,7 @@ def resolve(
     _report_lacking(file, findings)
     groups = groups_of(spec.agents, file.top["agents"])
     copies = {agent: group for group, of in groups.items() for agent in of.values()}
-    given = Given(instead or {}, copies)
+    given = Overrides(instead or {}, copies)
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach, given)
     library.agents, library.groups = tuple(spec.agents), groups
     definitions = replace(library, shared=True).definitions(file)
@@ -170,17 +170,17 @@ def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> T
         definition, where, tuple(formulas.world.agents), findings, wrong, known, given
     )
 
-    def condition(text: str, at: Where) -> Requirement | None:
+    def condition(text: str, at: Cursor) -> Requirement | None:
         return formulas.requirement(text, "", at)
 
     disturbed = disturbances_of(definition.disturb, where["disturb"], condition, findings, known)
     return replace(task, disturbances=disturbed)
 
 
-def _stop(formulas: FormulaResolver, at: Where) -> Requirement | None:
+def _stop(formulas: FormulaResolver, at: Cursor) -> Requirement | None:
     """The formula that ends a run; None after reporting an error."""
     found = formulas.requirement(str(at.raw), "", at)
-    if found is not None and (wrong := untimely(found, "a run", "end")):
+    if found is not None and (wrong := why_untimely(found, "a run", "end")):
         message, way = wrong
         formulas.expressions.findings.report("E0335", message, at.place, help=way)
     return found

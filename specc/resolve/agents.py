@@ -11,7 +11,7 @@ from specc.diagnostics import Diagnostic
 from specc.limits import left, spend
 from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
-from specc.resolve.context import Findings, Where, duration_in, trace_of
+from specc.resolve.context import Cursor, Findings, duration_in, trace_of
 from specc.resolve.definitions import Definitions
 from specc.resolve.elements import with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
@@ -26,7 +26,7 @@ from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import BufferDef, SubsystemDef
 from specc.source import Place
 
-_Control = tuple[SubsystemDef, Where, Setting]
+_Control = tuple[SubsystemDef, Cursor, Setting]
 """A control subsystem, where it is described, and the names in force there."""
 
 
@@ -45,7 +45,7 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: Where,
+        where: Cursor,
         at: Setting,
         instead: _Control | None = None,
     ) -> Agent | None:
@@ -78,7 +78,7 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: Where,
+        where: Cursor,
         at: Setting,
         instead: _Control | None,
     ) -> Agent | None:
@@ -101,7 +101,7 @@ class AgentResolver:
         return replace(agent, title=definition.title or agent.title, kind=kind, place=where.key)
 
     def _virtual(
-        self, agent: str, around: AgentDef, where: Where, at: Setting
+        self, agent: str, around: AgentDef, where: Cursor, at: Setting
     ) -> list[Subsystem | None]:
         found = []
         groups: tuple[tuple[str, SubsystemKind, Mapping[str, SubsystemDef]], ...] = (
@@ -124,7 +124,7 @@ class AgentResolver:
         kind: SubsystemKind,
         around: AgentDef,
         definition: SubsystemDef,
-        where: Where,
+        where: Cursor,
         peers: Mapping[str, str],
         at: Setting,
     ) -> Subsystem | None:
@@ -174,8 +174,8 @@ class AgentResolver:
         return resolved
 
     def _levels(
-        self, name: str, definition: SubsystemDef, where: Where, at: Setting
-    ) -> tuple[list[tuple[SubsystemDef, Where]], Setting | None]:
+        self, name: str, definition: SubsystemDef, where: Cursor, at: Setting
+    ) -> tuple[list[tuple[SubsystemDef, Cursor]], Setting | None]:
         """A subsystem and the descriptions that it uses, each the next one.
 
         And the names in force in the last one; None if one cannot be used, which is reported.
@@ -195,7 +195,7 @@ class AgentResolver:
         return levels, inside
 
     def _note_errors(
-        self, name: str, here: Where, before: int, repeated: int, withheld: int
+        self, name: str, here: Cursor, before: int, repeated: int, withheld: int
     ) -> None:
         """Note what the errors found since some counts mean for others who look at a subsystem."""
         found = [*self.findings.diagnostics[before:], *self.findings.repeated[repeated:]]
@@ -246,7 +246,7 @@ class AgentResolver:
         name: str,
         kind: SubsystemKind,
         definition: SubsystemDef,
-        where: Where,
+        where: Cursor,
         peers: Mapping[str, str],
         at: Setting,
         rate: Fraction | None,
@@ -275,7 +275,7 @@ class AgentResolver:
             begun=definition.initial_state in definition.states,
         )
 
-    def _rate(self, definition: SubsystemDef, at: Where, where: Where) -> Fraction | None:
+    def _rate(self, definition: SubsystemDef, at: Cursor, where: Cursor) -> Fraction | None:
         text = definition.rate
         if text is None:
             message = "the subsystem has no rate yet"
@@ -283,7 +283,7 @@ class AgentResolver:
             return None
         return rate_of(text, at["rate"], self.findings)
 
-    def _initial_state(self, definition: SubsystemDef, where: Where) -> str:
+    def _initial_state(self, definition: SubsystemDef, where: Cursor) -> str:
         if definition.initial_state in definition.states:
             self.findings.use(where["states"][definition.initial_state].key, where, "initial_state")
             return definition.initial_state
@@ -298,7 +298,7 @@ class AgentResolver:
         return next(iter(definition.states), "")
 
     def _devices(
-        self, agent: str, around: AgentDef, where: Where, at: Setting
+        self, agent: str, around: AgentDef, where: Cursor, at: Setting
     ) -> tuple[Device, ...]:
         groups: tuple[tuple[str, DeviceKind, Mapping[str, DeviceDef]], ...] = (
             ("real_effectors", "real_effector", around.real_effectors),
@@ -323,7 +323,7 @@ class AgentResolver:
                 found.append(device)
         return tuple(found)
 
-    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: Where) -> None:
+    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: Cursor) -> None:
         """Report parts beside `use`, which would be described twice."""
         what, parts = "subsystem", definition.given - _BESIDE_USE
         help = "only title, `rate`, `budget` and `uses` may be others; say the rest in that file"
@@ -334,7 +334,7 @@ class AgentResolver:
             message = f"`{key}` has no effect: another file describes the {what}"
             self.findings.report("E0104", message, where[key].key, help=help)
 
-    def _no_description(self, what: str, where: Where, agents: Iterable[str] = ()) -> None:
+    def _no_description(self, what: str, where: Cursor, agents: Iterable[str] = ()) -> None:
         """Report a file without such a part; `agents` are those of a system."""
         known = ", ".join(f"`{agent}`" for agent in agents)
         message = f"the file describes no {what}"
@@ -360,12 +360,12 @@ _INNER = frozenset(
 _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 
 
-def _first(levels: list[tuple[SubsystemDef, Where]], key: str) -> tuple[SubsystemDef, Where]:
+def _first(levels: list[tuple[SubsystemDef, Cursor]], key: str) -> tuple[SubsystemDef, Cursor]:
     """The level that says something for a key: users come before what they use."""
     return next((level for level in levels if getattr(level[0], key) is not None), levels[-1])
 
 
-def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
+def _only_inside(finding: Diagnostic, subsystem: Cursor) -> bool:
     """Whether an error leaves the buffers and the graph of states of the subsystem known.
 
     A row with an unknown condition is known to exist; one with an unknown state is not.

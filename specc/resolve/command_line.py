@@ -10,7 +10,7 @@ from math import isfinite
 
 from specc.model.types import Real, Type
 from specc.model.units import DIMENSIONLESS
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Cursor, Findings
 
 _LONGEST_NUMBER = 100
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
@@ -41,18 +41,18 @@ def _unit(written: str, declared: Type | None) -> str:
 
 
 @dataclass(eq=False, slots=True)
-class Given:
+class Overrides:
     """`texts` are those of the command line, by the names of what they are values of.
 
     `copies` has the agents of each `for` with the name of them all, `units` everything that can be
     given, each with the unit of a number without one.
     """
 
-    texts: Mapping[str, Where] = field(default_factory=dict)
+    texts: Mapping[str, Cursor] = field(default_factory=dict)
     copies: Mapping[str, str] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
 
-    def instead(self, name: str, written: str, declared: Type | None = None) -> Where | None:
+    def of(self, name: str, written: str, declared: Type | None = None) -> Cursor | None:
         """The text to take instead of what a file has for a name, if there is one.
 
         Parameters of copies have a name that is their own, and one that they share.

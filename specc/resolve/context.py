@@ -17,36 +17,36 @@ from specc.model.trace import Trace
 from specc.model.types import Type
 from specc.model.units import UnitError, parse_unit
 from specc.read import Reach
+from specc.schema.desugar import Desugared, route_below
 from specc.schema.texts import Traced
-from specc.schema.unfold import Unfolded, route_below
 from specc.source import Place, Route
 
 # What every part of resolving shares: a cursor into the files and the list of findings.
 
 
 @dataclass(frozen=True, slots=True)
-class Where:
+class Cursor:
     """A value in a file: its route and what the YAML has there."""
 
     file: str
     route: Route
     raw: object
 
-    def __getitem__(self, key: str | int) -> Where:
+    def __getitem__(self, key: str | int) -> Cursor:
         whole, route = self.raw, (*self.route, key)
         if type(whole) is dict:  # as nearly all are
-            return Where(self.file, route, whole.get(key))
+            return Cursor(self.file, route, whole.get(key))
         if isinstance(whole, list) and isinstance(key, int) and key < len(whole):
-            return Where(self.file, route, whole[key])
+            return Cursor(self.file, route, whole[key])
         if isinstance(whole, dict):
-            return Where(self.file, route_below(whole, key, self.route), whole.get(key))
-        return Where(self.file, route, None)
+            return Cursor(self.file, route_below(whole, key, self.route), whole.get(key))
+        return Cursor(self.file, route, None)
 
-    def scalar(self, key: str) -> Where:
+    def scalar(self, key: str) -> Cursor:
         """The value at `key`, or this value itself where the short form is used."""
         return self[key] if isinstance(self.raw, dict) else self
 
-    def cell(self, key: str | int, index: int) -> Where:
+    def cell(self, key: str | int, index: int) -> Cursor:
         """The value at `key`, or at `index` where a row is written as a list."""
         return self[index] if isinstance(self.raw, list) else self[key]
 
@@ -55,10 +55,10 @@ class Where:
         """A copy of the mapping that stands here; empty if there is none."""
         return dict(self.raw) if isinstance(self.raw, dict) else {}
 
-    def having(self, raw: Mapping[str, Any]) -> Where:
+    def with_content(self, raw: Mapping[str, Any]) -> Cursor:
         """The same place with other contents, of which some may come from elsewhere as before."""
-        routes = self.raw.routes if isinstance(self.raw, Unfolded) else {}
-        return Where(self.file, self.route, Unfolded(raw, routes))
+        routes = self.raw.routes if isinstance(self.raw, Desugared) else {}
+        return Cursor(self.file, self.route, Desugared(raw, routes))
 
     @property
     def place(self) -> Place:
@@ -78,19 +78,19 @@ class Meaning:
     `places` are those of the definitions in force, by kind and name, `home` is the subsystem.
     """
 
-    where: Where
+    where: Cursor
     text: str
     scope: Scope
     expr: Expr | None
     places: Mapping[str, Place]
-    home: Where | None = None
+    home: Cursor | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class TypeText:
     """The text of a type, of a signature or of an interface with its arguments, in its scope."""
 
-    where: Where
+    where: Cursor
     form: Literal["type", "signature", "interface"]
     text: str
     names: TypeNames
@@ -126,7 +126,7 @@ class Findings:
     cache: AnswerCache | None = None
     depth: int = 0
     """Of the definition that is being made inside others."""
-    unread: bool = False
+    has_unread_file: bool = False
     """Whether a file under `use:` cannot be read: any name that is unknown may be one of its."""
     repeated: list[Diagnostic] = field(default_factory=list)
     """Missing parts that are reported at another place that needs them."""
@@ -134,7 +134,7 @@ class Findings:
 
     def certain(self, found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
         """Those findings that do not depend on names in a file that cannot be read."""
-        return tuple(d for d in found if not self.unread or d.code.startswith(_OF_FILES))
+        return tuple(d for d in found if not self.has_unread_file or d.code.startswith(_OF_FILES))
 
     @property
     def _notes(self) -> tuple[list[Any], ...]:
@@ -156,7 +156,7 @@ class Findings:
     def use(
         self,
         of: Place | None,
-        at: Where,
+        at: Cursor,
         *below: str | int,
         part: Literal["key", "value"] = "value",
         start: int | None = None,
@@ -181,7 +181,7 @@ class Findings:
 
     def expression_error(
         self,
-        where: Where,
+        where: Cursor,
         error: ExprError,
         target: Related | None = None,
         lacks: Place | None = None,
@@ -203,12 +203,12 @@ class Findings:
         )
         self._add(replace(found, fix=renaming(place, error.wrong, error.repair)))
 
-    def outside(self, reach: Reach, path: str, where: Where) -> None:
+    def report_outside(self, reach: Reach, path: str, where: Cursor) -> None:
         """Report a file that a specification may not name."""
         message = f"the file lies outside the project: {path}"
         self.report("E0021", message, where.place, help=reach.way_in(path))
 
-    def leaking(self, reach: Reach, folder: str, where: Where) -> None:
+    def report_escape(self, reach: Reach, folder: str, where: Cursor) -> None:
         """Report a folder from which a link leads to what a specification may not name."""
         try:
             link = reach.link_below(folder)
@@ -216,7 +216,7 @@ class Findings:
             self.report("E0017", str(error), where.place, help="name a smaller folder")
         else:
             if link:
-                self.outside(reach, link, where)
+                self.report_outside(reach, link, where)
 
     def unknown(
         self,
@@ -233,7 +233,7 @@ class Findings:
         name may be that of something to come.
         """
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
-        help = suggestion(name, names)
+        help = suggest(name, names)
         may_come = what in _MAY_COME and (what != "agent" or name.isidentifier())
         if may_come and not is_slip(name, names):
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
@@ -241,7 +241,7 @@ class Findings:
             if what.endswith("condition") and not name.isidentifier():
                 way = "give it a name under `conditions:`, and write that name here"
                 way = way if what.startswith("initial") else f"write `{{when: ...}}`, or {way}"
-            self.not_there(part, place, way, lacks)
+            self.report_missing(part, place, way, lacks)
             return True
         fix = renaming(place, name, surely_meant(name, nearest(name, names)))
         message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
@@ -250,7 +250,9 @@ class Findings:
         )
         return False
 
-    def not_there(self, part: str, place: Place, help: str, lacks: Place | None = None) -> None:
+    def report_missing(
+        self, part: str, place: Place, help: str, lacks: Place | None = None
+    ) -> None:
         """Report a part that something refers to and that may still come."""
         message = f"{part} is not there yet"
         self._add(Diagnostic("O0205", message, place, help=help, lacks=_all(lacks)))
@@ -316,7 +318,7 @@ def _owner(route: Route) -> Route:
     return route[: above + depth]
 
 
-def suggestion(name: str, known: list[str]) -> str:
+def suggest(name: str, known: list[str]) -> str:
     """A way out for an unknown name: `did you mean ...?`, or what there is."""
     close = nearest(name, known)
     if close:
@@ -336,7 +338,7 @@ def trace_of(part: Traced) -> Trace:
 _UNTRACED = Trace()
 
 
-def nobody_knows(where: Where, type_: Type) -> Unknown:
+def unknown_at(where: Cursor, type_: Type) -> Unknown:
     """A distinct value for every place, so that no two of them count as the same."""
     return Unknown("/".join(map(str, where.route)), type=type_)
 
@@ -348,7 +350,7 @@ def nobody_knows(where: Where, type_: Type) -> Unknown:
 _DURATION = re.compile(r"\s*(\d{1,12}(?:\.\d{1,12})?)\s+([a-z]+)\s*", re.ASCII)
 
 
-def duration_in(definition: object, where: Where, key: str, findings: Findings) -> Fraction | None:
+def duration_in(definition: object, where: Cursor, key: str, findings: Findings) -> Fraction | None:
     """Seconds that a definition says under a key, as `20 ms` or `0.5 s`.
 
     None if it says nothing there, or after reporting.

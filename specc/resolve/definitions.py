@@ -17,7 +17,7 @@ from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Frame, Int
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Cursor, Findings
 from specc.resolve.fingerprint import Fingerprint
 from specc.resolve.groups import Groups
 from specc.schema.files import TypeDef
@@ -119,11 +119,11 @@ class Interface:
     """An interface at its place, with what the texts of its elements may name."""
 
     definition: InterfaceDef
-    where: Where
+    where: Cursor
     definitions: Definitions
 
 
-def indices_of(each: Mapping[str, str], where: Where) -> dict[str, Constant]:
+def indices_of(each: Mapping[str, str], where: Cursor) -> dict[str, Constant]:
     """The indices of the `for` of a part at `where`, each with its one value."""
     return {
         name: Constant(name, Number(int(text), type=Int()), "", where["for"][name].key)
@@ -131,7 +131,7 @@ def indices_of(each: Mapping[str, str], where: Where) -> dict[str, Constant]:
     }
 
 
-def report_taken(index: Constant, kind: str, first: Place, findings: Findings) -> None:
+def report_clash(index: Constant, kind: str, first: Place, findings: Findings) -> None:
     """Report an index with the name of something else, which is defined at `first`."""
     message = f"`{index.name}` is the name of {kind} already"
     related = (Related(first, "first defined here"),)
@@ -153,7 +153,7 @@ def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
     return {name: OpenSize(mark, name) for name, mark in zip(named, marks(), strict=False)}
 
 
-def sizes_met(signature: str, types: Mapping[str, TypeDef]) -> set[str]:
+def sizes_in(signature: str, types: Mapping[str, TypeDef]) -> set[str]:
     """The names of sizes in a signature and in the types of one file that it mentions."""
     named, done, found = list(names_of_signature(signature, types)), set[str](), set[str]()
     while named:
@@ -256,7 +256,7 @@ class Definitions:
         )
         for index in indices:
             if earlier := self.constants.get(index.name):
-                report_taken(index, "a constant", earlier.place, findings)
+                report_clash(index, "a constant", earlier.place, findings)
             found.add(index)
         return found
 

@@ -9,7 +9,7 @@ from specc.lang import Declared
 from specc.model.expr import Call, Expr, FileRef, MemoryRef, constants_in, walk
 from specc.model.system import Element, Safe
 from specc.reachable import reachable
-from specc.resolve.context import Where, duration_in, trace_of
+from specc.resolve.context import Cursor, duration_in, trace_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
@@ -17,7 +17,7 @@ from specc.schema.subsystem import ElementDef, InputDef, ReceivedDef, SafeDef
 
 
 def resolve_elements(
-    elements: Mapping[str, ElementDef], where: Where, expressions: Expressions
+    elements: Mapping[str, ElementDef], where: Cursor, expressions: Expressions
 ) -> tuple[Element, ...]:
     """The elements of one buffer; one whose type is wrong is left out and marked as broken."""
     found = []
@@ -46,7 +46,7 @@ def resolve_elements(
 def with_safe(
     accepted: tuple[Element, ...],
     definition: DeviceDef,
-    where: Where,
+    where: Cursor,
     reported: tuple[Element, ...],
     expressions: Expressions,
 ) -> tuple[Element, ...]:
@@ -66,7 +66,7 @@ def with_safe(
 
 def _safe(
     declared: SafeDef,
-    at: Where,
+    at: Cursor,
     element: Element,
     reported: tuple[Element, ...],
     expressions: Expressions,

@@ -13,14 +13,14 @@ from specc.lang.parse import DEEPEST, names_in, nodes_of, span
 from specc.lang.temporal import USAGE, parse_formula
 from specc.model.expr import Offsets
 from specc.model.requirement import FormulaLet
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Cursor, Findings
 from specc.resolve.readings import World, formula_error
 from specc.schema.files import FormulaLetDef
 from specc.source import Place
 
 MOST_NODES = 5000
 """Parts of a formula in which all names are written out."""
-ReadLet = Callable[[str, str, Where], FormulaLet | None]
+ReadLet = Callable[[str, str, Cursor], FormulaLet | None]
 """Resolves a let by its name and text, or None after reporting."""
 
 
@@ -36,7 +36,7 @@ class Lets:
         """Those without errors, in order of dependence."""
 
     def define(
-        self, items: Mapping[str, FormulaLetDef], where: Where, findings: Findings, read: ReadLet
+        self, items: Mapping[str, FormulaLetDef], where: Cursor, findings: Findings, read: ReadLet
     ) -> None:
         """Read them, each after those that it names."""
         for name in items:
@@ -80,7 +80,7 @@ class Lets:
         return tree, len(nodes_of(tree))
 
     def _ordered(
-        self, items: Mapping[str, FormulaLetDef], where: Where, findings: Findings
+        self, items: Mapping[str, FormulaLetDef], where: Cursor, findings: Findings
     ) -> tuple[str, ...]:
         numbers = {name: number for number, name in enumerate(items)}
         uses = {
@@ -187,5 +187,5 @@ def refuse_names(
                 yield name, f"`{name}` names a let and {kind}", related
         if name in members and name not in states:
             yield name, f"`{name}` names a let and a member of an enum", ()
-        if any(name in groups for groups in world.many.values()):
+        if any(name in groups for groups in world.groups.values()):
             yield name, f"`{name}` names a let and a group", ()

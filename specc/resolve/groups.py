@@ -6,18 +6,18 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from specc.lang import Members
-from specc.resolve.context import Where
+from specc.resolve.context import Cursor
 from specc.schema import SubsystemDef
-from specc.schema.unfold import Unfolded, route_below
+from specc.schema.desugar import Desugared, route_below
 
 Groups = dict[str, dict[tuple[int, ...], str]]
 """Name of a group -> indices of each member and its name."""
 
 
-def groups_of(parts: Mapping[str, Any], where: Where) -> Groups:
+def groups_of(parts: Mapping[str, Any], where: Cursor) -> Groups:
     """The groups among agents, or among virtual effectors and receptors, which stand at `where`."""
     found: Groups = {}
-    routes = where.raw.routes if isinstance(where.raw, Unfolded) else {}
+    routes = where.raw.routes if isinstance(where.raw, Desugared) else {}
     for name, route in routes.items():
         group, each = str(route[-1]), parts[name].each
         if each and group.isidentifier() and group not in parts:
@@ -26,8 +26,8 @@ def groups_of(parts: Mapping[str, Any], where: Where) -> Groups:
 
 
 def with_members(
-    definition: SubsystemDef, where: Where, groups: Groups
-) -> tuple[SubsystemDef, Where, Groups]:
+    definition: SubsystemDef, where: Cursor, groups: Groups
+) -> tuple[SubsystemDef, Cursor, Groups]:
     """A subsystem with a buffer for each member of the groups that it names, and those groups."""
     named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
     if not named or not isinstance(where.raw, dict):
@@ -39,9 +39,9 @@ def with_members(
             pairs = list(_pairs(buffers, named))
             made = {name: at.raw[key] for key, name in pairs}
             routes = {name: route_below(at.raw, key, at.route) for key, name in pairs}
-            raw[side] = Unfolded(made, routes)
+            raw[side] = Desugared(made, routes)
             sides[side] = {name: buffers[key] for key, name in pairs}
-    return definition.model_copy(update=sides), where.having(raw), named
+    return definition.model_copy(update=sides), where.with_content(raw), named
 
 
 def _pairs(names: Mapping[str, object], groups: Groups) -> Iterator[tuple[str, str]]:

@@ -11,7 +11,7 @@ from specc.lang import FOLLOW_UP, TYPE_WORDS, ExprError, parse_interface
 from specc.lang.types import MakeType
 from specc.model.system import Element, Shared
 from specc.model.types import Frame, Type
-from specc.resolve.context import Findings, TypeText, Where
+from specc.resolve.context import Cursor, Findings, TypeText
 from specc.resolve.definitions import Definitions, Interface
 from specc.resolve.elements import resolve_elements
 from specc.resolve.expressions import Expressions
@@ -39,7 +39,7 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
 
 
 def all_elements(
-    buffer: BufferDef, at: Where, direction: Literal["x", "y"], expressions: Expressions
+    buffer: BufferDef, at: Cursor, direction: Literal["x", "y"], expressions: Expressions
 ) -> tuple[tuple[Element, ...], Shared | None]:
     """The elements of a buffer: those of its interface, if that is known, and its own."""
     found = resolve_elements(buffer.elements, at, expressions)
@@ -71,7 +71,7 @@ def _report_twice(
 
 
 def _elements_of(
-    text: str, where: Where, expressions: Expressions
+    text: str, where: Cursor, expressions: Expressions
 ) -> tuple[Interface, tuple[Element, ...]] | None:
     """The interface that a buffer names at `where` and its elements, or None after reporting."""
     definitions, findings = expressions.definitions, expressions.findings

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from specc.lang import FOLLOW_UP, ExprError, TypeNames, parse_type
 from specc.limits import MAX_DEPTH, MAX_TYPE_PARTS
 from specc.model.types import Enum, Frame, Opaque, Record, Type
-from specc.resolve.context import Findings, TypeText, Where
+from specc.resolve.context import Cursor, Findings, TypeText
 from specc.resolve.definitions import Definitions
 from specc.schema.files import TypeDef
 
@@ -18,7 +18,7 @@ class TypeMaker:
 
     name: str
     definition: TypeDef
-    where: Where
+    where: Cursor
     definitions: Definitions
     findings: Findings
     _made: dict[tuple[Frame, ...], Type] = field(default_factory=dict)
@@ -109,7 +109,7 @@ class TypeMaker:
         self._broken = True
         return ExprError(message, 0, 0, code=FOLLOW_UP)
 
-    def _parsed(self, where: Where, text: str, names: TypeNames) -> Type:
+    def _parsed(self, where: Cursor, text: str, names: TypeNames) -> Type:
         """A type in the definition; what is wrong with it is reported here and nowhere else."""
         if not self._broken:
             try:

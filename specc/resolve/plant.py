@@ -12,14 +12,14 @@ from specc.model.system import Element, Plant
 from specc.model.trace import Trace
 from specc.model.types import Real
 from specc.model.units import Unit
-from specc.resolve.context import Findings, Where, duration_in
+from specc.resolve.context import Cursor, Findings, duration_in
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, rate_of
 from specc.schema.files import BindingDef, PlantDef, QosDef, Ros2Def
 
 
 def resolve_plant(
-    definition: PlantDef, where: Where, model: str, findings: Findings, definitions: Definitions
+    definition: PlantDef, where: Cursor, model: str, findings: Findings, definitions: Definitions
 ) -> Plant:
     """The bindings, and what is observed; `specc.checks` compares them with devices and model."""
     bindings = []
@@ -58,7 +58,7 @@ def resolve_plant(
     return Plant(model, python, tuple(bindings), place, tuple(observed), ros2, published)
 
 
-def _report_kind(kinds: list[str], where: Where, findings: Findings) -> None:
+def _report_kind(kinds: list[str], where: Cursor, findings: Findings) -> None:
     """A plant that nothing makes, or more than one of `kinds`."""
     if kinds:
         findings.report(
@@ -80,7 +80,7 @@ def _report_kind(kinds: list[str], where: Where, findings: Findings) -> None:
 _WAIT_S = Fraction(5)
 
 
-def _ros2(definition: Ros2Def, where: Where, findings: Findings, definitions: Definitions) -> Ros2:
+def _ros2(definition: Ros2Def, where: Cursor, findings: Findings, definitions: Definitions) -> Ros2:
     """The node; frames that the system does not have are reported."""
     wait_s = duration_in(definition, where, "wait", findings)
     for name in definition.frames:
@@ -103,7 +103,7 @@ def _binding(
     device: str,
     element: str,
     item: BindingDef,
-    at: Where,
+    at: Cursor,
     findings: Findings,
     definitions: Definitions,
 ) -> Binding:
@@ -137,7 +137,7 @@ def _binding(
 
 
 def _noise(
-    item: BindingDef, at: Where, findings: Findings, definitions: Definitions
+    item: BindingDef, at: Cursor, findings: Findings, definitions: Definitions
 ) -> list[tuple[float, Unit]]:
     """Standard deviations, each with its unit; none where one is not."""
     expressions = Expressions(findings, definitions)

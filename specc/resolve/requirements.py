@@ -30,7 +30,7 @@ from specc.model.requirement import (
 from specc.model.requirement import expressions as expressions_in
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
-from specc.resolve.context import Meaning, Use, Where
+from specc.resolve.context import Cursor, Meaning, Use
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.formula_lets import Lets, refuse_names
 from specc.resolve.library import constant_scope
@@ -49,7 +49,7 @@ class FormulaResolver:
     lets: Lets
 
     def requirements(
-        self, definitions: Sequence[RequirementDef], where: Where
+        self, definitions: Sequence[RequirementDef], where: Cursor
     ) -> tuple[Requirement, ...]:
         """The requirements without errors; errors in others are reported."""
         _report_same_names(definitions, where, self.expressions)
@@ -60,7 +60,7 @@ class FormulaResolver:
             found.append(inside.requirement(item.that, item.because, where[i]["that"], name))
         return tuple(each for each in found if each is not None)
 
-    def with_lets(self, items: Mapping[str, FormulaLetDef], where: Where) -> FormulaResolver:
+    def with_lets(self, items: Mapping[str, FormulaLetDef], where: Cursor) -> FormulaResolver:
         """A copy that knows these names as well."""
         lets, findings = Lets(self.lets), self.expressions.findings
         constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
@@ -78,10 +78,12 @@ class FormulaResolver:
         lets.define(known, where, findings, inside._named)
         return inside
 
-    def requirement(self, text: str, because: str, at: Where, name: str = "") -> Requirement | None:
+    def requirement(
+        self, text: str, because: str, at: Cursor, name: str = ""
+    ) -> Requirement | None:
         """The requirement of a text; None after reporting an error."""
         reader = _RequirementReader(text, self)
-        found = self._meant(reader, at, reader.requirement)
+        found = self._resolved(reader, at, reader.requirement)
         if found is None:
             return None
         formula, lasts = found
@@ -89,10 +91,10 @@ class FormulaResolver:
         readings, names = tuple(reader.readings.values()), reader.names
         return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
-    def _named(self, name: str, text: str, at: Where) -> FormulaLet | None:
+    def _named(self, name: str, text: str, at: Cursor) -> FormulaLet | None:
         """What a let stands for; None after reporting an error."""
         reader = _RequirementReader(text, self)
-        found = self._meant(reader, at, reader.named)
+        found = self._resolved(reader, at, reader.named)
         if found is None:
             return None
         self._note(reader, at, found)
@@ -103,7 +105,7 @@ class FormulaResolver:
         said = Requirement(text, "", found, True, readings, at.place, name, names)
         return FormulaLet(name, said, None, names, place)
 
-    def _meant(self, reader: _RequirementReader, at: Where, read: Callable[[], T]) -> T | None:
+    def _resolved(self, reader: _RequirementReader, at: Cursor, read: Callable[[], T]) -> T | None:
         try:
             return read()
         except ExprErrors as failure:
@@ -113,7 +115,7 @@ class FormulaResolver:
                 self.expressions.report(at, reader.text, error)
         return None
 
-    def _note(self, reader: _RequirementReader, at: Where, found: TemporalFormula | Expr) -> None:
+    def _note(self, reader: _RequirementReader, at: Cursor, found: TemporalFormula | Expr) -> None:
         """Note the meaning of a text, for editors."""
         if isinstance(found, TickCondition | Junction | Temporal):
             parts = tuple(expressions_in(found))
@@ -123,16 +125,16 @@ class FormulaResolver:
         whole = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
         self._meaning(reader, at, whole)
 
-    def _meaning(self, reader: _RequirementReader, at: Where, expr: Expr | None) -> None:
+    def _meaning(self, reader: _RequirementReader, at: Cursor, expr: Expr | None) -> None:
         findings, places = self.expressions.findings, self.expressions.definitions.places
         findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
         findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
 
 
 def _report_same_names(
-    definitions: Sequence[RequirementDef], where: Where, expressions: Expressions
+    definitions: Sequence[RequirementDef], where: Cursor, expressions: Expressions
 ) -> None:
-    first: dict[str, Where] = {}
+    first: dict[str, Cursor] = {}
     for i, item in enumerate(definitions):
         if item.name is None:
             continue
@@ -155,7 +157,7 @@ class _RequirementReader:
         self.readings: dict[str, Reading] = {}
         self.text = text
         self._lets = known.lets
-        self._many = world.many
+        self._many = world.groups
         self._read: list[ast.expr] = []
         self._definitions = expressions.definitions
         self.scope = constant_scope(expressions.definitions)

@@ -45,7 +45,7 @@ def resolve_alone(
     """
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
     frames = {name: name for name, kind in file.spec.parameters.items() if kind == "frame"}
-    definitions = library.begun(file, frames)
+    definitions = library.start(file, frames)
     given = _parameters(file, definitions, findings)
     library.complete(definitions, file, given)
     setting = Setting(file, definitions, given)

@@ -12,8 +12,8 @@ from specc.model.system import Agent, Subsystem
 from specc.model.task import VERBS, Deed, Disturbance, Draw, Task, Verb
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, SECOND, Unit
-from specc.resolve.command_line import Given
-from specc.resolve.context import Findings, Where
+from specc.resolve.command_line import Overrides
+from specc.resolve.context import Cursor, Findings
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
@@ -22,12 +22,12 @@ from specc.schema.files import DrawDef, SceneDef, TaskDef, TimedDef
 
 def resolve_task(
     definition: TaskDef,
-    where: Where,
+    where: Cursor,
     agents: tuple[Agent, ...],
     findings: Findings,
     broken: Container[str],
     definitions: Definitions,
-    given: Given,
+    given: Overrides,
 ) -> Task:
     """The task; unknown names in it are reported.
 
@@ -50,7 +50,7 @@ def resolve_task(
 
 
 def _look_up(
-    definition: TaskDef, where: Where, agents: tuple[Agent, ...], findings: Findings
+    definition: TaskDef, where: Cursor, agents: tuple[Agent, ...], findings: Findings
 ) -> None:
     """Note agent and subsystem, states and memory that the task names; report unknown names."""
     subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
@@ -84,7 +84,7 @@ def _look_up(
 
 
 def _report_no_row(
-    subsystem: Subsystem, definition: TaskDef, at: Where, findings: Findings
+    subsystem: Subsystem, definition: TaskDef, at: Cursor, findings: Findings
 ) -> None:
     """E0514; a state without any row that can end is not finished, which is said of it."""
     source, target = definition.cycle.source, definition.cycle.target
@@ -110,14 +110,14 @@ _FORMS = "write a number with its unit, `[least, greatest]` or `{one_of: [...]}`
 
 
 def starts_of(
-    scene: SceneDef, where: Where, findings: Findings, definitions: Definitions, given: Given
+    scene: SceneDef, where: Cursor, findings: Findings, definitions: Definitions, given: Overrides
 ) -> Iterator[Draw]:
     """Where joints are when a run begins; `specc.checks` compares them with the model."""
     for name, item in scene.starts.items():
         at = where[name]
         texts = [text for text, _ in _texts(item, at)]
         written = next((text for text in texts if "[" in text), "")
-        if other := given.instead(f"scene.{name}", written):
+        if other := given.of(f"scene.{name}", written):
             item, at = DrawDef.model_construct(fixed=str(other.raw)), other
         start = draw_of(name, item, at, findings, definitions)
         if start is not None:
@@ -127,7 +127,7 @@ def starts_of(
 def draw_of(
     name: str,
     item: DrawDef,
-    at: Where,
+    at: Cursor,
     findings: Findings,
     definitions: Definitions,
 ) -> Draw | None:
@@ -152,7 +152,7 @@ def draw_of(
 _GIVEN = ({"is"}, {"from", "to"}, {"one_of"})
 
 
-def _texts(item: DrawDef, at: Where) -> Iterator[tuple[str, Where]]:
+def _texts(item: DrawDef, at: Cursor) -> Iterator[tuple[str, Cursor]]:
     """The texts of the positions, each with its place."""
     if item.fixed is not None:
         yield item.fixed, at.scalar("is")
@@ -164,7 +164,7 @@ def _texts(item: DrawDef, at: Where) -> Iterator[tuple[str, Where]]:
 
 
 def number_of(
-    text: str, at: Where, findings: Findings, definitions: Definitions
+    text: str, at: Cursor, findings: Findings, definitions: Definitions
 ) -> tuple[Expr, float, Unit] | None:
     """An expression with its value and unit; None after reporting."""
     expressions = Expressions(findings, definitions)
@@ -186,13 +186,13 @@ def number_of(
 # What happens to the plant while a run goes on.
 
 
-ReadFormula = Callable[[str, Where], Requirement | None]
+ReadFormula = Callable[[str, Cursor], Requirement | None]
 """Reads a formula; None after reporting."""
 
 
 def disturbances_of(
     items: Sequence[TimedDef],
-    where: Where,
+    where: Cursor,
     condition: ReadFormula,
     findings: Findings,
     definitions: Definitions,
@@ -211,7 +211,7 @@ class _DisturbanceReader:
         self._findings = findings
         self._definitions = definitions
 
-    def disturbance(self, item: TimedDef, at: Where) -> Disturbance | None:
+    def disturbance(self, item: TimedDef, at: Cursor) -> Disturbance | None:
         """One of them; None after reporting."""
         before = len(self._findings.diagnostics)
         found = Disturbance(
@@ -227,7 +227,7 @@ class _DisturbanceReader:
         self._refuse_idle(found, item, at)
         return found if len(self._findings.diagnostics) == before else None
 
-    def _refuse_idle(self, found: Disturbance, item: TimedDef, at: Where) -> None:
+    def _refuse_idle(self, found: Disturbance, item: TimedDef, at: Cursor) -> None:
         """Report one that never begins, does nothing or has a time for nothing."""
         lasting = any(verb.lasts for verb, _ in found.of())
         if item.at is None and item.when is None:
@@ -240,7 +240,7 @@ class _DisturbanceReader:
         if found.every is not None:
             self._refuse_overlap(found.every, found.lasts, lasting, at)
 
-    def _refuse_overlap(self, every: Draw, lasts: Draw | None, lasting: bool, at: Where) -> None:
+    def _refuse_overlap(self, every: Draw, lasts: Draw | None, lasting: bool, at: Cursor) -> None:
         """Report repetitions without time between, and those that begin before the last is over."""
         least_s = min(value for value, _ in every.values)
         if least_s <= 0:
@@ -254,13 +254,13 @@ class _DisturbanceReader:
             message = "a repetition begins before the one before is over"
             self._report(at["lasts"], message, way)
 
-    def _when(self, text: str | None, at: Where) -> Requirement | None:
+    def _when(self, text: str | None, at: Cursor) -> Requirement | None:
         found = None if text is None else self._condition(text, at)
-        if found is not None and (wrong := untimely(found, "a disturbance", "begin")):
+        if found is not None and (wrong := why_untimely(found, "a disturbance", "begin")):
             self._report(at, *wrong)
         return found
 
-    def _deeds(self, item: TimedDef, at: Where) -> Iterator[Deed]:
+    def _deeds(self, item: TimedDef, at: Cursor) -> Iterator[Deed]:
         """What it does, verb by verb."""
         for verb in VERBS.values():
             given, own = getattr(item, verb.name), at[verb.name]
@@ -271,7 +271,7 @@ class _DisturbanceReader:
                 yield Deed(verb.name, name, drawn, own[name].key)
 
     def _numbers(
-        self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: Where
+        self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: Cursor
     ) -> Iterator[Draw]:
         """The numbers of a subject, in the unit of the verb if that has one."""
         several = [given] if isinstance(given, DrawDef) else given
@@ -285,13 +285,13 @@ class _DisturbanceReader:
                     self._expect(draw, verb.unit, place)
                 yield draw
 
-    def _time(self, key: str, item: DrawDef | None, at: Where) -> Draw | None:
+    def _time(self, key: str, item: DrawDef | None, at: Cursor) -> Draw | None:
         found = self._number(key, item, SECOND, at)
         if found is not None and any(value < 0 for value, _ in found.values):
             self._report(at[key], "a time is not negative", "a run begins at 0[s]")
         return found
 
-    def _number(self, key: str, item: DrawDef | None, unit: Unit, at: Where) -> Draw | None:
+    def _number(self, key: str, item: DrawDef | None, unit: Unit, at: Cursor) -> Draw | None:
         if item is None:
             return None
         found = draw_of(key, item, at[key], self._findings, self._definitions)
@@ -299,25 +299,25 @@ class _DisturbanceReader:
             self._expect(found, unit, at[key])
         return found
 
-    def _probability(self, item: DrawDef | None, at: Where) -> Draw | None:
+    def _probability(self, item: DrawDef | None, at: Cursor) -> Draw | None:
         found = self._number("probability", item, DIMENSIONLESS, at)
         if found is not None and not all(0 <= value <= 1 for value, _ in found.values):
             way = "0.5 is every second time, on average"
             self._report(at["probability"], "a probability is a number from 0 to 1", way)
         return found
 
-    def _expect(self, found: Draw, wanted: Unit, at: Where) -> None:
+    def _expect(self, found: Draw, wanted: Unit, at: Cursor) -> None:
         if unit := found.invalid_unit(wanted):
             way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
             if wanted == DIMENSIONLESS:
                 way, needed = "write it without a unit, e.g. `0.5`", "without a unit"
             self._report(at, f"a number {needed} is needed here, not in {unit}", way)
 
-    def _report(self, at: Where, message: str, help: str) -> None:
+    def _report(self, at: Cursor, message: str, help: str) -> None:
         self._findings.report("E0517", message, at.place, help=help)
 
 
-def untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] | None:
+def why_untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] | None:
     """Why nothing can be done as soon as a formula holds, and a way out; None where it can."""
     if trigger.lasts:
         return f"{what} cannot {does} when something holds always", "leave out `always`"

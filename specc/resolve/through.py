@@ -14,9 +14,10 @@ from typing import Any
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import nodes_of
 from specc.model.system import SubsystemKind
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Cursor, Findings
 from specc.resolve.definitions import Interface
 from specc.resolve.ends import devices_of, used_by, word_of
+from specc.schema.desugar import Desugared, route_below
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import (
     BufferDef,
@@ -26,7 +27,6 @@ from specc.schema.subsystem import (
     InputDef,
     SubsystemDef,
 )
-from specc.schema.unfold import Unfolded, route_below
 
 NAME = "through"
 """Of the key, and of the function, the behaviour and the state that it stands for."""
@@ -39,14 +39,14 @@ _HEAD = re.compile(r"\w+")
 
 def with_buffers(
     definition: SubsystemDef,
-    where: Where,
+    where: Cursor,
     kind: SubsystemKind,
     name: str,
     around: AgentDef,
-    agent: Where,
+    agent: Cursor,
     interfaces: Mapping[str, Interface],
     findings: Findings,
-) -> tuple[SubsystemDef, Where]:
+) -> tuple[SubsystemDef, Cursor]:
     """A virtual effector or receptor with the buffers that it has because it passes all on.
 
     They have what its device accepts and reports, to both sides. `agent` is where the agent stands.
@@ -65,7 +65,7 @@ def with_buffers(
 
 
 def _report_device(
-    used: Collection[str], definition: SubsystemDef, where: Where, word: str, findings: Findings
+    used: Collection[str], definition: SubsystemDef, where: Cursor, word: str, findings: Findings
 ) -> None:
     """Report that there is no device, or no single one, to take missing buffers from."""
     if definition.x or definition.y:
@@ -73,20 +73,22 @@ def _report_device(
     place = where[NAME].place
     if len(used) == 1:
         (name,) = used
-        findings.not_there(f"{word} `{name}`", place, "add it to the agent, or name it in `uses:`")
+        findings.report_missing(
+            f"{word} `{name}`", place, "add it to the agent, or name it in `uses:`"
+        )
         return
     message = f"`{NAME}: identity` takes its buffers from one {word}, and {len(used)} are used"
     help_text = "write `x` and `y`, or change `uses`"
     findings.report("E0104", message, place, help=help_text)
 
 
-_Buffers = Mapping[tuple[str, str], tuple[BufferDef, Where]]
+_Buffers = Mapping[tuple[str, str], tuple[BufferDef, Cursor]]
 """Side and peer -> a buffer, and where its elements are declared."""
 
 
 def _like(
-    device: DeviceDef, at: Where, letter: str, reported: Collection[str]
-) -> Iterator[tuple[tuple[str, str], tuple[BufferDef, Where]]]:
+    device: DeviceDef, at: Cursor, letter: str, reported: Collection[str]
+) -> Iterator[tuple[tuple[str, str], tuple[BufferDef, Cursor]]]:
     ways = ((device.x, at["x"], "c", letter), (device.y, at["y"], letter, "c"))
     for buffer, here, source, target in ways:
         if buffer.elements or buffer.interface:
@@ -134,8 +136,8 @@ def _sent(buffer: BufferDef) -> BufferDef:
 
 
 def _completed(
-    definition: SubsystemDef, where: Where, buffers: _Buffers, device: str
-) -> tuple[SubsystemDef, Where]:
+    definition: SubsystemDef, where: Cursor, buffers: _Buffers, device: str
+) -> tuple[SubsystemDef, Cursor]:
     """The subsystem with those of the buffers that it does not have."""
     raw, sides = where.mapping, {}
     for side in ("x", "y"):
@@ -149,8 +151,8 @@ def _completed(
         routes = {peer: route_below(at.raw, peer, at.route) for peer in own}
         routes |= {peer: here.route for peer, (_, here) in new.items()}
         parts = {peer: here.raw for peer, (_, here) in new.items()}
-        raw[side] = Unfolded(at.mapping | parts, routes)
-    return definition.model_copy(update=sides), where.having(raw)
+        raw[side] = Desugared(at.mapping | parts, routes)
+    return definition.model_copy(update=sides), where.with_content(raw)
 
 
 # One function, one behaviour, one state.
@@ -158,10 +160,10 @@ def _completed(
 
 def with_machine(
     definition: SubsystemDef,
-    where: Where,
+    where: Cursor,
     interfaces: Mapping[str, Interface],
     findings: Findings,
-) -> tuple[SubsystemDef, Where]:
+) -> tuple[SubsystemDef, Cursor]:
     """A subsystem with the machine that `through` stands for, if it has that."""
     through, here = definition.through, where[NAME]
     if through is None:
@@ -179,13 +181,13 @@ def with_machine(
         "states": NAME,
     }
     new: dict[str, Any] = {
-        key: Unfolded({NAME: part}, {NAME: here.route}) for key, part in parts.items()
+        key: Desugared({NAME: part}, {NAME: here.route}) for key, part in parts.items()
     }
     new["initial_state"] = NAME
     machine = SubsystemDef.model_validate(new)
     definition = definition.model_copy(update={key: getattr(machine, key) for key in new})
     rest = {key: value for key, value in where.mapping.items() if key not in _MACHINE_KEYS}
-    return definition, where.having(rest | new)
+    return definition, where.with_content(rest | new)
 
 
 def _passed_on(

@@ -17,6 +17,7 @@ from specc.diagnostics import (
     renaming,
     surely_meant,
 )
+from specc.schema.desugar import route_below
 from specc.schema.keys import (
     OTHERS,
     ListKind,
@@ -27,7 +28,6 @@ from specc.schema.keys import (
     ValueKind,
     is_model,
 )
-from specc.schema.unfold import route_below
 from specc.source import Place, Route
 
 _FOUND: tuple[tuple[type, str], ...] = (

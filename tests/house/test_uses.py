@@ -12,7 +12,7 @@ READING = {
     "parse_formula": {"resolve/formula_lets.py": "lets", "resolve/requirements.py": "requirements"},
     "parse_syntax": {
         "resolve/through.py": "the elements that go through",
-        "schema/unfold.py": "the indices of a `for`",
+        "schema/desugar.py": "the indices of a `for`",
         "tools/lsp/symbols.py": "the members that a type declares",
     },
     "names_of": {

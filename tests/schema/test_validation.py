@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.read import read_file
+from specc.schema.desugar import desugar
 from specc.schema.files import SpecFile
 from specc.schema.shape import shape
-from specc.schema.unfold import unfolded
 from tests.corpus import CASES, SPECS
 from tests.schema.test_shape import File
 from tests.seeds import how_many
@@ -46,7 +46,7 @@ def test_every_kind_of_value_is_valid(key: str) -> None:
 
 def test_every_file_of_the_corpus_is_valid_or_there_are_findings() -> None:
     for path in (*SPECS[::3], *CASES[::12]):
-        data, faults = unfolded(read_file(str(path)).data, str(path))
+        data, faults = desugar(read_file(str(path)).data, str(path))
         if not faults:
             found, findings = shape(SpecFile, data, str(path))
             assert (found is None) == bool(findings), path

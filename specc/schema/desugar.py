@@ -28,7 +28,7 @@ FOR = "for"
 Indices = Mapping[str, int]
 
 
-class Unfolded(dict[Any, Any]):
+class Desugared(dict[Any, Any]):
     """A mapping in which some values come from elsewhere; `routes` has where they stand."""
 
     def __init__(self, values: Mapping[Any, Any], routes: Mapping[Any, Route]) -> None:
@@ -38,19 +38,19 @@ class Unfolded(dict[Any, Any]):
 
 def route_below(value: object, key: str | int, route: Route) -> Route:
     """Where the value at `key` of a mapping or list stands, which stands at `route` itself."""
-    routes = value.routes if isinstance(value, Unfolded) else {}
+    routes = value.routes if isinstance(value, Desugared) else {}
     return routes.get(key) or (*route, key)
 
 
-def unfolded(data: Any, file: str) -> tuple[Any, list[Diagnostic]]:
+def desugar(data: Any, file: str) -> tuple[Any, list[Diagnostic]]:
     """The data of a file without `for`, and what is wrong with those that it had."""
     if not _has_for(data):
         return data, []
-    unfolding = _Unfolding(file)
+    unfolding = _Desugaring(file)
     try:
         made = unfolding.value(FILE, data, (), {})
     except _TooManyError as error:
-        unfolding.tell("E0017", str(error), error.route, _FEWER)
+        unfolding.report("E0017", str(error), error.route, _FEWER)
         made = data
     return made, list(dict.fromkeys(unfolding.findings))
 
@@ -82,7 +82,7 @@ _EXPRESSIONS = ("constant", "initial", "full", "argument")
 
 
 @dataclass(eq=False, slots=True)
-class _Unfolding:
+class _Desugaring:
     file: str
     findings: list[Diagnostic] = field(default_factory=list)
     values: int = 0
@@ -100,7 +100,7 @@ class _Unfolding:
         if isinstance(value, str) and indices:
             kind = here.scalar_form.kind
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
-            return self._filled(value, indices, route, padded=form in _EXPRESSIONS)
+            return self._substituted(value, indices, route, padded=form in _EXPRESSIONS)
         return value
 
     def _list(
@@ -110,7 +110,7 @@ class _Unfolding:
             if isinstance(one, dict) and FOR in one and here.below(index).has_key(FOR):
                 words = "an item of a list has no name, so there is nothing for `for` to count"
                 at = (*route, index, FOR)
-                self.tell("E0108", words, at, "write `for` below a name", is_key=True)
+                self.report("E0108", words, at, "write `for` below a name", is_key=True)
         return [
             self.value(here.below(index), one, (*route, index), indices)
             for index, one in enumerate(value)
@@ -129,7 +129,7 @@ class _Unfolding:
             is_many = isinstance(one, dict) and FOR in one and _item(inner).has_key(FOR)
             if is_many and not inner.is_chosen:
                 words = f"there is only one `{key}`, so there is nothing for `for` to count"
-                self.tell("E0108", words, (*at, FOR), "write `for` below a name", is_key=True)
+                self.report("E0108", words, (*at, FOR), "write `for` below a name", is_key=True)
             if is_many and inner.is_chosen:
                 copies = self._copies(inner, str(key), one, at, indices)
             else:
@@ -138,11 +138,11 @@ class _Unfolding:
             for name, copy in copies:
                 if name in made and not _BRACES.search(str(name)):
                     help = "let the name have all indices in braces, or choose another one"
-                    self.tell("E0205", f"`{name}` is defined twice", at, help)
+                    self.report("E0205", f"`{name}` is defined twice", at, help)
                 made[name] = copy
                 if name != key:
                     routes[name] = at
-        return Unfolded(made, routes) if routes else made
+        return Desugared(made, routes) if routes else made
 
     def _copies(
         self, here: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
@@ -160,27 +160,27 @@ class _Unfolding:
                 copy = "_".join((name, *map(str, chosen)))
             if "-" in str(copy) and "-" not in name:
                 words = f"`{copy}` is no name: an index in it is negative"
-                self.tell("E0108", words, (*at, FOR), _NO_NEGATIVE)
+                self.report("E0108", words, (*at, FOR), _NO_NEGATIVE)
                 return
             yield copy, self.value(here, {**value, FOR: own}, at, indices)
 
     def _ranges(self, value: Any, route: Route, around: Indices) -> dict[str, range] | None:
         """The values of each index, or None after reporting."""
         if not isinstance(value, dict) or not value:
-            self.tell("E0108", "`for` has no index", route, _A_RANGE)
+            self.report("E0108", "`for` has no index", route, _A_RANGE)
             return None
         found: dict[str, range] = {}
         total = 1
         for name, text in value.items():
             at = (*route, name)
-            written = self._filled(str(text), around, at) if around else str(text)
+            written = self._substituted(str(text), around, at) if around else str(text)
             limits = _RANGE.fullmatch(written)
             if not str(name).isidentifier() or iskeyword(name) or name in around:
                 why = "is an index already" if name in around else "is not a name"
-                self.tell("E0108", f"`{name}` {why}", at, "choose another name", is_key=True)
+                self.report("E0108", f"`{name}` {why}", at, "choose another name", is_key=True)
                 return None
             if limits is None or isinstance(text, bool):
-                self.tell("E0108", f"`{written}` is not a range", at, _A_RANGE)
+                self.report("E0108", f"`{written}` is not a range", at, _A_RANGE)
                 return None
             first = int(limits[1])
             found[str(name)] = range(first, int(limits[2] or first) + 1)
@@ -188,7 +188,9 @@ class _Unfolding:
         if not 0 < total <= MAX_COPIES:
             message = f"these are {total:,} copies, and at most {MAX_COPIES} are made"
             message = message if total else "there is nothing between the ends of the range"
-            self.tell("E0017" if total else "E0108", message, route, _FEWER if total else _A_RANGE)
+            self.report(
+                "E0017" if total else "E0108", message, route, _FEWER if total else _A_RANGE
+            )
             return None
         return found
 
@@ -197,15 +199,15 @@ class _Unfolding:
         if not isinstance(name, str):
             return name
         before = len(self.findings)
-        filled = self._filled(name, indices, at, is_key=True)
+        filled = self._substituted(name, indices, at, is_key=True)
         unknown = _BRACES.search(filled) if len(self.findings) == before else None
         if unknown:
             known = ", ".join(f"`{index}`" for index in indices)
             message = f"`{unknown[0]}` has no value: the indices are {known}"
-            self.tell("E0108", message, at, "write e.g. `left_{i}` or `robot_{i % 5 + 1}`", True)
+            self.report("E0108", message, at, "write e.g. `left_{i}` or `robot_{i % 5 + 1}`", True)
         return filled
 
-    def _filled(
+    def _substituted(
         self,
         text: str,
         indices: Indices,
@@ -224,7 +226,7 @@ class _Unfolding:
             try:
                 number = _number(braces[1], indices)
             except _IndexFault as fault:
-                self.tell("E0108", f"`{braces[0]}` {fault}", route, _ARITHMETIC, is_key)
+                self.report("E0108", f"`{braces[0]}` {fault}", route, _ARITHMETIC, is_key)
                 number = None
             if number is None:
                 continue
@@ -235,7 +237,7 @@ class _Unfolding:
             return made
         return made + _padded(text[end:], room, is_last=True)[0]
 
-    def tell(self, code: str, words: str, route: Route, help: str, is_key: bool = False) -> None:
+    def report(self, code: str, words: str, route: Route, help: str, is_key: bool = False) -> None:
         """Report a fault."""
         place = Place(self.file, route, "key" if is_key else "value")
         self.findings.append(Diagnostic(code, words, place, help=help))
