@@ -39,7 +39,7 @@ class AgeChain:
         """Seconds since its age began."""
         return self.read_s - self.since_s
 
-    def hops(self) -> list[AgeChain]:
+    def steps(self) -> list[AgeChain]:
         """This one and those before it, the measured or computed one first."""
         found: list[AgeChain] = []
         trail: AgeChain | None = self
@@ -65,11 +65,11 @@ class Timeline:
         self._order = order
         self._edges = edges
         self._computed = computed
-        measured = {n: s for n in order if isinstance(s := self._sources.of(n), Measured)}
-        self._sporadic = {n: s for n, s in measured.items() if s.sporadic}
-        samples = {n: s.period_s for n, s in measured.items() if not s.sporadic}
+        measured = {n: s for n in order if isinstance(s := self._sources.origin(n), Measured)}
+        self._sporadic = {n: s for n, s in measured.items() if s.is_sporadic}
+        samples = {n: s.period_s for n, s in measured.items() if not s.is_sporadic}
         senders = {
-            n: 1 / s.sender.rate_hz for n in order if isinstance(s := self._sources.of(n), Sent)
+            n: 1 / s.sender.rate_hz for n in order if isinstance(s := self._sources.origin(n), Sent)
         }
         every = [p for p in (*periods_s.values(), *samples.values(), *senders.values()) if p]
         self._tick = base_tick(every)
@@ -77,13 +77,13 @@ class Timeline:
         self._sample = {n: int(p / self._tick) for n, p in samples.items()}
         self._sender = {n: int(p / self._tick) for n, p in senders.items()}
         self._repeats = lcm(*(int(p / self._tick) for p in every))
-        self._settled = -(-2 * sum(int(p / self._tick) for p in every) // self._repeats)
+        self._warm_up = -(-2 * sum(int(p / self._tick) for p in every) // self._repeats)
 
     def oldest(self, node: InputNode, on_arrival: bool) -> AgeChain | None:
         """The oldest value once everything has been sent, on the first time stamp that has it."""
         if self._repeats > LONGEST:
             return None
-        start = self._settled * self._repeats
+        start = self._warm_up * self._repeats
         stamps = range(start, start + self._repeats, self._reader[node])
         wanted: dict[InputNode, set[StampedRead]] = {n: set() for n in self._order}
         wanted[node] = {(stamp, on_arrival) for stamp in stamps}
@@ -95,13 +95,13 @@ class Timeline:
         found: dict[tuple[InputNode, StampedRead], AgeChain] = {}
         for n in self._order:
             for need in sorted(wanted[n]):
-                trail = self._trail(n, need, found)
+                trail = self._chain(n, need, found)
                 if trail is not None:
                     found[n, need] = trail
         trails = [found[node, need] for need in sorted(wanted[node]) if (node, need) in found]
         return max(trails, key=lambda t: (t.age_s, -t.read_s), default=None)
 
-    def _trail(
+    def _chain(
         self, n: InputNode, need: StampedRead, found: dict[tuple[InputNode, StampedRead], AgeChain]
     ) -> AgeChain | None:
         read_s = need[0] * self._tick
@@ -132,11 +132,11 @@ class Timeline:
         source = self._sporadic[n]
         if not on_arrival:
             return source.period_s
-        return self._reader[n] * self._tick if source.shared else Fraction(0)
+        return self._reader[n] * self._tick if source.is_shared else Fraction(0)
 
     def _sent_at(self, n: InputNode, need: StampedRead) -> range:
         """The time stamps at which the value may have been computed that is read."""
-        source = self._sources.of(n)
+        source = self._sources.origin(n)
         if not isinstance(source, Sent):
             return range(0)
         stamp, on_arrival = need
@@ -146,7 +146,7 @@ class Timeline:
         if not on_arrival:
             return range(newest, newest + 1)
         first = (seen_before // period + 1) * period - period
-        if source.silent is None:
+        if source.silent_state is None:
             first = max(first, newest)
         return range(first, newest + 1, period)
 
@@ -189,7 +189,7 @@ class Ages:
             self._oldest[node] = self._follow(node)
         return self._oldest[node]
 
-    def behind(self, node: InputNode) -> dict[str, list[ReadEdge]]:
+    def reads_by_state(self, node: InputNode) -> dict[str, list[ReadEdge]]:
         """State of the sender -> the values that a value is computed from which it sends there.
 
         Of those its age is made: they have been measured, or nothing was that is behind the value,
@@ -213,7 +213,7 @@ class Ages:
         return tuple(e for e in edges if e[0] in self._measured) if is_measured else edges
 
     def _follow(self, node: InputNode) -> AgeChain | UnboundedAge | None:
-        if self.sources.of(node) is None:
+        if self.sources.origin(node) is None:
             return None
         upstream = reachable([node], lambda here: (above for above, _ in self._followed(here)))
         order = sorted(upstream, key=self._places.__getitem__)
@@ -228,13 +228,15 @@ class Ages:
 
     def _may_be_computed(self, node: InputNode) -> bool:
         """Whether a value may be sent that is computed from none that has an age."""
-        return any(all(arrival for _, arrival in reads) for reads in self.behind(node).values())
+        return any(
+            all(arrival for _, arrival in reads) for reads in self.reads_by_state(node).values()
+        )
 
     def _period_s(self, node: InputNode) -> Fraction:
         """Between two time stamps of a reader; a device reads whenever something is sent."""
         if node.peer:
             return self._periods_s[node.reader]
-        sent = self.sources.of(node)
+        sent = self.sources.origin(node)
         assert isinstance(sent, Sent)
         return self._periods_s[sent.sender.qualified_name]
 
@@ -252,13 +254,13 @@ class Ages:
             earlier = tuple(e for e in self._reads(n) if e[0] in self._places and e[0] not in new)
             self._edges[n] = tuple(sorted((*inside[n], *earlier)))
             self._places[n] = len(self._places)
-            if isinstance(self.sources.of(n), Measured) or any(
+            if isinstance(self.sources.origin(n), Measured) or any(
                 m in self._measured for m, _ in self._edges[n]
             ):
                 self._measured.add(n)
 
     def _reads(self, node: InputNode) -> tuple[ReadEdge, ...]:
-        source = self.sources.of(node)
+        source = self.sources.origin(node)
         return source.reads if isinstance(source, Sent) else ()
 
     def _order(self, edges: ReadEdges) -> list[InputNode]:
@@ -280,14 +282,14 @@ class Ages:
         held = {node} if not on_arrival else set()
         held |= {n for reads in edges.values() for n, arrival in reads if not arrival}
         for n in order:
-            source = self.sources.of(n)
+            source = self.sources.origin(n)
             if n in held and source is not None and _may_be_silent(source):
                 return UnboundedAge(n, source)
         return None
 
 
 def _may_be_silent(source: Sent | Measured) -> bool:
-    return source.unlimited if isinstance(source, Measured) else source.silent is not None
+    return source.is_unlimited if isinstance(source, Measured) else source.silent_state is not None
 
 
 def _targets(edges: ReadEdges) -> dict[InputNode, list[InputNode]]:

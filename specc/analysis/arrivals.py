@@ -11,7 +11,7 @@ from specc.proof import InputName
 
 
 @dataclass(frozen=True, slots=True)
-class Arrivals:
+class Availability:
     """When the elements of the input buffers of a subsystem have a value, and a new one.
 
     Attributes:
@@ -46,9 +46,9 @@ def always_present(subsystem: Subsystem, wires: Wires) -> frozenset[InputName]:
     )
 
 
-def arrivals_of(
+def availability_of(
     subsystem: Subsystem, wires: Wires, broken: Collection[str], *, timed: bool = True
-) -> Arrivals:
+) -> Availability:
     """When the inputs of a subsystem have values; a broken sender may send at any time.
 
     So may any other sender whose sending times are not known, and all senders if rates are not
@@ -76,7 +76,7 @@ def arrivals_of(
             if rated and not unsure:
                 fresh |= frozenset.intersection(*sent) & subsystem.inputs.keys()
         together |= _sent_together(wire, sent, unsure)
-    return Arrivals(frozenset(always), frozenset(later), together, declared, frozenset(fresh))
+    return Availability(frozenset(always), frozenset(later), together, declared, frozenset(fresh))
 
 
 def _everything(wire: Wire) -> frozenset[InputName]:

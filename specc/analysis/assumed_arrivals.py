@@ -27,7 +27,7 @@ Grounds = Literal["", "proved", "broken"]
 
 
 @dataclass(frozen=True, slots=True)
-class Arrived:
+class JointArrival:
     """What may arrive together from one sender: what a state of it sends, or nothing.
 
     Nothing is sure to arrive in some period from a `slower` sender.
@@ -68,7 +68,7 @@ class AssumptionChecker:
         if not cases or prod(map(len, cases)) > _MOST:
             return SenderVerdict("")
         known = frozenset(name for each in cases for one in each for name in one.inputs)
-        ways = list[tuple[tuple[Arrived, ...], bool | None, bool | None]]()
+        ways = list[tuple[tuple[JointArrival, ...], bool | None, bool | None]]()
         for way in product(*cases):
             new = frozenset[InputName]().union(*(one.inputs for one in way))
             context = list(_context(new, known, asked))
@@ -86,7 +86,9 @@ class AssumptionChecker:
             "proved" if all(holds for _, holds, _ in ways) and not tautology else ""
         )
 
-    def _cases(self, reader: Subsystem, asked: frozenset[InputName]) -> Iterator[list[Arrived]]:
+    def _cases(
+        self, reader: Subsystem, asked: frozenset[InputName]
+    ) -> Iterator[list[JointArrival]]:
         """For each sender whose times are known, what may arrive from it together."""
         for wire in self._wires.of(reader):
             port, sender = wire.port, self._machines.get(wire.name)
@@ -99,15 +101,15 @@ class AssumptionChecker:
             whole = all(state.behaviour.whole for state in subsystem.states)
             if not (timed and whole and subsystem.states):
                 continue
-            found = dict[frozenset[InputName], Arrived]()
+            found = dict[frozenset[InputName], JointArrival]()
             for state in subsystem.states:
-                if state.name in sender.reached:
+                if state.name in sender.reachable_states:
                     names = wire.arriving(state.behaviour) & mine & asked
-                    found.setdefault(names, Arrived(state, names))
+                    found.setdefault(names, JointArrival(state, names))
             # Of the same rate, and never silent: something arrives in every period.
             slower = subsystem if subsystem.rate_hz < reader.rate_hz else None
             if slower or frozenset() in found:
-                found[frozenset()] = Arrived(None, frozenset(), slower)
+                found[frozenset()] = JointArrival(None, frozenset(), slower)
             # What none of them sends never arrives.
             yield list(found.values())
 

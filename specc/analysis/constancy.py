@@ -44,16 +44,16 @@ class ConstantPart:
     text: ExpressionText
     expr: Expr
     holds: bool
-    around: tuple[Expr, ...] = ()
+    context: tuple[Expr, ...] = ()
     """The tests of choices and the quantifiers in which the part stands, from outside."""
     unwritten: tuple[str, ...] = ()
     """The memory that nothing writes, if the part depends on nothing else."""
 
     @property
-    def claim(self) -> Expr:
+    def proposition(self) -> Expr:
         """What always holds: the part, or its opposite, wherever the tests around it do."""
         said = self.expr if self.holds else negation(self.expr)
-        for outer in reversed(self.around):
+        for outer in reversed(self.context):
             if isinstance(outer, Quantifier):
                 said = replace(outer, kind="all", body=said, type=Bool())
             else:
@@ -68,7 +68,7 @@ class ConstantConditions:
         subsystem = machine.subsystem
         self._subsystem = subsystem
         self._machine = machine
-        self._misfits = machine.suspicious
+        self._suspicious = machine.suspicious
         lets = {item.name: item for item in subsystem.lets}
         self._of_lets = InOrder(
             {name: item.value for name, item in lets.items()},
@@ -76,7 +76,7 @@ class ConstantConditions:
         )
         self._found: list[tuple[ExpressionText, Expr, bool, tuple[Expr, ...]]] = []
         self._in_conditions = True
-        self._memory = machine.memory_facts
+        self._memory = machine.value_ranges
         self._reals = {item.name for item in subsystem.memory if isinstance(item.type, Real)}
         self._parameters = {constant.name for constant in subsystem.constants}
         self._dependences = machine.dependences
@@ -121,7 +121,8 @@ class ConstantConditions:
         a function. The tests of the choices `around` the expression hold where it is asked.
         """
         below = [
-            self._in(text, child, condition, (*around, *more)) for child, more in _inside(expr)
+            self._in(text, child, condition, (*around, *more))
+            for child, more in _children_in_context(expr)
         ]
         if isinstance(expr, LetRef) and expr.name in self._of_lets:
             below.append(self._of_lets[expr.name])
@@ -142,9 +143,11 @@ class ConstantConditions:
         if part in tests or negation(part) in tests:
             return part in tests
         on = self._dependences.of(part)
-        if on.literal:
+        if on.has_literal:
             return None
-        if self._misfits.within(part) or not (self._misfits.varies(part) or self._unwritten(part)):
+        if self._suspicious.is_in(part) or not (
+            self._suspicious.varies(part) or self._unwritten(part)
+        ):
             return None
         least, greatest = self._memory.bounds.of(part, tests) if on.memory else ANY
         if least == greatest:
@@ -157,7 +160,7 @@ class ConstantConditions:
             return None  # that of the condition itself is known
         moment: EvaluationPoint = "conditions" if condition else "start"
         of_any = on.constants & self._parameters
-        prover = self._machine.any_prover if of_any else self._machine.prover
+        prover = self._machine.generic_prover if of_any else self._machine.prover
         for fact, holds in ((part, True), (negation(part), False)):
             if self._in_conditions:
                 shown = prover.implies(known, fact, moment, assuming=False)
@@ -170,12 +173,12 @@ class ConstantConditions:
     def _unwritten(self, part: Expr) -> tuple[str, ...]:
         """The memory that nothing writes, if what decides a condition is nothing else."""
         on = self._dependences.of(part)
-        if not self._in_conditions or not on.lasts or has_unknown(part):
+        if not self._in_conditions or not on.is_stable or has_unknown(part):
             return ()
         return tuple(sorted(on.memory)) if on.memory <= self._memory.unwritten.keys() else ()
 
 
-def _inside(expr: Expr) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
+def _children_in_context(expr: Expr) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
     """The parts of an expression, each with the test or the quantifier in which it stands."""
     match expr:
         case Choice(test=test, then=then, otherwise=otherwise):

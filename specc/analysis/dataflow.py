@@ -38,7 +38,7 @@ class Reads:
         lets = machine.subsystem.lets
         asked = ImpliedFacts(lets, _fresh_input)
         self._guards = Guards[InputNames](
-            lets, lambda fresh, *test: fresh | asked.by(*test), frozenset.intersection
+            lets, lambda fresh, *test: fresh | asked.of(*test), frozenset.intersection
         )
 
     def of(self, expr: Expr) -> frozenset[Read]:
@@ -48,11 +48,11 @@ class Reads:
         return frozenset(Read(name, name in fresh) for name, fresh in inputs)
 
     @cached_property
-    def own(self) -> frozenset[Read]:
+    def all(self) -> frozenset[Read]:
         """The inputs whose values the machine uses."""
         found = [
             read(state)
-            for state in self.states
+            for state in self.reachable_states
             for read in (self.read_by_conditions, self.read_by_functions)
         ]
         return frozenset[Read]().union(*found)
@@ -70,9 +70,11 @@ class Reads:
         return frozenset[Read]().union(*map(self.of, values))
 
     @property
-    def states(self) -> list[State]:
+    def reachable_states(self) -> list[State]:
         """Those that the machine enters."""
-        return [s for s in self._machine.subsystem.states if s.name in self._machine.reached]
+        return [
+            s for s in self._machine.subsystem.states if s.name in self._machine.reachable_states
+        ]
 
 
 def _fresh_input(expr: Expr, holds: bool) -> InputNames:
@@ -116,7 +118,7 @@ class Sent:
 
     sender: Subsystem
     reads: tuple[ReadEdge, ...]
-    silent: State | None
+    silent_state: State | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,13 +132,13 @@ class Measured:
     device: str
     period_s: Fraction
     place: Place
-    sporadic: bool = False
-    shared: bool = False
+    is_sporadic: bool = False
+    is_shared: bool = False
 
     @property
-    def unlimited(self) -> bool:
+    def is_unlimited(self) -> bool:
         """Whether there may be no new sample for an unlimited time."""
-        return self.sporadic and not self.period_s
+        return self.is_sporadic and not self.period_s
 
 
 _NOBODY: Output = "", ("", "")
@@ -156,19 +158,19 @@ class DataFlow:
         self._machines = machines
         self._bindings = bindings
         self._reads = {name: Reads(machine) for name, machine in machines.items()}
-        self._found: dict[InputNode, Sent | Measured | None] = {}
+        self._origins: dict[InputNode, Sent | Measured | None] = {}
         self._sent_in: dict[InputNode, dict[str, frozenset[ReadEdge]]] = {}
 
-    def of(self, node: InputNode) -> Sent | Measured | None:
+    def origin(self, node: InputNode) -> Sent | Measured | None:
         """Where a value comes from; None if that is not known."""
-        if node not in self._found:
-            self._found[node] = self._sent(node) or self._measured(node)
-        return self._found[node]
+        if node not in self._origins:
+            self._origins[node] = self._sent(node) or self._measured(node)
+        return self._origins[node]
 
     def only_on_arrival(self, node: InputNode) -> bool:
         """Whether a subsystem uses a value only where it is fresh."""
         reads = self._reads.get(node.reader)
-        own = [read for read in reads.own if read.input == node[1:]] if reads else []
+        own = [read for read in reads.all if read.input == node[1:]] if reads else []
         return bool(own) and all(read.on_arrival for read in own)
 
     def reads_of(self, subsystem: str) -> Reads | None:
@@ -188,7 +190,7 @@ class DataFlow:
             return
         written = machine.subsystem.written.get(output, {})
         edges = {name: self._edges(sender, values) for name, values in written.items()}
-        for state in self._reads[sender].states:
+        for state in self._reads[sender].reachable_states:
             if state.behaviour.name in edges:
                 yield state.name, edges[state.behaviour.name]
 
@@ -203,11 +205,11 @@ class DataFlow:
         if machine is None or machine.faulty:
             return None
         sent = self.sent_in(node)
-        silent = (state for state in self._reads[sender].states if state.name not in sent)
+        silent = (state for state in self._reads[sender].reachable_states if state.name not in sent)
         edges = frozenset[ReadEdge]().union(*sent.values())
         return Sent(machine.subsystem, tuple(sorted(edges)), next(silent, None))
 
-    def remembered(self, node: InputNode) -> Iterator[tuple[str, InputNode]]:
+    def through_memory(self, node: InputNode) -> Iterator[tuple[str, InputNode]]:
         """Memory out of which a value comes, directly or not, with each input that goes into it."""
         sender, output = self.sender(node) or _NOBODY
         machine = self._machines.get(sender)

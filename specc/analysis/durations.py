@@ -33,9 +33,9 @@ class OverdueExit:
     state: State
     condition: Condition
     row: Transition | None
-    over_s: Fraction
+    end_s: Fraction
     ended_by: tuple[Condition, ...]
-    timed: bool
+    is_timed: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +46,12 @@ class _Ending:
     says of each cause whether it ends the state by that time.
     """
 
-    over_s: Fraction
+    end_s: Fraction
     by: tuple[bool, bool]
     in_time: dict[Cause, list[Expr]]
 
 
-class Durations:
+class StateTiming:
     """Asks about the states of one subsystem that has no unknowns."""
 
     def __init__(
@@ -73,28 +73,28 @@ class Durations:
     def never_ends(self, state: State, cause: Cause) -> bool:
         """Whether time makes a condition that ends a state false for ever before it can hold."""
         end = state.behaviour.ending(cause)
-        return any(late.row is None and late.condition is end for late in self.late(state))
+        return any(late.row is None and late.condition is end for late in self.overdue_exits(state))
 
     def is_one_period(self, state: State) -> bool:
         """Whether a state surely ends in its second period, when its conditions are first asked."""
         ending = self._ending(state.behaviour)
-        return ending is not None and ending.over_s == 1 / self._subsystem.rate_hz
+        return ending is not None and ending.end_s == 1 / self._subsystem.rate_hz
 
-    def late(self, state: State) -> Iterator[OverdueExit]:
+    def overdue_exits(self, state: State) -> Iterator[OverdueExit]:
         """The conditions that time makes false for ever in a state before they can hold."""
-        if not self._turning:
+        if not self._timed_conditions:
             return
         behaviour = state.behaviour
         conditions = [behaviour.error, behaviour.terminal]
         rows = (self._subsystem.rows(state.name, cause) for cause in CAUSES)
         asked = (*conditions, *(row.condition for of_cause in rows for _, row in of_cause))
-        if self._turning.isdisjoint([id(condition.when) for condition in asked]):
+        if self._timed_conditions.isdisjoint([id(condition.when) for condition in asked]):
             return
         ending = self._ending(behaviour)
         if ending is None:
             return
         ended_by = tuple(compress(conditions, ending.by))
-        end = ending.over_s, ended_by, any(self._prover.timer.turning(end.when) for end in ended_by)
+        end = ending.end_s, ended_by, any(self._prover.timer.turning(end.when) for end in ended_by)
         for cause, condition in behaviour.endings:
             verdict = self._verdict(state.name, cause)
             if not verdict.decision.possible:
@@ -107,7 +107,7 @@ class Durations:
                     yield OverdueExit(state, row.condition, row, *end)
 
     @cached_property
-    def _turning(self) -> set[int]:
+    def _timed_conditions(self) -> set[int]:
         """The texts of conditions in which time alone turns something, by identity."""
         asked = self._subsystem.exit_conditions
         return {id(each.when) for each in asked if self._prover.timer.turning(each.when)}
@@ -120,18 +120,18 @@ class Durations:
             self._excluded[key] = self._prover.satisfiable(context) is False
         return self._excluded[key]
 
-    def excludes(self, row: Transition) -> bool:
+    def excludes_row(self, row: Transition) -> bool:
         """Whether a row that is never taken is never taken because of conditions on time."""
         source = self._subsystem.state(row.source).behaviour
-        return self.is_cause(*as_conditions(source.ended(row.cause)), row.condition.when)
+        return self.is_time_the_cause(*as_conditions(source.ended(row.cause)), row.condition.when)
 
-    def is_cause(self, *conditions: Expr) -> bool:
+    def is_time_the_cause(self, *conditions: Expr) -> bool:
         """Whether conditions that never hold together could, but for what they say of time."""
         timeless = [may_hold_part(condition, self._is_timed) for condition in conditions]
         return any(map(self._is_timed, conditions)) and self._prover.satisfiable(timeless) is True
 
     def _is_timed(self, expr: Expr) -> bool:
-        return self._dependences.of(expr).clock or has_unknown(expr)
+        return self._dependences.of(expr).has_clock or has_unknown(expr)
 
     def _ending(self, behaviour: Behaviour) -> _Ending | None:
         """How states end that end by the same conditions, if no parameter decides it."""

@@ -8,11 +8,11 @@ from functools import cached_property, partial
 from typing import Any
 
 from specc.analysis.ages import Ages
-from specc.analysis.arrivals import arrivals_of
+from specc.analysis.arrivals import availability_of
 from specc.analysis.assumed_arrivals import AssumptionChecker
 from specc.analysis.dataflow import DataFlow, InputNode
 from specc.analysis.failures import no_value
-from specc.analysis.formula_values import known_of_readings
+from specc.analysis.formula_values import facts_about_readings
 from specc.analysis.machine import Machine, RowVerdictAt
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.rates import Rates
@@ -67,9 +67,9 @@ class Facts:
     def _machine(self, subsystem: Subsystem) -> Machine:
         """The machine of a subsystem; the one that was there before if it is made of the same."""
         name = subsystem.qualified_name
-        arrivals = arrivals_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
+        arrivals = availability_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
         faulty = name in self.faulty
-        constants = self._named_in(subsystem)
+        constants = self._constants_of(subsystem)
         # The objects themselves, since what is equal may stand elsewhere in its text.
         made_of = id(subsystem), tuple(map(id, constants.values())), arrivals, faulty
         known: Machine | None = self._kept.answer(f"machine {name}", made_of)
@@ -96,12 +96,12 @@ class Facts:
     @cached_property
     def complete_machines(self) -> tuple[Machine, ...]:
         """The consistent ones that have no unknowns, and rows for all states that end."""
-        return tuple(machine for machine in self.machines if machine.is_whole)
+        return tuple(machine for machine in self.machines if machine.is_complete)
 
     def row_verdicts(self) -> Iterator[RowVerdictAt]:
         """The verdicts about every state and cause of the consistent ones."""
         for machine in self.consistent_machines:
-            yield from machine.decided
+            yield from machine.row_verdicts
 
     def is_proved(self, subsystem: str, state: str, cause: Cause) -> bool:
         """Whether exactly one row of a state and cause applies whenever that cause occurs.
@@ -125,13 +125,13 @@ class Facts:
         none = {constant.place for constant, _ in self.valueless}
         return {c.name: c for c in self.system.constants if c.place not in none}
 
-    def _named_in(self, subsystem: Subsystem) -> dict[str, Constant]:
+    def _constants_of(self, subsystem: Subsystem) -> dict[str, Constant]:
         """The constants that expressions of a subsystem name, directly or through others."""
         named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
-        found = reachable(named, self._constants_in)
+        found = reachable(named, self._named_by)
         return {name: constant for name, constant in self._constants.items() if name in found}
 
-    def _constants_in(self, name: str) -> Iterable[str]:
+    def _named_by(self, name: str) -> Iterable[str]:
         return constants_in(self._constants[name].value) if name in self._constants else ()
 
     @cached_property
@@ -143,7 +143,7 @@ class Facts:
     @cached_property
     def ticks(self) -> Ticks:
         """What formulas of requirements, and those that disturbances wait for, say of a tick."""
-        known = known_of_readings(
+        known = facts_about_readings(
             self.system, {m.subsystem.qualified_name: m for m in self.complete_machines}
         )
         return Ticks({name: c.value for name, c in self._constants.items()}, known)
@@ -161,7 +161,7 @@ class Facts:
     def rates(self) -> Rates:
         """Which rates fit together."""
         known = {s.qualified_name for s in self.system.subsystems} | self.wires.devices.keys()
-        return Rates(self.wires, self.subsystems, self.bindings, whole=self.broken <= known)
+        return Rates(self.wires, self.subsystems, self.bindings, is_complete=self.broken <= known)
 
     @cached_property
     def ages(self) -> Ages:
@@ -205,7 +205,7 @@ class Facts:
     @cached_property
     def reported(self) -> dict[str, BoundElement]:
         """The bindings of what devices report, as `agent.E.device.element`."""
-        found = (b for b in self.bindings if not b.commanded and b.binding.device != PLANT)
+        found = (b for b in self.bindings if not b.is_commanded and b.binding.device != PLANT)
         return {f"{b.binding.device}.{b.binding.element}": b for b in found}
 
     @cached_property

@@ -51,14 +51,14 @@ Answer = Literal["yes", "no", "some", "settled"]
 """Whether a condition holds: always, never, at times, or as constants say that are not known."""
 
 
-def is_asked(whole: Expr, part: Expr, answer: Callable[[Expr], Answer]) -> bool:
+def is_evaluated(whole: Expr, part: Expr, answer: Callable[[Expr], Answer]) -> bool:
     """Whether no constant leaves a part of an expression out, and nothing goes over no item."""
     if whole is part:
         return True
-    return any(is_asked(each, part, answer) for each in asked_parts(whole, answer))
+    return any(is_evaluated(each, part, answer) for each in evaluated_parts(whole, answer))
 
 
-def asked_parts(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[Expr]:
+def evaluated_parts(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[Expr]:
     """The parts of an expression that some step computes; of "settled" answers nothing is sure."""
     match whole:
         case Choice(test=test, then=then, otherwise=otherwise):

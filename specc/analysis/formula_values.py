@@ -11,7 +11,7 @@ from specc.model.system import System
 from specc.model.types import Bool, Enum
 
 
-def known_of_readings(system: System, machines: Mapping[str, Machine]) -> Iterator[Expr]:
+def facts_about_readings(system: System, machines: Mapping[str, Machine]) -> Iterator[Expr]:
     """Conditions on them; `machines` are those of which enough is known.
 
     What is always there is present, and memory has what is written to it. That a state is never
@@ -24,19 +24,19 @@ def known_of_readings(system: System, machines: Mapping[str, Machine]) -> Iterat
             if reading.kind in ("state", "memory") or reading.initial:
                 yield value
         elif reading.kind == "memory" and machine:
-            known = machine.memory_facts.conditions.get(reading.element[0])
+            known = machine.value_ranges.conditions.get(reading.element[0])
             if known is not None:
-                yield _said_of(reading, known)
+                yield _on_reading(reading, known)
 
 
-def _said_of(reading: Reading, known: Expr) -> Expr:
+def _on_reading(reading: Reading, known: Expr) -> Expr:
     """What is known of memory, of the reading of it."""
     if isinstance(known, MemoryRef):
         return MemoryRef(reading.name, type=known.type)
-    return mapped(known, lambda part: _said_of(reading, part))
+    return mapped(known, lambda part: _on_reading(reading, part))
 
 
-def begins_in(reading: Reading, system: System) -> Expr | None:
+def initial_state_of(reading: Reading, system: System) -> Expr | None:
     """That a subsystem is in the state that it has at the first tick."""
     if reading.kind != "state" or not isinstance(reading.type, Enum):
         return None

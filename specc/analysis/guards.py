@@ -56,7 +56,7 @@ class Guards(Generic[K]):
         lets: Sequence[Let],
         learn: Callable[[K, Expr, bool], K],
         meet: Callable[[K, K], K],
-        outside: Callable[[K], K] = lambda known: known,
+        without_variables: Callable[[K], K] = lambda known: known,
     ) -> None:
         """`lets` are in order of dependence.
 
@@ -64,7 +64,7 @@ class Guards(Generic[K]):
         a let that is named at two points, and `outside` what is known of it without the variables
         of quantifiers: a let has its own, perhaps of the same names.
         """
-        self.learn, self.meet, self.outside = learn, meet, outside
+        self.learn, self.meet, self.without_variables = learn, meet, without_variables
         self._lets = {let.name: let for let in lets}
         self.ranks = {let.name: rank for rank, let in enumerate(lets)}
 
@@ -96,7 +96,7 @@ class _Walk(Generic[K]):
             case Fresh() | Present() | Lag():
                 pass
             case LetRef(name=name) if name in self.guards.ranks:
-                known = self.guards.outside(known)
+                known = self.guards.without_variables(known)
                 met = name in self.named
                 self.named[name] = self.guards.meet(self.named[name], known) if met else known
             case Logic(op=op, operands=operands):
@@ -109,7 +109,7 @@ class _Walk(Generic[K]):
                 self.follow(otherwise, learn(known, test, False), let)
             case Quantifier(over=over, body=body):
                 self.follow(over, known, let)
-                self.follow(body, learn(known, there(over), True), let)
+                self.follow(body, learn(known, has_value(over), True), let)
             case _:
                 for child in children(expr):
                     self.follow(child, known, let)
@@ -118,29 +118,29 @@ class _Walk(Generic[K]):
 class ImpliedFacts(Generic[T]):
     """Facts that follow from conditions; `told` gives those that one without operands tells."""
 
-    def __init__(self, lets: Iterable[Let], told: Callable[[Expr, bool], frozenset[T]]) -> None:
+    def __init__(self, lets: Iterable[Let], of_atom: Callable[[Expr, bool], frozenset[T]]) -> None:
         """`lets` are in order of dependence."""
-        self._told = told
+        self._of_atom = of_atom
         values = {let.name: let.value for let in lets}
         self._of_lets = InOrder(
-            values, lambda name: (self.by(values[name], False), self.by(values[name], True))
+            values, lambda name: (self.of(values[name], False), self.of(values[name], True))
         )
 
-    def by(self, expr: Expr, holds: bool) -> frozenset[T]:
+    def of(self, expr: Expr, holds: bool) -> frozenset[T]:
         """What must be so where a condition holds, or where it does not."""
         match expr:
             case Unary(op="not", operand=operand):
-                return self.by(operand, not holds)
+                return self.of(operand, not holds)
             case Logic(op=op, operands=operands):
-                parts = [self.by(part, holds) for part in operands]
+                parts = [self.of(part, holds) for part in operands]
                 every = (op == "and") == holds
                 return frozenset[T]().union(*parts) if every else frozenset.intersection(*parts)
             case Choice(test=test, then=then, otherwise=otherwise):
-                one = self.by(test, True) | self.by(then, holds)
-                return one & (self.by(test, False) | self.by(otherwise, holds))
+                one = self.of(test, True) | self.of(then, holds)
+                return one & (self.of(test, False) | self.of(otherwise, holds))
             case LetRef(name=name) if name in self._of_lets:
                 return self._of_lets[name][holds]
-        return self._told(expr, holds)
+        return self._of_atom(expr, holds)
 
 
 # Where expressions are evaluated, and what is true when the conditions of a state are asked.
@@ -180,7 +180,7 @@ class Evaluation:
     tests: Tests = ()
 
 
-def uses(subsystem: Subsystem, rows: Iterable[Transition]) -> Iterator[Evaluation]:
+def evaluations(subsystem: Subsystem, rows: Iterable[Transition]) -> Iterator[Evaluation]:
     """All expressions that are evaluated if only some rows can be taken."""
     for memory in subsystem.memory:
         yield Evaluation(text_of(memory), memory)
@@ -199,7 +199,7 @@ def uses(subsystem: Subsystem, rows: Iterable[Transition]) -> Iterator[Evaluatio
 # Conditions that say that something is there.
 
 
-def there(value: Expr) -> Expr:
+def has_value(value: Expr) -> Expr:
     """`value is not None`, or `len(value) != 0`."""
     if isinstance(value.type, OptionalOf):
         return negation(IsNone(value, type=Bool()))

@@ -23,15 +23,15 @@ from specc.proof import InputName, InputNames
 _MOVING = {METRE / SECOND, RADIAN / SECOND, NEWTON, NEWTON_METRE, AMPERE}
 
 
-def moves(type: Type) -> bool:
+def is_motion(type: Type) -> bool:
     """Whether a value has a speed, a force or a current, and no place where the motion ends."""
     parts = within([type])
     units = {unit for part in parts for unit in part.units}
     several = any(isinstance(part, ListOf) for part in parts)
-    return bool(units & _MOVING) and not several and not names_a_place(type)
+    return bool(units & _MOVING) and not several and not is_position(type)
 
 
-def names_a_place(type: Type) -> bool:
+def is_position(type: Type) -> bool:
     """Whether a value may say where a motion ends, as a length, an angle or a pose does."""
     leaves = (part for part in within([type]) if not part.parts and not part.is_discrete)
     return any(not leaf.units or {METRE, RADIAN} & {*leaf.units} for leaf in leaves)
@@ -50,7 +50,7 @@ class ValuePath:
     through: tuple[Subsystem, ...]
     device: Device
     element: Element
-    stops: frozenset[str]
+    interrupting: frozenset[str]
 
 
 def path_to_device(
@@ -68,13 +68,13 @@ def path_to_device(
     wires = facts.wires.of(sender)
     wire = next(w for w in wires if (w.port.direction, w.port.peer) == ("y", output[0]))
     if wire.device is not None:
-        found = (e for e in wire.device.x if e.name == output[1] and moves(e.type))
+        found = (e for e in wire.device.x if e.name == output[1] and is_motion(e.type))
         return next((ValuePath((), wire.device, e, frozenset()) for e in found), None)
     reader = wire.other
     if reader is None or wire.end is None or reader in (*passed, sender):
         return None
     reads = facts.ages.sources.reads_of(reader.qualified_name)
-    if reads is None or not facts.of(reader).is_whole:
+    if reads is None or not facts.of(reader).is_complete:
         return None
     peer = wire.end.peer
     held = frozenset((peer, name) for name in unsent)
@@ -84,7 +84,7 @@ def path_to_device(
             facts, reader, further, unsent_in(reader, states, further[0]), (*passed, sender)
         )
         if rest is not None:
-            stops = relay.stops(further, states)
+            stops = relay.interrupting(further, states)
             return ValuePath((reader, *rest.through), rest.device, rest.element, stops)
     return None
 
@@ -110,17 +110,17 @@ class _Relay:
         self._machine = machine
         self._reads = reads
         self._origin = origin
-        self._held = held
+        self._silent_inputs = held
         lets = machine.subsystem.lets
         self._implied = ImpliedFacts(lets, self._missing)
         self._guards = Guards[InputNames](
-            lets, lambda missing, *test: missing | self._implied.by(*test), frozenset.intersection
+            lets, lambda missing, *test: missing | self._implied.of(*test), frozenset.intersection
         )
 
     def _missing(self, condition: Expr, holds: bool) -> InputNames:
         """The input that is not as it would have to be for a condition to hold, or not to hold."""
         match condition:
-            case Fresh(input=element) if holds and element.key in self._held:
+            case Fresh(input=element) if holds and element.key in self._silent_inputs:
                 return frozenset((element.key,))
             case Present(input=element) if not holds and element.key == self._origin:
                 return frozenset((element.key,))
@@ -132,17 +132,21 @@ class _Relay:
         The subsystem need not leave these states, neither by time nor because nothing comes.
         """
         outputs = self._machine.subsystem.outputs
-        for output in (key for key, element in outputs.items() if moves(element.type)):
-            states = [state for state in self._reads.states if self._behind(state, output)]
+        for output in (key for key, element in outputs.items() if is_motion(element.type)):
+            states = [
+                state for state in self._reads.reachable_states if self._sources(state, output)
+            ]
             while left := [state for state in states if not self._may_stay(state, states)]:
                 states = [state for state in states if state not in left]
             if states:
                 yield output, states
 
-    def stops(self, output: InputName, states: list[State]) -> frozenset[str]:
+    def interrupting(self, output: InputName, states: list[State]) -> frozenset[str]:
         """Elements that come with the origin, of which a new value may end that."""
         inputs = self._machine.subsystem.inputs
-        found = {n for s in states for n in self._behind(s, output) if not moves(inputs[n].type)}
+        found = {
+            n for s in states for n in self._sources(s, output) if not is_motion(inputs[n].type)
+        }
         for state in states:
             for step in self._ways_out(state, states):
                 found |= self._missing_for(step)
@@ -150,7 +154,7 @@ class _Relay:
 
     def _ways_out(self, state: State, states: list[State]) -> list[RowEdge]:
         names = {each.name for each in states}
-        steps = self._machine.leaving.get(state.name, ())
+        steps = self._machine.successors.get(state.name, ())
         return [step for step in steps if step.row.target not in names]
 
     def _may_stay(self, state: State, states: list[State]) -> bool:
@@ -165,19 +169,19 @@ class _Relay:
         """The inputs of which a row needs what they do not have."""
         ended = self._machine.subsystem.state(step.row.source).behaviour.ended(step.row.cause)
         tests = *ended, (step.row.condition.when, True)
-        return frozenset[InputName]().union(*(self._implied.by(*test) for test in tests))
+        return frozenset[InputName]().union(*(self._implied.of(*test) for test in tests))
 
     def _is_measured(self, condition: Condition) -> bool:
         """Whether a condition follows from measurements alone."""
         found = self._machine.dependences.of(condition.when)
-        others = found.clock or found.lags or found.arrivals or found.memory
+        others = found.has_clock or found.has_lag or found.arrivals or found.memory
         return bool(found.values) and not others and all(map(self._device, found.values))
 
     def _device(self, key: InputName) -> bool:
         name = self._machine.subsystem.qualified_name
         return bool(self._wires.measured(name, key[0]))
 
-    def _behind(self, state: State, output: InputName) -> InputNames:
+    def _sources(self, state: State, output: InputName) -> InputNames:
         """The inputs behind an output that stays as it is in a state because the origin does.
 
         Nothing if it does not: if time, a new value, or a place that is measured changes it.
@@ -190,7 +194,7 @@ class _Relay:
             for part, missing, _ in self._guards.parts(value, frozenset()):
                 if missing:
                     continue
-                if not self._stays(part, assigned):
+                if not self._is_unchanged(part, assigned):
                     return frozenset()
                 if isinstance(part, Input):
                     found.add(part.key)
@@ -198,7 +202,7 @@ class _Relay:
                     remembered.add(part.name)
                     value = assigned.get(("", part.name), part)
                     if part in self._results(value):
-                        found |= self._remembered(part.name) & {self._origin}
+                        found |= self._stored_inputs(part.name) & {self._origin}
                     pending += [value] if value is not part else []
         return frozenset(found) if self._origin in found else frozenset()
 
@@ -214,7 +218,7 @@ class _Relay:
             else:
                 yield result
 
-    def _stays(self, part: Expr, assigned: dict[InputName, Expr]) -> bool:
+    def _is_unchanged(self, part: Expr, assigned: dict[InputName, Expr]) -> bool:
         """Whether a part of a value does not change by itself."""
         match part:
             case Clock(name=name):
@@ -222,20 +226,20 @@ class _Relay:
             case Lag():
                 return False
             case Fresh(input=element):
-                return element.key in self._held
+                return element.key in self._silent_inputs
             case Choice(test=test):
                 return not any(map(self._device, self._machine.dependences.of(test).values))
             case Input(key=key) if self._device(key):
-                return moves(part.type)
+                return is_motion(part.type)
             case Input(peer=peer, key=key):
-                is_held = key in self._held and not names_a_place(part.type)
-                return is_held or (peer == self._origin[0] and moves(part.type))
+                is_held = key in self._silent_inputs and not is_position(part.type)
+                return is_held or (peer == self._origin[0] and is_motion(part.type))
             case MemoryRef(name=name):
                 is_constant = ("", name) not in assigned
-                return not names_a_place(part.type) and (is_constant or moves(part.type))
+                return not is_position(part.type) and (is_constant or is_motion(part.type))
         return True
 
-    def _remembered(self, memory: str) -> InputNames:
+    def _stored_inputs(self, memory: str) -> InputNames:
         """The inputs that some state puts into memory."""
         written = self._machine.subsystem.written.get(("", memory), {})
         values = [value for several in written.values() for value in several]

@@ -72,7 +72,7 @@ class MemoryBounds:
     ) -> None:
         """`written` has all that memory is ever given; `numbering` knows lets and constants."""
         self._numbering = numbering
-        self._left = _MOST_STEPS
+        self._budget = _MOST_STEPS
         self._written: dict[Expr, Sequence[Expr]] = {
             MemoryRef(item.name, type=item.type): written[item.name]
             for item in subsystem.memory
@@ -95,23 +95,23 @@ class MemoryBounds:
             named |= {end for n in named for s in steps for end in (n + s, n - s)}
         self._named = sorted(named)
         found = self._fixpoint() if self._written else {}
-        self._left = _MOST_STEPS
+        self._budget = _MOST_STEPS
         self._lets = [*lets.items()]
         self._found = self._with_lets(found)
 
     def of(self, expr: Expr, tests: Iterable[Expr] = ()) -> Range:
         """What an expression of numbers, or a condition, lies between where `tests` hold."""
-        now, self._left = self._found, _MOST_STEPS
+        now, self._budget = self._found, _MOST_STEPS
         for test in tests:
             now = self._narrowed(now, test)
         return self._of(expr, now)
 
     def _fixpoint(self) -> _Now:
-        now = {each: self._given(each, values[:1], {}) for each, values in self._written.items()}
+        now = {each: self._assigned(each, values[:1], {}) for each, values in self._written.items()}
         for count in range(_GROWS + _WIDENED + 2 * len(self._written)):
             here = self._with_lets(now)
             after = {
-                memory: ranges.union(now[memory], self._given(memory, values, here))
+                memory: ranges.union(now[memory], self._assigned(memory, values, here))
                 for memory, values in self._written.items()
             }
             if after == now:
@@ -120,7 +120,7 @@ class MemoryBounds:
             now = {m: r if count < _GROWS else _widened(now[m], r, named) for m, r in after.items()}
         return {}
 
-    def _given(self, memory: Expr, values: Iterable[Expr], now: _Now) -> Range:
+    def _assigned(self, memory: Expr, values: Iterable[Expr], now: _Now) -> Range:
         """What memory is given; a whole number becomes a real one in real memory."""
         found = ((value.type, self._of(value, now)) for value in values)
         is_real = isinstance(memory.type, Real)
@@ -135,8 +135,8 @@ class MemoryBounds:
 
     def _of(self, expr: Expr, now: _Now) -> Range:
         """What a value lies between where memory and lets are within `now`."""
-        self._left -= 1
-        if self._left < 0:
+        self._budget -= 1
+        if self._budget < 0:
             return ANY
         if (value := self._numbering.known(expr)) is not None:
             return ranges.of_value(value)
@@ -152,7 +152,7 @@ class MemoryBounds:
     def _narrowed(self, now: _Now, condition: Expr) -> _Now:
         """The bounds where a condition holds; unchanged where it never does."""
         found = dict(now)
-        self._left -= len(now)
+        self._budget -= len(now)
         for part in conjuncts(self._numbering.looked_through(condition)):
             if isinstance(part, Unary) and isinstance(part.operand, Compare):
                 part = opposite(part.operand)
@@ -229,7 +229,7 @@ class ValueRanges:
             if not peer and name in given:
                 given[name] += chain(*by_behaviour.values())
         self.bounds = MemoryBounds(subsystem, given, numbering)
-        self._numbering, self._given = numbering, given
+        self._numbering, self._assigned = numbering, given
         self.conditions: dict[str, Expr] = {}
         """Of memory that is written, by the name of the element."""
         self.unwritten: dict[str, Expr] = {}
@@ -239,7 +239,10 @@ class ValueRanges:
         for item in subsystem.memory:
             if kind(item.type).sort != "other":
                 memory = MemoryRef(item.name, type=item.type)
-                values, within = _one_of(memory, self._behind(memory)), self.bounds.of(memory)
+                values, within = (
+                    _among_literals(memory, self._possible_values(memory)),
+                    self.bounds.of(memory),
+                )
                 self.invariants += (values,) if values else tuple(_ends(memory, within))
                 if len(given[item.name]) == 1:
                     self.unwritten |= {item.name: values} if values else {}
@@ -248,9 +251,11 @@ class ValueRanges:
 
     def members(self, expr: Expr) -> frozenset[str]:
         """The members of an enum that an expression may be, as far as they are known by name."""
-        return frozenset(leaf.name for leaf in self._behind(expr) if isinstance(leaf, Member))
+        return frozenset(
+            leaf.name for leaf in self._possible_values(expr) if isinstance(leaf, Member)
+        )
 
-    def _behind(self, expr: Expr) -> list[Expr]:
+    def _possible_values(self, expr: Expr) -> list[Expr]:
         """What an expression may be: any value of a choice, or what memory is given."""
         return [part for part in reachable([expr], self._values) if not self._values(part)]
 
@@ -258,7 +263,7 @@ class ValueRanges:
         """The expressions of which one gives the value of another; none for one with its own."""
         match expr:
             case MemoryRef(name=name):
-                return self._given.get(name, ())
+                return self._assigned.get(name, ())
             case LetRef() | ConstantRef():
                 named = self._numbering.looked_through(expr)
                 return () if named is expr else (named,)
@@ -283,7 +288,7 @@ def _counted(memory: MemoryRef, range_: Range) -> Expr | None:
     return ends[0] if len(ends) == 1 else None
 
 
-def _one_of(memory: MemoryRef, behind: Sequence[Expr]) -> Expr | None:
+def _among_literals(memory: MemoryRef, behind: Sequence[Expr]) -> Expr | None:
     """That memory has one of the literals that it, or memory whose value it gets, is given."""
     values = sorted({leaf for leaf in behind if isinstance(leaf, _KnownLeaf)}, key=repr)
     if not all(isinstance(leaf, _KnownLeaf) for leaf in behind) or len(values) > _MOST_VALUES:

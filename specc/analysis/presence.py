@@ -10,9 +10,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 
-from specc.analysis.arrivals import Arrivals
-from specc.analysis.graph import HeldByState, RowEdge, must_hold
-from specc.analysis.guards import Evaluation, Guards, ImpliedFacts, Tests, as_conditions, there
+from specc.analysis.arrivals import Availability
+from specc.analysis.graph import FactsByState, RowEdge, must_hold
+from specc.analysis.guards import Evaluation, Guards, ImpliedFacts, Tests, as_conditions, has_value
 from specc.analysis.reads import Dependences, nodes, texts
 from specc.model.expr import (
     TRUE,
@@ -61,14 +61,16 @@ class DefiniteAssignment:
     the machine begins.
     """
 
-    def __init__(self, subsystem: Subsystem, steps: Sequence[RowEdge], arrivals: Arrivals) -> None:
+    def __init__(
+        self, subsystem: Subsystem, steps: Sequence[RowEdge], arrivals: Availability
+    ) -> None:
         self._subsystem = subsystem
         self._steps = steps
         self._arrivals = arrivals
         self._close = cache(arrivals.close)
-        self._after = cache(self._once_taken)
+        self._after = cache(self._present_after)
         self._everything = frozenset(subsystem.inputs)
-        self._told = ImpliedFacts(subsystem.lets, self._implied_by).by
+        self._implied = ImpliedFacts(subsystem.lets, self._implied_by).of
         self._guards = Guards(subsystem.lets, self.after_test, frozenset.intersection)
         self.in_first_period = self._close(arrivals.always)
         """In the first period of all."""
@@ -98,7 +100,7 @@ class DefiniteAssignment:
 
     def after_test(self, present: InputNames, test: Expr, holds: bool) -> InputNames:
         """What is present after a test that held, or did not."""
-        return self._close(present | self._told(test, holds))
+        return self._close(present | self._implied(test, holds))
 
     @cached_property
     def is_sure(self) -> bool:
@@ -122,7 +124,7 @@ class DefiniteAssignment:
         """Once a row was taken."""
         return self._after(self.in_functions[step.row.source], step.ensures)
 
-    def _once_taken(self, in_functions: InputNames, ensures: InputNames) -> InputNames:
+    def _present_after(self, in_functions: InputNames, ensures: InputNames) -> InputNames:
         return self._close(self._close(in_functions | self._arrivals.later) | ensures)
 
     def path_without(self, state: str, element: InputName) -> list[str]:
@@ -140,7 +142,7 @@ class DefiniteAssignment:
                 return frozenset((element.key,))
         return _NONE
 
-    def _fixpoint(self) -> HeldByState[InputName]:
+    def _fixpoint(self) -> FactsByState[InputName]:
         most = {state.name: self._everything for state in self._subsystem.states}
         if not self._subsystem.begun:
             return most
@@ -169,7 +171,7 @@ def _read(part: Expr) -> Input | None:
 KnownFacts = frozenset[Expr]
 Premises = tuple[Expr, ...]
 """Conditions that hold in one period."""
-MOST_WAYS = 16
+MOST_PATHS = 16
 """To one let with different tests before it; of more ways counts what all have in common."""
 
 
@@ -181,13 +183,13 @@ class Need:
     """
 
     sure: Sure
-    ways: tuple[Premises, ...]
+    paths: tuple[Premises, ...]
     let: Let | None
 
     @property
     def fact(self) -> Expr:
         """The condition that it is there."""
-        return there(self.sure.value)
+        return has_value(self.sure.value)
 
 
 class PresentValues:
@@ -205,7 +207,7 @@ class PresentValues:
         self._rows = rows
         self._prover = prover
         self._dependences = dependences
-        self._guards = Guards(subsystem.lets, _behind, _either, _outside)
+        self._guards = Guards(subsystem.lets, _add_test, _merge_paths, _without_variables)
         self._lacking: dict[tuple[int, KnownFacts, Tests, EvaluationPoint], Sequence[Need]] = {}
 
     @cached_property
@@ -236,11 +238,11 @@ class PresentValues:
         """What is known where an expression is evaluated, beside the tests before it."""
         if use.state is None:
             return frozenset()
-        held = self._held[use.state.name]
-        return held if isinstance(use.owner, Function) else self._when_asked(use.state, held)
+        held = self._facts_by_state[use.state.name]
+        return held if isinstance(use.owner, Function) else self._in_conditions(use.state, held)
 
     def _lacks(self, need: Need, known: Premises, moment: EvaluationPoint) -> bool:
-        legible = (way for way in need.ways if not any(map(has_unknown, way)))
+        legible = (way for way in need.paths if not any(map(has_unknown, way)))
         contexts = ((*known, *way) for way in legible)
         return any(
             need.fact not in context
@@ -248,13 +250,13 @@ class PresentValues:
             for context in contexts
         )
 
-    def tells(self, fact: Expr, use: Evaluation) -> bool:
+    def entry_tests_suffice(self, fact: Expr, use: Evaluation) -> bool:
         """Whether tests on the ways into a state would say enough of a value that is used there."""
         state = use.state
         if state is None or state.name == self._subsystem.initial_state:
             return False
         once = isinstance(use.owner, Function) and state.behaviour.terminal.when == TRUE
-        return self._outlives(fact, state) or once
+        return self._is_invariant(fact, state) or once
 
     def _moment(self, use: Evaluation) -> EvaluationPoint:
         if isinstance(use.owner, Condition):
@@ -269,22 +271,22 @@ class PresentValues:
         Facts about the clock do not, as it starts anew with every state.
         """
         needs = (need for text in texts(self._subsystem) for need in self.needs(text.expr))
-        facts = (f for f in {n.fact for n in needs} if not self._dependences.of(f).clock)
+        facts = (f for f in {n.fact for n in needs} if not self._dependences.of(f).has_clock)
         return tuple(sorted(facts, key=repr))
 
     def _in_order(self, known: KnownFacts) -> Premises:
         return tuple([fact for fact in self._facts if fact in known])
 
     @cached_property
-    def _held(self) -> HeldByState[Expr]:
+    def _facts_by_state(self) -> FactsByState[Expr]:
         """What holds in every period in which the functions of a state are executed."""
         most = {state.name: frozenset(self._facts) for state in self._subsystem.states}
         if self._subsystem.initial_state in most:
             initial = {item.name: item.init.type for item in self._subsystem.memory}
-            most[self._subsystem.initial_state] = _there_by_type(self._facts, initial)
-        return must_hold(most, self._ways(), self._kept)
+            most[self._subsystem.initial_state] = _present_by_type(self._facts, initial)
+        return must_hold(most, self._edges(), self._transfer)
 
-    def _ways(self) -> dict[str, list[tuple[str, Premises]]]:
+    def _edges(self) -> dict[str, list[tuple[str, Premises]]]:
         """State -> the states that it enters, or goes on as, and what is true when it does."""
         found: dict[str, list[tuple[str, Premises]]] = {}
         for state in self._subsystem.states:
@@ -298,45 +300,45 @@ class PresentValues:
     def _timeless(self, conditions: Iterable[Expr]) -> Premises:
         """The parts of conditions that are as true of the next state, whose clock starts anew."""
         parts = (part for condition in conditions for part in conjuncts(condition))
-        return tuple(part for part in parts if not self._dependences.of(part).clock)
+        return tuple(part for part in parts if not self._dependences.of(part).has_clock)
 
-    def _kept(
+    def _transfer(
         self, facts: KnownFacts, state: str, held: KnownFacts, conditions: Premises
     ) -> KnownFacts:
-        known = self._when_asked(self._subsystem.state(state), held)
+        known = self._in_conditions(self._subsystem.state(state), held)
         context = _with_items((*conditions, *self._in_order(known)))
         return frozenset(f for f in facts if f in known or self._prover.implies(context, f))
 
-    def _when_asked(self, state: State, held: KnownFacts) -> KnownFacts:
+    def _in_conditions(self, state: State, held: KnownFacts) -> KnownFacts:
         """Facts that hold when the conditions that end a state are asked."""
-        lasting = (fact for fact in held if self._outlives(fact, state))
-        return frozenset(lasting) | _there_by_type(self._facts, _written(state))
+        lasting = (fact for fact in held if self._is_invariant(fact, state))
+        return frozenset(lasting) | _present_by_type(self._facts, _written(state))
 
-    def _outlives(self, fact: Expr, state: State) -> bool:
+    def _is_invariant(self, fact: Expr, state: State) -> bool:
         """Whether what is true when a state is entered is so in all its periods."""
         on = self._dependences.of(fact)
-        return on.lasts and not on.memory & _written(state).keys()
+        return on.is_stable and not on.memory & _written(state).keys()
 
 
-def _behind(ways: tuple[Premises, ...], test: Expr, holds: bool) -> tuple[Premises, ...]:
+def _add_test(ways: tuple[Premises, ...], test: Expr, holds: bool) -> tuple[Premises, ...]:
     said = test if holds else negation(test)
     return tuple((*way, said) for way in ways)
 
 
-def _either(one: tuple[Premises, ...], other: tuple[Premises, ...]) -> tuple[Premises, ...]:
+def _merge_paths(one: tuple[Premises, ...], other: tuple[Premises, ...]) -> tuple[Premises, ...]:
     """Ways on which no more is known than on each of these: one with more tests adds nothing."""
     found: list[tuple[Premises, frozenset[Expr]]] = []
     for way in (*one, *other):
         tests = frozenset(way)
         if not any(fewer <= tests for _, fewer in found):
             found.append((way, tests))
-    if len(found) > MOST_WAYS:
+    if len(found) > MOST_PATHS:
         common = frozenset.intersection(*(tests for _, tests in found))
         return (tuple(test for test in found[0][0] if test in common),)
     return tuple(way for way, _ in found)
 
 
-def _outside(ways: tuple[Premises, ...]) -> tuple[Premises, ...]:
+def _without_variables(ways: tuple[Premises, ...]) -> tuple[Premises, ...]:
     return tuple(tuple(test for test in way if not has_free_variable(test)) for way in ways)
 
 
@@ -351,7 +353,7 @@ def _with_items(conditions: Iterable[Expr]) -> list[Expr]:
             case (
                 Quantifier(kind="any", over=over) | Unary(operand=Quantifier(kind="all", over=over))
             ) if isinstance(over.type, ListOf):
-                found.append(there(over))
+                found.append(has_value(over))
     return found
 
 
@@ -360,12 +362,12 @@ def _written(state: State) -> dict[str, Type]:
     return {a.name: a.value.type for a in state.behaviour.assignments if not a.peer}
 
 
-def _there_by_type(facts: Iterable[Expr], memory: Mapping[str, Type]) -> KnownFacts:
+def _present_by_type(facts: Iterable[Expr], memory: Mapping[str, Type]) -> KnownFacts:
     """Facts about memory that has got a value of a type that is never None, or never empty."""
     return frozenset(
         fact
         for fact in facts
-        if (name := _memory_of(fact)) in memory and _is_there(fact, memory[name])
+        if (name := _memory_of(fact)) in memory and _is_present(fact, memory[name])
     )
 
 
@@ -379,7 +381,7 @@ def _memory_of(fact: Expr) -> str:
     return ""
 
 
-def _is_there(fact: Expr, type_: Type) -> bool:
+def _is_present(fact: Expr, type_: Type) -> bool:
     """Whether a value of that type is never None, or a list of that type never empty."""
     if isinstance(fact, Unary):
         return not isinstance(type_, OptionalOf)

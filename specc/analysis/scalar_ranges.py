@@ -34,30 +34,30 @@ class ScalarRanges:
         """`machine` gives that of a subsystem by its qualified name."""
         self._definitions = definitions
         self._machine = machine
-        self._open: set[ScalarExpr] = set()
-        self._left = _MOST_STEPS
+        self._visiting: set[ScalarExpr] = set()
+        self._budget = _MOST_STEPS
 
     def of(self, scalar: ScalarExpr) -> _Ranges:
         """By the expressions that compute it, or are literals."""
-        self._left -= 1
-        if scalar in self._open or len(self._open) > _DEEPEST or self._left < 0:
+        self._budget -= 1
+        if scalar in self._visiting or len(self._visiting) > _DEEPEST or self._budget < 0:
             return {scalar: (self._in_memory(scalar),)}
         if self._is_tested(scalar):
             return {scalar: (ANY,)}
-        self._open.add(scalar)
+        self._visiting.add(scalar)
         found: _Ranges = {}
         definitions = self._definitions.of(scalar)
         for each in definitions or ():
             found |= self.of(each) if isinstance(each, ScalarExpr) else {scalar: (ANY,)}
         if definitions is None:
             found[scalar] = tuple(dict.fromkeys(self._computed(scalar)))
-        self._open.remove(scalar)
+        self._visiting.remove(scalar)
         return found
 
     def _in_memory(self, scalar: ScalarExpr) -> Range:
         """Of what depends on itself: the bounds of memory."""
         if isinstance(scalar.expr, MemoryRef) and scalar.subsystem:
-            return self._machine(scalar.subsystem).memory_facts.bounds.of(scalar.expr)
+            return self._machine(scalar.subsystem).value_ranges.bounds.of(scalar.expr)
         return ANY
 
     def _computed(self, scalar: ScalarExpr) -> Iterator[Range]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Literal
 
-from specc.analysis.failures import Answer, failure, is_asked
+from specc.analysis.failures import Answer, failure, is_evaluated
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts, texts_of_system
 from specc.lang import ranges
 from specc.lang.bounds import bounded
@@ -69,7 +69,7 @@ class SuspiciousExpression:
     ]
     expr: Expr
     text: ExpressionText
-    because: tuple[Expr, ...]
+    causes: tuple[Expr, ...]
     origin: tuple[ExpressionText, Expr]
     number: float = 0.0
     why: str = ""
@@ -105,17 +105,18 @@ class SuspiciousExpressions:
         every = texts(owner) if isinstance(owner, Subsystem) else tuple(texts_of_system(owner))
         asked = (text for text in every if not isinstance(text.expr, LITERALS))
         found = [m for text in asked for m in self._in(text, text.expr, {})]
-        self.found = tuple(_in_all_copies([*found, *self._unchanged_memory(writing)], every))
-        self._at = {id(part.expr) for part in self.found}
-        self._spoilt: set[str] = set()
+        self.all = tuple(_in_all_copies([*found, *self._unchanged_memory(writing)], every))
+        self._at = {id(part.expr) for part in self.all}
+        self._suspicious_lets: set[str] = set()
         for item in owner.lets if isinstance(owner, Subsystem) else ():
-            if self.within(item.value):
-                self._spoilt.add(item.name)
+            if self.is_in(item.value):
+                self._suspicious_lets.add(item.name)
 
-    def within(self, expr: Expr) -> bool:
+    def is_in(self, expr: Expr) -> bool:
         """Whether an expression has one, itself or in a let."""
         return bool(self._at) and any(
-            id(node) in self._at or (isinstance(node, LetRef) and node.name in self._spoilt)
+            id(node) in self._at
+            or (isinstance(node, LetRef) and node.name in self._suspicious_lets)
             for node in walk(expr)
         )
 
@@ -163,7 +164,7 @@ class SuspiciousExpressions:
             return False
         if text.part in self._lets:
             return not self._rests_on_constants(part)
-        return is_asked(text.expr, part, self._answer)
+        return is_evaluated(text.expr, part, self._answer)
 
     def _rests_on_constants(self, expr: Expr) -> bool:
         """Also through lets, and on memory that nothing writes."""
@@ -362,7 +363,7 @@ class SuspiciousExpressions:
         """Whether an expression is known, and depends on more than constants."""
         on = self._dependences.of(expr)
         written = any((MemoryRef, name) not in self._named for name in on.memory)
-        return not has_unknown(expr) and (written or not on.lasts)
+        return not has_unknown(expr) and (written or not on.is_stable)
 
     def _value(self, expr: Expr) -> float | None:
         if isinstance(expr, MemoryRef) and (named := self._named.get((MemoryRef, expr.name))):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import partial
 
-from specc.analysis.graph import CAUSES, RowEdge, find_steps
+from specc.analysis.graph import CAUSES, RowEdge, find_edges
 from specc.model.expr import FALSE, TRUE, Choice, Expr, Logic, Quantifier, Unary, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem
@@ -19,20 +19,20 @@ from specc.proof import InputName, Prover, RowVerdict, Witness
 
 
 Rewriting = Callable[[Expr], Expr]
-Asks = Callable[[Expr], bool]
+Predicate = Callable[[Expr], bool]
 
 
-def must_hold_part(condition: Expr, is_unknown: Asks = has_unknown) -> Expr:
+def must_hold_part(condition: Expr, is_unknown: Predicate = has_unknown) -> Expr:
     """The condition where it holds whatever its unknown parts are."""
     return _bound(condition, FALSE, is_unknown)
 
 
-def may_hold_part(condition: Expr, is_unknown: Asks = has_unknown) -> Expr:
+def may_hold_part(condition: Expr, is_unknown: Predicate = has_unknown) -> Expr:
     """The condition where it may hold, its unknown parts permitting."""
     return _bound(condition, TRUE, is_unknown)
 
 
-def _bound(expr: Expr, unknown: Expr, is_unknown: Asks) -> Expr:
+def _bound(expr: Expr, unknown: Expr, is_unknown: Predicate) -> Expr:
     if not is_unknown(expr):
         return expr
     same = partial(_bound, unknown=unknown, is_unknown=is_unknown)
@@ -86,22 +86,22 @@ class Approximation:
         return replace(state, behaviour=seen)
 
 
-def sure(cause: Cause) -> Approximation:
+def must_view(cause: Cause) -> Approximation:
     """Where ends and rows surely hold."""
     return Approximation(cause, must_hold_part, must_hold_part)
 
 
-def unmet(cause: Cause) -> Approximation:
+def gap_view(cause: Cause) -> Approximation:
     """Where ends surely hold, beside rows that possibly do."""
     return Approximation(cause, must_hold_part, may_hold_part)
 
 
-def possible(cause: Cause) -> Approximation:
+def may_view(cause: Cause) -> Approximation:
     """Where ends and rows possibly hold."""
     return Approximation(cause, may_hold_part, may_hold_part)
 
 
-def is_vague(subsystem: Subsystem, state: State, cause: Cause) -> bool:
+def is_incomplete(subsystem: Subsystem, state: State, cause: Cause) -> bool:
     """Whether something about the rows of a state and cause is unknown."""
     rows = (row.condition.when for _, row in subsystem.rows(state.name, cause))
     return any(map(has_unknown, (*(when for when, _ in state.behaviour.ended(cause)), *rows)))
@@ -133,7 +133,7 @@ class MustMayAnalysis:
         """What is certain of the rows; None if it is not known whether the cause occurs."""
         known, gaps, all_ = (
             self._prover(view(cause)).prove_rows(state, cause, present=present).decision
-            for view in (sure, unmet, possible)
+            for view in (must_view, gap_view, may_view)
         )
         if known.possible != all_.possible:
             return None
@@ -144,18 +144,18 @@ class MustMayAnalysis:
         self, state: str, cause: Cause, pair: tuple[int, int], present: Collection[InputName]
     ) -> Witness | None:
         """Where two rows of a state and cause, by their indices, surely apply together."""
-        seen = sure(cause).of(self._subsystem)
+        seen = must_view(cause).of(self._subsystem)
         rows = _rows(seen, state, cause)
         two = replace(seen, transitions=tuple(rows[index] for index in pair))
         return self._new(two).prove_rows(state, cause, present=present).decision.overlap
 
-    def steps(self) -> tuple[RowEdge, ...]:
+    def edges(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken whatever is unknown."""
         every = ((state.name, cause) for state in self._subsystem.states for cause in CAUSES)
-        return find_steps(self._subsystem, (self._sure(*each) for each in every))
+        return find_edges(self._subsystem, (self._must_verdict(*each) for each in every))
 
-    def _sure(self, state: str, cause: Cause) -> RowVerdict:
-        decision = self._prover(sure(cause)).prove_rows(state, cause).decision
+    def _must_verdict(self, state: str, cause: Cause) -> RowVerdict:
+        decision = self._prover(must_view(cause)).prove_rows(state, cause).decision
         return RowVerdict(_rows(self._subsystem, state, cause), decision)
 
     def _prover(self, view: Approximation) -> Prover:

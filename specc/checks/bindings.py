@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, Raw, differs, first_key, raw_numbers
+from specc.analysis.plant import BoundElement, RawNumbers, first_key, is_another_unit, raw_numbers
 from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
 from specc.diagnostics.phrases import counted, listed
 from specc.mjcf import Model, ModelError
@@ -40,13 +40,13 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     """What is wrong with the kind of a binding, and a way out; None if nothing is."""
     if bound.plant in ("", "ros2"):  # topics have checks of their own
         return None
-    if not bound.commanded and (complaint := _sampled(bound.binding)):
+    if not bound.is_commanded and (complaint := _sampled(bound.binding)):
         return complaint
     if topic := first_key(bound.binding, _OF_TOPICS):
         return f"`{topic}` is for plants behind ROS 2", f"delete `{topic}`"
     if bound.plant == "python":
         return _in_python(bound)
-    return _moving(bound) if bound.commanded else _reporting(bound)
+    return _moving(bound) if bound.is_commanded else _reporting(bound)
 
 
 def _sampled(binding: Binding) -> tuple[str, str] | None:
@@ -68,7 +68,7 @@ def _in_python(bound: BoundElement) -> tuple[str, str] | None:
     if modelled:
         return (
             f"`{modelled}` is for MuJoCo models; the plant in Python "
-            f"{'takes' if bound.commanded else 'gives'} `{name}` itself",
+            f"{'takes' if bound.is_commanded else 'gives'} `{name}` itself",
             f"delete `{modelled}`",
         )
     return _command_measured(bound, _OF_SAMPLES)
@@ -83,7 +83,7 @@ def _moving(bound: BoundElement) -> tuple[str, str] | None:
 
 
 def _command_measured(bound: BoundElement, kinds: tuple[str, ...]) -> tuple[str, str] | None:
-    measured = first_key(bound.binding, kinds) if bound.commanded else ""
+    measured = first_key(bound.binding, kinds) if bound.is_commanded else ""
     if not measured:
         return None
     return (
@@ -195,7 +195,7 @@ def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
 
 def _named_twice(bound: BoundElement) -> Iterator[Diagnostic]:
     """An actuator that is commanded twice is `actuators_driven_once`'s matter."""
-    for kind in _LISTS[:2] if bound.commanded else _LISTS:
+    for kind in _LISTS[:2] if bound.is_commanded else _LISTS:
         names = getattr(bound.binding, kind)
         for index, name in enumerate(names):
             if name in names[:index]:
@@ -218,14 +218,14 @@ def _units_differ(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
         if raw.units is None:
             return
         for unit, other in zip(wanted[start:], raw.units, strict=False):
-            if other is not None and differs(raw, other, unit):
+            if other is not None and is_another_unit(raw, other, unit):
                 yield _another_unit(bound, raw, unit, other)
                 break
         start += len(raw.units)
 
 
-def _another_unit(bound: BoundElement, raw: Raw, unit: Unit, other: Unit) -> Diagnostic:
-    verb = "takes" if bound.commanded else "gives"
+def _another_unit(bound: BoundElement, raw: RawNumbers, unit: Unit, other: Unit) -> Diagnostic:
+    verb = "takes" if bound.is_commanded else "gives"
     kind = raw.kind.removesuffix("s")
     return Diagnostic(
         "E0511",
@@ -269,7 +269,7 @@ def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
     """E0510; a binding of the wrong kind is `bindings_fit`'s matter."""
     for bound in facts.bindings:
         binding = bound.binding
-        if bound.commanded or _wrong_kind(bound):
+        if bound.is_commanded or _wrong_kind(bound):
             continue
         complaint = _depth(binding) or _deviations(binding)
         if complaint:

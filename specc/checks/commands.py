@@ -54,7 +54,7 @@ def _of_element(
 ) -> Iterator[_Beyond]:
     binding, type_ = bound.binding, bound.element.type
     is_number = isinstance(type_, Real) or (isinstance(type_, Vector) and type_.is_array)
-    if not (bound.commanded and bound.plant == "model" and is_number) or binding.through:
+    if not (bound.is_commanded and bound.plant == "model" and is_number) or binding.through:
         return
     for index, name in enumerate(binding.actuators):
         limits = [*limits_of_control(name, facts.model)] if isinstance(facts.model, Model) else []

@@ -34,7 +34,7 @@ def _findings(machine: Machine) -> Iterator[Diagnostic]:
         if settled is None:
             parts = (part for part in machine.results_of(_parts) if part.condition is condition)
             yield from (_part(machine, part) for part in parts)
-        elif not machine.suspicious.within(condition.when):
+        elif not machine.suspicious.is_in(condition.when):
             word = "always" if settled else "never"
             yield Diagnostic(
                 "W0613",
@@ -59,7 +59,7 @@ def memory_is_written(facts: Facts) -> Iterator[Diagnostic]:
     for machine in facts.complete_machines:
         reported = {name for part in machine.results_of(_parts) for name in part.unwritten}
         for item in machine.subsystem.memory:
-            if item.name not in machine.memory_facts.unwritten.keys() - reported:
+            if item.name not in machine.value_ranges.unwritten.keys() - reported:
                 continue
             of = machine.dependences.of
             reading = [
@@ -81,7 +81,7 @@ def _time(machine: Machine, condition: Condition, settled: bool) -> str:
     """The remark that time decides a condition, if it does."""
     when = condition.when
     never = negation(when) if settled else when
-    if not machine.dwell_times.is_cause(never):
+    if not machine.dwell_times.is_time_the_cause(never):
         return ""
     first = ms(1 / machine.subsystem.rate_hz)
     return f"its times decide it; conditions are first evaluated after {first}"
@@ -130,7 +130,7 @@ def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
 def _out_of_time(machine: Machine) -> Iterator[Diagnostic]:
     told = set[Place]()
     for state in machine.subsystem.states:
-        for late in machine.dwell_times.late(state):
+        for late in machine.dwell_times.overdue_exits(state):
             if any(_is_mistaken(machine, condition) for condition in late.ended_by):
                 continue
             finding = _finding(late, machine.subsystem)
@@ -141,7 +141,7 @@ def _out_of_time(machine: Machine) -> Iterator[Diagnostic]:
 
 def _is_mistaken(machine: Machine, condition: Condition) -> bool:
     settled = machine.constant_value(condition) is not None
-    return settled or machine.suspicious.within(condition.when)
+    return settled or machine.suspicious.is_in(condition.when)
 
 
 def _finding(late: OverdueExit, subsystem: Subsystem) -> Diagnostic:
@@ -149,7 +149,7 @@ def _finding(late: OverdueExit, subsystem: Subsystem) -> Diagnostic:
     state, ends = late.state, late.ended_by
     asked = Related(late.condition.place, f"`{late.condition.name}`")
     behaviour = Related(state.behaviour.place, f"behaviour `{state.behaviour.name}`")
-    if late.over_s == 1 / subsystem.rate_hz and ends == (state.behaviour.error,) and not late.row:
+    if late.end_s == 1 / subsystem.rate_hz and ends == (state.behaviour.error,) and not late.row:
         return Diagnostic(
             "W0618",
             f"error condition `{ends[0].name}` always holds when it is first evaluated",
@@ -168,15 +168,15 @@ def _finding(late: OverdueExit, subsystem: Subsystem) -> Diagnostic:
             asked if late.row else behaviour,
         ),
         "change one of the two times"
-        if late.timed
+        if late.is_timed
         else f"let the state last longer, or change `{late.condition.name}`",
     )
 
 
 def _too_late(late: OverdueExit) -> str:
     """The message; a condition without a time that ends a state does so at once."""
-    state, name, over = late.state.name, late.condition.name, ms(late.over_s)
-    if late.timed:
+    state, name, over = late.state.name, late.condition.name, ms(late.end_s)
+    if late.is_timed:
         return f"state `{state}` has ended, after {over}, before `{name}` can hold"
     ends = listed([f"`{condition.name}`" for condition in late.ended_by], "or")
     return f"{ends} ends state `{state}` in its first period, {over}, before `{name}` can hold"

@@ -76,7 +76,7 @@ def _reached(machine: Machine, asked: Compare, counter: str) -> Expr | None:
     for memory, limit, op in sides:
         counted, on = through(memory), machine.dependences.of(limit)
         is_counter = isinstance(counted, MemoryRef) and counted.name == counter
-        if is_counter and on.lasts and not on.memory:
+        if is_counter and on.is_stable and not on.memory:
             return Compare(">" if op in (">", "<=") else ">=", counted, limit, type=asked.type)
     return None
 
@@ -92,9 +92,9 @@ def _way_back(machine: Machine, state: State, counter: str, reached: Expr) -> Ro
         name = step.row.target
         if name == state.name or counts[name] is None:
             return []
-        return [s for s in machine.leaving.get(name, ()) if _is_taken(machine, s, reached)]
+        return [s for s in machine.successors.get(name, ()) if _is_taken(machine, s, reached)]
 
-    for first in machine.leaving.get(state.name, ()):
+    for first in machine.successors.get(state.name, ()):
         row = first.row
         asked = machine.dependences.all(
             [state.behaviour.ending(row.cause).when, row.condition.when]

@@ -91,10 +91,10 @@ def _only_grows(machine: Machine, item: Memory) -> bool:
 
 def _is_entered_again(machine: Machine, state: str) -> bool:
     """Whether a way leads from a state back to it."""
-    first = [step.row.target for step in machine.leaving.get(state, ())]
+    first = [step.row.target for step in machine.successors.get(state, ())]
 
     def following(name: str) -> list[str]:
-        return [step.row.target for step in machine.leaving.get(name, ())]
+        return [step.row.target for step in machine.successors.get(name, ())]
 
     return state in reachable(first, following)
 

@@ -148,7 +148,7 @@ def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
     for name, one in mine.items():
         other = theirs.get(name)
         if other and one.type != other.type:
-            mine_is, theirs_is = _told_apart(one.type, other.type)
+            mine_is, theirs_is = _distinct_texts(one.type, other.type)
             connected = Related(there.place_of(other), f"connected to this one: `{theirs_is}`")
             declared = here.declared(one) or there.declared(other)
             yield Diagnostic(
@@ -168,7 +168,7 @@ def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
         yield _missing(_Lack(ends[0], only_there or only_here), ends[1])
 
 
-def _told_apart(one: Type, other: Type) -> tuple[str, str]:
+def _distinct_texts(one: Type, other: Type) -> tuple[str, str]:
     """Texts of two types that differ; of one name in two files, with what differs in them."""
     texts = str(one), str(other)
     if texts[0] != texts[1]:
@@ -176,7 +176,7 @@ def _told_apart(one: Type, other: Type) -> tuple[str, str]:
     inside = _inside(one), _inside(other)
     for (name, mine), (_, theirs) in zip(_parts(one), _parts(other), strict=False):
         if inside[0] == inside[1] and mine != theirs:
-            told = _told_apart(mine, theirs)
+            told = _distinct_texts(mine, theirs)
             return f"{texts[0]} with {name}{told[0]}", f"{texts[1]} with {name}{told[1]}"
     return f"{texts[0]}{inside[0]}", f"{texts[1]}{inside[1]}"
 

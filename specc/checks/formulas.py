@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import combinations, islice
 
 from specc.analysis import Facts
-from specc.analysis.formula_values import begins_in
+from specc.analysis.formula_values import initial_state_of
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk
@@ -113,13 +113,13 @@ class _Constant:
         found = [told for child in children(expr) for told in self._of_condition(child)]
         if found or not isinstance(expr.type, Bool):
             yield from found
-        elif not self._misfits.within(expr):
+        elif not self._misfits.is_in(expr):
             yield from self._whole(TickCondition(expr))
 
     def _whole(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
         nodes = [node for part in expressions(formula) for node in walk(part)]
         meant = any(isinstance(node, Truth) for node in nodes)
-        spoilt = any(map(self._misfits.within, expressions(formula)))
+        spoilt = any(map(self._misfits.is_in, expressions(formula)))
         varies = any(isinstance(node, BoundVariable | MemoryRef) for node in nodes)
         if meant or spoilt or not varies:
             return
@@ -212,7 +212,7 @@ def _at_the_beginning(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
     if item.lasts or item not in facts.system.requirements:
         return
     ticks = facts.ticks
-    begun = [known for r in item.readings if (known := begins_in(r, facts.system))]
+    begun = [known for r in item.readings if (known := initial_state_of(r, facts.system))]
     first = [ticks.formula_at(known) for known in begun]
     asked, help = ticks.formula_at(item.formula), "write `always(...)` around it, or correct it"
     if ticks.follows(asked, *first):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from specc.analysis import Facts, Machine
-from specc.analysis.last_values import ValuePath, moves, path_to_device, unsent_in
+from specc.analysis.last_values import ValuePath, is_motion, path_to_device, unsent_in
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.model.expr import Expr, Items, Nothing, Unused
@@ -19,7 +19,7 @@ from specc.reachable import grouped, reachable
 
 
 @dataclass(frozen=True, slots=True)
-class HeldOutput:
+class RetainedOutput:
     """`state` does not send `output`, which `before` sent; the value goes on along `path`."""
 
     state: State
@@ -33,27 +33,27 @@ class HeldOutput:
         return f"y.{self.output[0]}.{self.output[1]}"
 
 
-class HeldOutputs:
+class RetainedOutputs:
     """The outputs of one machine that some states send and others do not."""
 
     def __init__(self, facts: Facts, machine: Machine) -> None:
         self._facts = facts
         self._machine = machine
         states = machine.subsystem.states
-        self._states = [state for state in states if state.name in machine.reached]
+        self._states = [state for state in states if state.name in machine.reachable_states]
 
-    def find(self) -> Iterator[HeldOutput]:
+    def find(self) -> Iterator[RetainedOutput]:
         """One for each state and output that it does not declare to hold."""
         subsystem = self._machine.subsystem
         for output, element in subsystem.outputs.items():
             written = subsystem.written.get(output, {})
             silent = [s for s in self._states if s.behaviour.name not in written]
-            if not moves(element.type) or not silent or len(silent) == len(self._states):
+            if not is_motion(element.type) or not silent or len(silent) == len(self._states):
                 continue
             moving = {name for name, values in written.items() if any(map(self._may_move, values))}
-            for state, group in self._lasting(silent):
+            for state, group in self._staying(silent):
                 if output not in state.holds:
-                    yield from self._held(state, group, output, moving)
+                    yield from self._retained(state, group, output, moving)
 
     def _may_move(self, value: Expr) -> bool:
         """Whether a value may be another one than zero, or nothing."""
@@ -61,15 +61,15 @@ class HeldOutputs:
         if isinstance(value, Items):
             return any(map(self._may_move, value.items))
         zero = isinstance(value, Nothing | Unused)
-        return not zero and any(self._machine.memory_facts.bounds.of(value))
+        return not zero and any(self._machine.value_ranges.bounds.of(value))
 
-    def _lasting(self, silent: list[State]) -> Iterator[tuple[State, list[State]]]:
+    def _staying(self, silent: list[State]) -> Iterator[tuple[State, list[State]]]:
         """States in which the machine may stay, with those among which it stays there.
 
         A state of one period, as in a sequence of steps, is left for the next one.
         """
         named = {state.name: state for state in silent}
-        edges = [(step.row.source, step.row.target) for step in self._machine.steps]
+        edges = [(step.row.source, step.row.target) for step in self._machine.edges]
         following = grouped((a, b) for a, b in edges if a in named and b in named)
         behind = {
             name: reachable(following.get(name, ()), lambda n: following.get(n, ()))
@@ -80,17 +80,17 @@ class HeldOutputs:
             if group or not self._machine.dwell_times.is_one_period(state):
                 yield state, group or [state]
 
-    def _held(
+    def _retained(
         self, state: State, group: list[State], output: InputName, moving: set[str]
-    ) -> Iterator[HeldOutput]:
+    ) -> Iterator[RetainedOutput]:
         """The output that is held in a state, if something else than zero may have been sent."""
         own, peer = self._machine.subsystem, output[0]
         path = path_to_device(self._facts, own, output, unsent_in(own, group, peer))
         if path is None:
             return
-        ends = {output, *((peer, name) for name in path.stops)}
+        ends = {output, *((peer, name) for name in path.interrupting)}
         passing = {s.name for s in self._states if ends.isdisjoint(_sent(s))}
-        following = grouped((step.row.source, step.row.target) for step in self._machine.steps)
+        following = grouped((step.row.source, step.row.target) for step in self._machine.edges)
 
         def onward(name: str) -> list[str]:
             return following.get(name, []) if name in passing else []
@@ -98,7 +98,7 @@ class HeldOutputs:
         for before in self._states:
             ways = following.get(before.name, ())
             if before.behaviour.name in moving and state.name in reachable(ways, onward):
-                yield HeldOutput(state, output, before, path)
+                yield RetainedOutput(state, output, before, path)
                 return
 
 
@@ -112,12 +112,12 @@ def _sent(state: State) -> set[InputName]:
 def commands_sent(facts: Facts) -> Iterator[Diagnostic]:
     """W0420, once for each state, with all that it does not send."""
     for machine in facts.complete_machines:
-        found = grouped((held.state, held) for held in HeldOutputs(facts, machine).find())
+        found = grouped((held.state, held) for held in RetainedOutputs(facts, machine).find())
         for state, several in found.items():
             yield _finding(machine.subsystem, state, several)
 
 
-def _finding(subsystem: Subsystem, state: State, several: list[HeldOutput]) -> Diagnostic:
+def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) -> Diagnostic:
     names = [f"`{held.name}`" for held in several]
     elements = {f"`{held.path.device.qualified_name}.{held.path.element.name}`" for held in several}
     keep, last = ("keep", "values") if len(elements) > 1 else ("keeps", "value")
@@ -135,7 +135,7 @@ def _finding(subsystem: Subsystem, state: State, several: list[HeldOutput]) -> D
     )
 
 
-def _way(subsystem: Subsystem, held: HeldOutput) -> Iterator[Related]:
+def _way(subsystem: Subsystem, held: RetainedOutput) -> Iterator[Related]:
     sent = next(a for a in held.before.behaviour.assignments if (a.peer, a.name) == held.output)
     yield Related(sent.place, f"state `{held.before.name}` may have sent it before")
     for relay in held.path.through:

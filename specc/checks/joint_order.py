@@ -18,7 +18,7 @@ from specc.source import Place
 def joints_like_actuators(facts: Facts) -> Iterator[Diagnostic]:
     """W0513."""
     for bound in facts.bindings:
-        if bound.commanded and bound.plant == "model" and isinstance(facts.model, Model):
+        if bound.is_commanded and bound.plant == "model" and isinstance(facts.model, Model):
             yield from _disordered(bound, facts.model)
 
 
@@ -58,7 +58,7 @@ def elements_in_one_order(facts: Facts) -> Iterator[Diagnostic]:
     for subsystem in facts.subsystems:
         devices = {wire.name for wire in facts.wires.of(subsystem) if wire.device}
         own = [b for b in facts.bindings if b.binding.device in devices and joints.get(id(b))]
-        own.sort(key=lambda bound: not bound.commanded)
+        own.sort(key=lambda bound: not bound.is_commanded)
         for one, other in combinations(own, 2):
             first, second = joints[id(one)], joints[id(other)]
             places = one.binding.place, other.binding.place
@@ -70,8 +70,8 @@ def elements_in_one_order(facts: Facts) -> Iterator[Diagnostic]:
 def _joints(bound: BoundElement, model: Model) -> list[str]:
     """The joint of each number; none where they do not map to one joint each."""
     binding = bound.binding
-    found = [] if bound.commanded else [*binding.joints]
-    for name in () if bound.commanded else binding.sensors:
+    found = [] if bound.is_commanded else [*binding.joints]
+    for name in () if bound.is_commanded else binding.sensors:
         part = model.parts.get(("sensor", name), ModelPart(""))
         found.append(part.joint or model.driven(part.actuator))
     found += [model.driven(name) for name in binding.actuators]
@@ -86,7 +86,7 @@ def _two_orders(
     binding = other.binding
     names = [name for kind in _KINDS for name in getattr(binding, kind)]
     kinds = [kind for kind in _KINDS if getattr(binding, kind)]
-    if other.commanded:
+    if other.is_commanded:
         names, kinds = [*binding.actuators], ["actuators"]
     help = "list them in one order"
     if len(kinds) == 1:

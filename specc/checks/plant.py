@@ -103,7 +103,7 @@ def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
         if operator.python:
             yield operator.result, given, Related(operator.place, f"gives `{operator.result}`")
     for bound in facts.bindings:
-        if not bound.commanded:
+        if not bound.is_commanded:
             type_ = bound.element.type
             yield type_, (), Related(bound.binding.place, f"gives `{type_}`")
 
@@ -219,7 +219,7 @@ def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
     """E0508."""
     first: dict[str, Place] = {}
     for bound in facts.bindings:
-        for index, name in enumerate(bound.binding.actuators if bound.commanded else ()):
+        for index, name in enumerate(bound.binding.actuators if bound.is_commanded else ()):
             place = bound.binding.place.below("actuators", index)
             known = not isinstance(facts.model, Model) or name in facts.model.actuators
             if name in first and known:
@@ -246,7 +246,7 @@ def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
     effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
     first: dict[tuple[str, str], tuple[str, Place]] = {}
     told: set[Place] = set()
-    for binding in (bound.binding for bound in facts.bindings if not bound.commanded):
+    for binding in (bound.binding for bound in facts.bindings if not bound.is_commanded):
         for kind in ("joints", "sensors") if binding.device in effectors else ():
             for index, name in enumerate(getattr(binding, kind)):
                 place = binding.place.below(kind, index)
@@ -278,7 +278,7 @@ def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
         binding, made = bound.binding, (bound.binding.through, bound.is_pose)
         owner = binding.device.partition(".")[0]  # of what is observed, the plant
         owners = [owner, "effectors"] if binding.device in effectors else [owner]
-        for index, name in enumerate(() if bound.commanded else binding.sensors):
+        for index, name in enumerate(() if bound.is_commanded else binding.sensors):
             place = binding.place.below("sensors", index)
             element = f"{binding.device}.{binding.element}"
             known = [first.setdefault((o, name, *made), (element, place)) for o in owners]

@@ -47,7 +47,7 @@ def states_reached(facts: Facts) -> Iterator[Diagnostic]:
     for machine in facts.machines:
         if machine.is_finished:
             states = (state.name for state in machine.subsystem.states)
-            left = [name for name in states if name not in machine.reached]
+            left = [name for name in states if name not in machine.reachable_states]
             yield from _findings(machine, left) if left else ()
 
 
@@ -60,20 +60,20 @@ def _findings(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
     entering = grouped(
         (row.target, (index, row))
         for index, row in enumerate(subsystem.transitions)
-        if row.source in machine.reached
+        if row.source in machine.reachable_states
     )
     senders = _senders(subsystem)
     told: set[str] = set()
     for part in components(left, edges):
         ways_in = sorted(way for name in part.states for way in entering.get(name, ()))
         dead = [row for _, row in ways_in]
-        if (part.entered and not dead) or told.issuperset(part.states):
+        if (part.has_entry and not dead) or told.issuperset(part.states):
             continue
         following = partial(_untold, targets, told)
         behind = sorted(reachable(part.states[:1], following), key=order.__getitem__)
         told.update(behind)
         never = [
-            Related(row.place, _never_taken(machine.dwell_times.excludes(row))) for row in dead
+            Related(row.place, _never_taken(machine.dwell_times.excludes_row(row))) for row in dead
         ]
         lost = _unsent(subsystem, behind, senders)
         yield _not_reached(subsystem, part.states, behind, never, lost)
@@ -139,17 +139,17 @@ def _way_in(name: str, dead: list[Related]) -> str:
 def states_left(facts: Facts) -> Iterator[Diagnostic]:
     """W0612, once for states that only lead to one another."""
     for machine in facts.complete_machines:
-        if not machine.ways_are_known:
+        if not machine.has_known_edges:
             continue
-        subsystem, reached = machine.subsystem, machine.reached
-        edges = [(step.row.source, step.row.target) for step in machine.steps]
+        subsystem, reached = machine.subsystem, machine.reachable_states
+        edges = [(step.row.source, step.row.target) for step in machine.edges]
         if all_lead_to(subsystem.initial_state, edges, reached):
             continue
         names = [state.name for state in subsystem.states if state.name in reached]
         found = components(names, edges)
         cycles = [part for part in found if len(part.states) > 1]
         for part in found:
-            if not part.left and _is_trap(part, cycles, set(edges)):
+            if not part.has_exit and _is_trap(part, cycles, set(edges)):
                 yield _not_left(subsystem, part)
 
 

@@ -10,7 +10,7 @@ from specc.analysis import Facts
 from specc.analysis.ages import AgeChain, UnboundedAge
 from specc.analysis.dataflow import InputNode, Measured, Sent
 from specc.analysis.rates import LONGEST
-from specc.analysis.reads import arrivals_asked
+from specc.analysis.reads import inputs_tested_for_arrival
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import ms
 from specc.mjcf import Model
@@ -116,7 +116,7 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
 
 def _asked(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
     """The elements of which it matters to their readers whether a new value has come."""
-    asked = {s.qualified_name: (s, arrivals_asked(s)) for s in facts.subsystems}
+    asked = {s.qualified_name: (s, inputs_tested_for_arrival(s)) for s in facts.subsystems}
     for node, element in facts.inputs():
         reader, names = asked.get(node.reader, (None, ()))
         if reader and (node.peer, node.element) in names:
@@ -125,10 +125,10 @@ def _asked(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
 
 def _source(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
     """How often the element can be sent, and where that is said; None if it always is."""
-    match facts.ages.sources.of(node):
-        case Sent(sender=sender, silent=State()):
+    match facts.ages.sources.origin(node):
+        case Sent(sender=sender, silent_state=State()):
             return sender.rate_hz, sender.place.below("rate")
-        case Measured(sporadic=False, device=device) as measured if measured.period_s:
+        case Measured(is_sporadic=False, device=device) as measured if measured.period_s:
             unfit = (misfit.bound.binding for misfit in facts.rates.conflicts)
             if (device, node.element) not in ((b.device, b.element) for b in unfit):
                 return 1 / measured.period_s, measured.place
@@ -167,8 +167,8 @@ def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
 
 def _sender(node: InputNode, facts: Facts) -> Subsystem | None:
     """Who sends an element in every period."""
-    sent = facts.ages.sources.of(node)
-    return sent.sender if isinstance(sent, Sent) and sent.silent is None else None
+    sent = facts.ages.sources.origin(node)
+    return sent.sender if isinstance(sent, Sent) and sent.silent_state is None else None
 
 
 def _with_rate(subsystem: Subsystem) -> Related:
@@ -205,10 +205,10 @@ def _bounded(facts: Facts) -> Iterator[tuple[InputNode, Element]]:
 
 def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
     """From the measurement, or the computation, to the reader, with the time passed since."""
-    hops = oldest.hops()
-    first = facts.ages.sources.of(hops[0].node)
+    hops = oldest.steps()
+    first = facts.ages.sources.origin(hops[0].node)
     if isinstance(first, Measured):
-        often = "sample at least every" if first.sporadic else "sample every"
+        often = "sample at least every" if first.is_sporadic else "sample every"
         every = f", a {often} {ms(first.period_s)}" if first.period_s else ""
         yield Related(first.place, f"measured by `{first.device}`{every}: 0 ms")
     elif first is not None:
@@ -238,11 +238,11 @@ def _at_least(age_s: Fraction) -> str:
 def _shorten(oldest: AgeChain, facts: Facts) -> str:
     """What would make the longest step of the way shorter."""
     steps: list[tuple[Fraction, str]] = []
-    for hop in oldest.hops():
-        source = facts.ages.sources.of(hop.node)
+    for hop in oldest.steps():
+        source = facts.ages.sources.origin(hop.node)
         before = hop.before.read_s if hop.before else oldest.since_s
         if isinstance(source, Measured):
-            what = "shorten the `max_gap`" if source.sporadic else "raise the rate"
+            what = "shorten the `max_gap`" if source.is_sporadic else "raise the rate"
             steps.append((hop.read_s - before, f"{what} of `{source.device}`"))
         elif source is not None:
             way_out = f"raise the rate of `{source.sender.qualified_name}`"
@@ -257,8 +257,8 @@ def ages_known(facts: Facts) -> Iterator[Diagnostic]:
     """W0415, where the age of a value counts from the time at which it comes out of memory."""
     for node, element in _bounded(facts):
         oldest = facts.ages.oldest(node)
-        first = oldest.hops()[0].node if isinstance(oldest, AgeChain) else None
-        kept = facts.ages.sources.remembered(first) if first else ()
+        first = oldest.steps()[0].node if isinstance(oldest, AgeChain) else None
+        kept = facts.ages.sources.through_memory(first) if first else ()
         memory = next((name for name, source in kept if facts.ages.is_measured(source)), "")
         if memory and not facts.ages.is_measured(node):
             yield Diagnostic(
@@ -281,7 +281,7 @@ _WAYS_OUT = {
 }
 
 
-def ages_held(facts: Facts) -> Iterator[Diagnostic]:
+def ages_limited(facts: Facts) -> Iterator[Diagnostic]:
     """W0416."""
     for node, element in _bounded(facts):
         held, allowed = facts.ages.oldest(node), element.max_age_s
@@ -301,10 +301,10 @@ def _silence(held: UnboundedAge, node: InputNode) -> Iterator[Related]:
     if isinstance(source, Measured):
         name = f"{source.device}.{held.node.element}"
         yield Related(source.place, f"`{name}` may have no new sample for an unlimited time")
-    elif source.silent is not None:
+    elif source.silent_state is not None:
         sender = source.sender.qualified_name
         whose = "it" if held.node == node else f"`{held.node}`, from which it is computed,"
-        yield Related(source.silent.place, f"`{sender}` does not send {whose} in this state")
+        yield Related(source.silent_state.place, f"`{sender}` does not send {whose} in this state")
 
 
 # The rate of a sensor goes with the timeline and with the rates of its readers.
@@ -334,4 +334,4 @@ def _fitting(tick: Fraction, rate: Fraction) -> str:
 
 
 CHECKS = (rates_meet, ticks_stepped, readers_fast_enough, ages_bounded, sensors_in_time)
-USES = (ages_known, ages_held, rates_divide)
+USES = (ages_known, ages_limited, rates_divide)

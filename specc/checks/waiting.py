@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 
 from specc.analysis import Facts, Machine
-from specc.analysis.graph import RowEdge, reached_from
+from specc.analysis.graph import RowEdge, reachable_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.lang.dependence_order import InOrder
@@ -35,11 +35,11 @@ def all_of(parts: Iterable[Implicants]) -> Implicants:
     """The implicants of a conjunction."""
     found = FREE
     for part in parts:
-        found = least(one | other for one, other in product(found, part))
+        found = minimal(one | other for one, other in product(found, part))
     return found
 
 
-def least(implicants: Iterable[InputNames]) -> Implicants:
+def minimal(implicants: Iterable[InputNames]) -> Implicants:
     """Those that need no more than another one does; too many count as no need at all."""
     found: list[InputNames] = []
     for inputs in sorted(set(implicants), key=lambda i: (len(i), sorted(i))):
@@ -48,7 +48,7 @@ def least(implicants: Iterable[InputNames]) -> Implicants:
     return tuple(found) if len(found) <= _MOST else FREE
 
 
-class Moves:
+class RowNeeds:
     """The rows that a machine may take, and what must be fresh for each of them."""
 
     def __init__(self, machine: Machine) -> None:
@@ -59,7 +59,7 @@ class Moves:
             lets, lambda name: tuple(self._implicants(lets[name], yes) for yes in (False, True))
         )
         self._of_rows: dict[tuple[str, str, str], Implicants] = {}
-        self.entering = grouped((step.row.target, step) for step in machine.steps)
+        self.predecessors = grouped((step.row.target, step) for step in machine.edges)
 
     def needed(self, row: Transition) -> Implicants:
         """What must be fresh for a row to be taken."""
@@ -71,19 +71,19 @@ class Moves:
 
     def ways_out(self, state: str) -> Implicants:
         """What the ways out of a state need: those to others or, without these, to itself."""
-        steps = self.machine.leaving.get(state, [])
+        steps = self.machine.successors.get(state, [])
         found: set[InputNames] = set()
         for step in [s for s in steps if s.row.target != state] or steps:
             found.update(self.needed(step.row))
             if frozenset() in found:
                 return FREE
-        return least(found)
+        return minimal(found)
 
-    def returns(self, state: str) -> bool:
+    def is_on_cycle(self, state: str) -> bool:
         """Whether a state can be entered again after it was left."""
 
         def following(name: str) -> list[str]:
-            return [step.row.target for step in self.machine.leaving.get(name, ())]
+            return [step.row.target for step in self.machine.successors.get(name, ())]
 
         return state in reachable(following(state), following)
 
@@ -102,7 +102,7 @@ class Moves:
                 parts = [self._implicants(part, holds) for part in operands]
                 if (op == "and") == holds:
                     return all_of(parts)
-                return least(inputs for part in parts for inputs in part)
+                return minimal(inputs for part in parts for inputs in part)
         return FREE
 
 
@@ -110,7 +110,7 @@ class Moves:
 
 
 @dataclass(frozen=True, slots=True)
-class Rest:
+class RestingState:
     """A sender gets to `state` and from there never sends what the waiting state needs.
 
     `row` is the row of the sender that accepts what the waiting subsystem sent earlier and no
@@ -127,14 +127,14 @@ class Waiting:
 
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
-        self._moves: dict[str, Moves] = {}
+        self._moves: dict[str, RowNeeds] = {}
         self._waits: dict[tuple[str, str, frozenset[InputNames]], Wait] = {}
 
-    def in_vain(self, reader: Machine) -> Iterator[tuple[State, InputNames, Rest]]:
+    def unserved(self, reader: Machine) -> Iterator[tuple[State, InputNames, RestingState]]:
         """States with what every way out of them needs of one sender, and where that may rest."""
         moves = self._moves_of(reader)
         for state in reader.subsystem.states:
-            found = moves.ways_out(state.name) if state.name in reader.reached else FREE
+            found = moves.ways_out(state.name) if state.name in reader.reachable_states else FREE
             for wire in self._facts.wires.of(reader.subsystem) if found and all(found) else ():
                 peer = wire.port.peer
                 needs = frozenset(frozenset(n for n in each if n[0] == peer) for each in found)
@@ -144,10 +144,10 @@ class Waiting:
                     if rest is not None:
                         yield state, frozenset().union(*needs), rest
 
-    def _moves_of(self, machine: Machine) -> Moves:
+    def _moves_of(self, machine: Machine) -> RowNeeds:
         name = machine.subsystem.qualified_name
         if name not in self._moves:
-            self._moves[name] = Moves(machine)
+            self._moves[name] = RowNeeds(machine)
         return self._moves[name]
 
     def _wait(self, reader: Machine, wire: Wire, needs: frozenset[InputNames]) -> Wait | None:
@@ -170,27 +170,29 @@ class Wait:
     `wire` is that of the input; `back` is that on which the reader sends to the sender, if it does.
     """
 
-    reader: Moves
-    sender: Moves
+    reader: RowNeeds
+    sender: RowNeeds
     wire: Wire
     back: Wire | None
     needs: frozenset[InputNames]
-    _unanswered: dict[tuple[InputNames, InputNames], Rest | None] = field(default_factory=dict)
+    _unanswered: dict[tuple[InputNames, InputNames], RestingState | None] = field(
+        default_factory=dict
+    )
 
-    def rest_in(self, state: State) -> Rest | None:
+    def rest_in(self, state: State) -> RestingState | None:
         """Where the sender may rest while the reader is in a state."""
-        if self._served.isdisjoint(self.sender.machine.reached):
+        if self._serving.isdisjoint(self.sender.machine.reachable_states):
             return None  # said of the element, or of the state that would send it
-        if self._rest is not None and self.reader.returns(state.name):
+        if self._rest is not None and self.reader.is_on_cycle(state.name):
             return self._rest
-        still = self._asks(state)
+        still = self._sent_in(state)
         spent = self._sent_before(state) - still
         if (spent, still) not in self._unanswered:
             self._unanswered[spent, still] = self._rest_unanswered(spent, still)
         return self._unanswered[spent, still]
 
     @cached_property
-    def _served(self) -> frozenset[str]:
+    def _serving(self) -> frozenset[str]:
         """The states of the sender that send all that some way out needs."""
         return frozenset(
             s.name
@@ -199,15 +201,15 @@ class Wait:
         )
 
     @cached_property
-    def _rest(self) -> Rest | None:
+    def _rest(self) -> RestingState | None:
         """Where the sender may come to rest whatever is sent to it."""
         machine = self.sender.machine
-        resting = self._resting(machine.steps) & machine.reached
-        if not resting or _is_trap(resting, machine.reached, machine.steps):
+        resting = self._resting(machine.edges) & machine.reachable_states
+        if not resting or _is_trap(resting, machine.reachable_states, machine.edges):
             return None
-        return Rest(machine, _first(resting, machine.subsystem), None)
+        return RestingState(machine, _first(resting, machine.subsystem), None)
 
-    def _rest_unanswered(self, spent: InputNames, still: InputNames) -> Rest | None:
+    def _rest_unanswered(self, spent: InputNames, still: InputNames) -> RestingState | None:
         """Where the sender may rest after it has taken up what was sent before this state.
 
         `spent` is no longer sent, `still` is still sent.
@@ -215,7 +217,7 @@ class Wait:
         machine, peers = self.sender.machine, {peer for peer, _ in spent}
         free: list[RowEdge] = []
         taking: list[RowEdge] = []
-        for step in machine.steps if spent else ():
+        for step in machine.edges if spent else ():
             found = self.sender.needed(step.row)
             bound = all(any(n[0] in peers and n not in still for n in i) for i in found)
             if not bound:
@@ -223,22 +225,22 @@ class Wait:
             elif any(inputs & spent for inputs in found):
                 taking.append(step)
         resting = self._resting(free) if taking else frozenset()
-        silent = [s for s in free if not {s.row.source, s.row.target} & self._served]
+        silent = [s for s in free if not {s.row.source, s.row.target} & self._serving]
         leaving = grouped((step.row.source, step) for step in silent)
         for step in taking if resting else ():
-            if step.row.target not in self._served:
-                here = resting & reached_from(step.row.target, leaving)
+            if step.row.target not in self._serving:
+                here = resting & reachable_from(step.row.target, leaving)
                 if here:
-                    return Rest(machine, _first(here, machine.subsystem), step.row)
+                    return RestingState(machine, _first(here, machine.subsystem), step.row)
         return None
 
     def _sent_before(self, state: State) -> InputNames:
         """What the states before the waiting one send to the one that is waited for."""
-        before = {step.row.source for step in self.reader.entering.get(state.name, ())}
+        before = {step.row.source for step in self.reader.predecessors.get(state.name, ())}
         states = map(self.reader.subsystem.state, before - {state.name})
-        return frozenset[InputName]().union(*map(self._asks, states))
+        return frozenset[InputName]().union(*map(self._sent_in, states))
 
-    def _asks(self, state: State) -> InputNames:
+    def _sent_in(self, state: State) -> InputNames:
         """What a state of the reader sends to the sender, as that calls it."""
         return self.back.arriving(state.behaviour) if self.back else frozenset()
 
@@ -247,7 +249,7 @@ class Wait:
         sources = grouped((step.row.target, step.row.source) for step in steps)
         states = self.sender.subsystem.states
         ends = (s.name for s in states if _is_end(s))
-        active = reachable((*self._served, *ends), lambda name: sources.get(name, ()))
+        active = reachable((*self._serving, *ends), lambda name: sources.get(name, ()))
         return frozenset(s.name for s in states if s.name not in active)
 
 
@@ -280,12 +282,12 @@ def waits_end(facts: Facts) -> Iterator[Diagnostic]:
     """W0417, once for each sender that a state may wait for forever."""
     waiting = Waiting(facts)
     for machine in facts.complete_machines:
-        for state, needed, rest in waiting.in_vain(machine):
-            if rest.sender.ways_are_known:
+        for state, needed, rest in waiting.unserved(machine):
+            if rest.sender.has_known_edges:
                 yield _finding(state, needed, rest)
 
 
-def _finding(state: State, needed: InputNames, rest: Rest) -> Diagnostic:
+def _finding(state: State, needed: InputNames, rest: RestingState) -> Diagnostic:
     names = [f"`x.{peer}.{element}`" for peer, element in sorted(needed)]
     sender = f"`{rest.sender.subsystem.qualified_name}`"
     related = [Related(rest.state.place, f"from here on {sender} never sends it")]

@@ -68,10 +68,10 @@ def _age(oldest: AgeChain | UnboundedAge | None, ages: Ages) -> tuple[str, str]:
         silent = oldest.source
         if isinstance(silent, Measured):
             return "any", f"`{silent.device}.{oldest.node.element}` may have no new sample"
-        state = silent.silent.name if silent.silent else ""
+        state = silent.silent_state.name if silent.silent_state else ""
         return "any", f"`{silent.sender.qualified_name}` is silent in `{state}`"
-    hops = oldest.hops()
-    source = ages.sources.of(hops[0].node)
+    hops = oldest.steps()
+    source = ages.sources.origin(hops[0].node)
     if isinstance(source, Measured):
         start = f"{source.device}.{hops[0].node.element}"
     else:

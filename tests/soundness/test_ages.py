@@ -150,7 +150,7 @@ def run_twice(result: Result, seed: str) -> dict[tuple[str, tuple[str, str]], Me
     """Run generated code and the interpreter, which have to agree; the ages that were met."""
     system, facts = result.system, result.proofs
     assert system is not None
-    entered = {m.subsystem.qualified_name: frozenset(m.reached) for m in facts.machines}
+    entered = {m.subsystem.qualified_name: frozenset(m.reachable_states) for m in facts.machines}
     script = Script(system, seed, marks_of(system))
     interpreter = AgedInterpreter(system, PLAIN, script.measure, entered)
     expected = interpreter.run(TICKS)
@@ -320,7 +320,7 @@ def ages_in_real_time(seed: int, folder: Path, tally: Counter[str]) -> None:
     assert result.ok
     assert system is not None
     script, random = Script(system, str(seed), marks_of(system)), Random(seed)
-    entered = {m.subsystem.qualified_name: frozenset(m.reached) for m in facts.machines}
+    entered = {m.subsystem.qualified_name: frozenset(m.reachable_states) for m in facts.machines}
     static = AgedInterpreter(system, PLAIN, script.measure, entered)
     steps: dict[str, list[Told]] = defaultdict(list)
     with built(system, None, facts.ages) as made:

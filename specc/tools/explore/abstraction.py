@@ -71,7 +71,7 @@ class Kept:
 
     def memory_within(self) -> Iterator[tuple[str, Within]]:
         """What numbers in kept memory lie within, whatever is measured."""
-        bounds = self.machine.memory_facts.bounds
+        bounds = self.machine.value_ranges.bounds
         for item in self.subsystem.memory:
             memory = m.MemoryRef(item.name, type=item.type)
             if item.name in self.memory and (found := within(memory, bounds.of(memory), item.type)):
@@ -169,7 +169,7 @@ class Abstraction:
         while before < len(found):
             before = len(found)
             for reader, kept in self.kept.items():
-                for key in kept.machine.arrivals.fresh:
+                for key in kept.machine.availability.fresh:
                     sent = self.sender_of(reader, key)
                     if sent and self._is_measured(*sent, found):
                         found.add((reader, key))
@@ -217,7 +217,7 @@ class Abstraction:
         exprs = [*(e for each in written for e in each), *([] if init is None else [init])]
         rests = self.kept[name].rests.all(exprs)
         read = {*rests.inputs, *(("", memory) for memory in rests.memory)}
-        return rests.lags or any((name, key) in measured for key in read)
+        return rests.has_lag or any((name, key) in measured for key in read)
 
     def noise_within(self, reader: str, key: InputName) -> Within | None:
         """What a value lies within that is computed from measurements in every period."""
@@ -225,11 +225,11 @@ class Abstraction:
         if sent is None or (reader, key) not in self.noise:
             return None
         sender, output = self.kept[sent[0]], sent[1]
-        bounds, type_ = sender.machine.memory_facts.bounds, sender.subsystem.outputs[output].type
+        bounds, type_ = sender.machine.value_ranges.bounds, sender.subsystem.outputs[output].type
         exprs = [e for each in sender.subsystem.written[output].values() for e in each]
         found = [within(expr, bounds.of(expr), type_) for expr in exprs]
         if (init := self.kept[reader].subsystem.inputs[key].init) is not None:
-            here = self.kept[reader].machine.memory_facts.bounds
+            here = self.kept[reader].machine.value_ranges.bounds
             found.append(within(init, here.of(init), type_))
         known = [each for each in found if each is not None]
         if len(known) < len(found):
@@ -334,7 +334,7 @@ class Abstraction:
             lets,
             constants,
             axioms,
-            frozenset(kept.machine.arrivals.declared),
+            frozenset(kept.machine.availability.declared),
             frozenset(key for reader, key in self.measured if reader == name),
             kept.machine.prover,
         )

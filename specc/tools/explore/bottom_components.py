@@ -190,7 +190,7 @@ class BottomComponent:
 
     def _ways(self, walker: Walker, states: set[str]) -> list[m.Expr]:
         """The conditions of the rows that lead out of a set of states."""
-        rows = [step.row for step in self.abstraction.kept[walker.name].machine.steps]
+        rows = [step.row for step in self.abstraction.kept[walker.name].machine.edges]
         away = [row for row in rows if row.source in states and row.target not in states]
         ends = {name: dict(walker.subsystem.state(name).behaviour.endings) for name in states}
         return [e for row in away for e in (ends[row.source][row.cause].when, row.condition.when)]

@@ -12,7 +12,7 @@ from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeGuard
 
-from specc.analysis.failures import asked_parts, failure
+from specc.analysis.failures import evaluated_parts, failure
 from specc.lang.bounds import bounded, operation_of
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.evaluate import Environment, evaluate
@@ -187,7 +187,7 @@ def fails(expr: m.Expr) -> bool:
     """Whether what filling in left surely has no result, as a division by zero has none."""
     if is_number(expr) and failure(expr, _number):
         return True
-    return any(map(fails, asked_parts(expr, lambda condition: "settled")))
+    return any(map(fails, evaluated_parts(expr, lambda condition: "settled")))
 
 
 def _number(expr: m.Expr) -> float | None:

@@ -68,7 +68,7 @@ class Inputs:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
         self._meaning = meaning
         self._never = never
-        self._arrivals = facts.of(original).arrivals
+        self._arrivals = facts.of(original).availability
         self._elements = original.inputs
         self.names = frozenset(self._elements)
         self.always = always_present(original, facts.wires)

@@ -80,7 +80,7 @@ class Planner:
         self._code = code
         self._subsystem = code.subsystem
         self._refutation = refutation
-        possible = {step.row.place for step in facts.of(whole).steps}
+        possible = {step.row.place for step in facts.of(whole).edges}
         rows = [row for row in self._subsystem.transitions if row.place in possible]
         self._paths = list(paths(rows, self._subsystem.initial_state, refutation.state))
 
