@@ -57,7 +57,7 @@ def test_a_file_that_vanishes_after_it_was_listed(
     monkeypatch.chdir(tmp_path)
     Path("a.yaml").write_text(GOOD)
     Path("b.yaml").write_text(GOOD)
-    listed = inspect.targets
+    listed = inspect.find_targets
 
     def targets(arguments: Sequence[str]) -> object:
         found = listed(arguments)
