@@ -122,7 +122,7 @@ def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
         known = earlier is not None and getattr(earlier, "whole", True)
         if not known:
             continue
-        before_said, is_edited = dict(_own_fields(earlier)), any(part.place.holds(e) for e in at)
+        before_said, is_edited = dict(_own_fields(earlier)), any(part.place.contains(e) for e in at)
         for name, value in _own_fields(part):
             was, now = _meaning(before_said.get(name)), _meaning(value)
             # An edit inside `for` is one of all copies, of which some may have been right before.

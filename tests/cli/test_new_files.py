@@ -83,9 +83,9 @@ def killed(folder: Path, then: str, last: str = "last") -> None:
     code = (
         "import os, signal\n"
         "from pathlib import Path\n"
-        "from specc.cli.new_files import placing\n"
-        f"with placing(Path({last!r})) as new:\n"
-        "    new.put({Path('a'): 'a', Path('below/b'): 'b'})\n"
+        "from specc.cli.new_files import creating\n"
+        f"with creating(Path({last!r})) as new:\n"
+        "    new.write({Path('a'): 'a', Path('below/b'): 'b'})\n"
         f"    {then}\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
@@ -118,21 +118,21 @@ def test_what_somebody_has_changed_since_stays(tmp_path: Path) -> None:
 
 
 def test_what_was_finished_stays(tmp_path: Path) -> None:
-    killed(tmp_path, "new.put({Path('last'): 'last'})")
+    killed(tmp_path, "new.write({Path('last'): 'last'})")
     remove_stale(str(tmp_path))
     assert names(tmp_path) == ["a", "below", "below/b", "last"]
 
 
 def test_files_stay_once_they_are_finished_whatever_is_written_later(tmp_path: Path) -> None:
     """The user may edit them before the next command runs."""
-    killed(tmp_path, "new.put({Path('last'): 'last'})")
+    killed(tmp_path, "new.write({Path('last'): 'last'})")
     (tmp_path / "last").write_text("edited")
     remove_stale(str(tmp_path))
     assert names(tmp_path) == ["a", "below", "below/b", "last"]
 
 
 def test_files_stay_when_one_more_is_placed_after_the_last(tmp_path: Path) -> None:
-    killed(tmp_path, "new.put({Path('last'): 'last'}), new.put({Path('c'): 'c'})")
+    killed(tmp_path, "new.write({Path('last'): 'last'}), new.write({Path('c'): 'c'})")
     remove_stale(str(tmp_path))
     assert names(tmp_path) == ["a", "below", "below/b", "c", "last"]
 

@@ -64,7 +64,7 @@ def test_a_file_that_vanishes_after_it_was_listed(
         Path("b.yaml").unlink()
         return found
 
-    monkeypatch.setattr(inspect, "targets", targets)
+    monkeypatch.setattr(inspect, "find_targets", targets)
     assert main(["validate", "."]) == 2
     assert "error[E0001]: no such file\n --> b.yaml" in capsys.readouterr().err
 
