@@ -21,7 +21,7 @@ from specc.analysis.reads import Dependences, nodes
 from specc.analysis.suspicious_expressions import SuspiciousExpressions
 from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
-from specc.limits import MAX_VALUES, take
+from specc.limits import MAX_VALUES, spend_or_raise
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT
 from specc.model.expr import Call, ConstantRef, FileRef, constants_in, has_unknown, walk
@@ -237,7 +237,7 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     """Each with the reason; what operators and files give is known when the system is built."""
     values: dict[str, Any] = {}
     sizes: dict[int, tuple[Any, int]] = {}
-    count = partial(take, "folding")
+    count = partial(spend_or_raise, "folding")
     for constant in constants:
         if not _is_known(constant, values):
             values.pop(constant.name, None)

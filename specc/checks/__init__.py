@@ -35,7 +35,7 @@ from specc.checks import (
     usage,
     waiting,
 )
-from specc.diagnostics import Diagnostic, stops
+from specc.diagnostics import Diagnostic, blocks
 from specc.limits import is_used_up
 from specc.model.system import System
 from specc.source import Place
@@ -99,7 +99,7 @@ def run_checks(
         return [], facts
     found = [finding for check in CHECKS for finding in check(facts)]
     sound = sound and not broken and not faulty
-    if sound and not any(stops(finding.code, "build") for finding in found):
+    if sound and not any(blocks(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
     found = _in_all_uses(found, facts)
     facts.release()

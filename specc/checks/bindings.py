@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, RawNumbers, first_key, is_another_unit, raw_numbers
-from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
-from specc.diagnostics.phrases import counted, listed
+from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
+from specc.diagnostics.phrases import counted, join_words
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT, Binding
 from specc.model.types import Image
@@ -171,8 +171,8 @@ def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object
         hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
     else:
         hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
-    meant = surely_meant(name, close)
-    fix = renaming(place, name, meant)
+    meant = sole_correction(name, close)
+    fix = rename_fix(place, name, meant)
     return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)
 
 
@@ -303,7 +303,7 @@ def _units(bound: BoundElement, model: Model | ModelError | None) -> Iterator[Di
     for index, unit in enumerate(binding.noise_units):
         measured = _measured(bound, model, index)
         if measured and unit not in measured:
-            said = listed(dict.fromkeys(map(str, measured)), "and")
+            said = join_words(dict.fromkeys(map(str, measured)), "and")
             yield Diagnostic(
                 "E0510",
                 (

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import ms
+from specc.diagnostics.phrases import in_ms
 from specc.model.system import Device, Subsystem
 from specc.model.types import Opaque, Type
 from specc.source import Place
@@ -23,9 +23,9 @@ def budgets_fit(facts: Facts) -> Iterator[Diagnostic]:
                 "E0414",
                 f"steps of `{subsystem.qualified_name}` may take longer than its period",
                 subsystem.place.below("budget"),
-                f"{ms(budget_s)}, and the next one is due after {ms(period_s)}",
+                f"{in_ms(budget_s)}, and the next one is due after {in_ms(period_s)}",
                 (Related(subsystem.place.below("rate"), "its rate"),),
-                f"choose a period of at least {ms(budget_s)}, or make the steps shorter",
+                f"choose a period of at least {in_ms(budget_s)}, or make the steps shorter",
             )
 
 
@@ -110,11 +110,11 @@ def _too_short(device: Device, facts: Facts) -> Iterator[Diagnostic]:
         if device.silence_s <= period_s:
             yield Diagnostic(
                 "E0415",
-                f"a silence of {ms(device.silence_s)} is not longer than the period of "
-                f"`{subsystem.qualified_name}`, {ms(period_s)}",
+                f"a silence of {in_ms(device.silence_s)} is not longer than the period of "
+                f"`{subsystem.qualified_name}`, {in_ms(period_s)}",
                 device.place.below("silence"),
                 related=(Related(subsystem.place.below("rate"), "which commands the device"),),
-                help=f"`silence: {ms(2 * period_s)}` bears one period that is skipped",
+                help=f"`silence: {in_ms(2 * period_s)}` bears one period that is skipped",
             )
 
 

@@ -8,7 +8,7 @@ from specc.analysis import Facts, Machine
 from specc.analysis.constancy import ConstantConditions, ConstantPart
 from specc.analysis.durations import OverdueExit
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed, ms
+from specc.diagnostics.phrases import in_ms, join_words
 from specc.lang import show
 from specc.model.fsm import Condition
 from specc.model.logic import negation
@@ -83,7 +83,7 @@ def _time(machine: Machine, condition: Condition, settled: bool) -> str:
     never = negation(when) if settled else when
     if not machine.dwell_times.is_time_the_cause(never):
         return ""
-    first = ms(1 / machine.subsystem.rate_hz)
+    first = in_ms(1 / machine.subsystem.rate_hz)
     return f"its times decide it; conditions are first evaluated after {first}"
 
 
@@ -175,10 +175,10 @@ def _finding(late: OverdueExit, subsystem: Subsystem) -> Diagnostic:
 
 def _too_late(late: OverdueExit) -> str:
     """The message; a condition without a time that ends a state does so at once."""
-    state, name, over = late.state.name, late.condition.name, ms(late.end_s)
+    state, name, over = late.state.name, late.condition.name, in_ms(late.end_s)
     if late.is_timed:
         return f"state `{state}` has ended, after {over}, before `{name}` can hold"
-    ends = listed([f"`{condition.name}`" for condition in late.ended_by], "or")
+    ends = join_words([f"`{condition.name}`" for condition in late.ended_by], "or")
     return f"{ends} ends state `{state}` in its first period, {over}, before `{name}` can hold"
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.model.system import Device, Element, Port, Shared, Subsystem
 from specc.model.types import Enum, Opaque, Record, Type
 from specc.model.wires import Wire
@@ -212,7 +212,7 @@ class _Lack:
 
     @property
     def names(self) -> str:
-        return listed([f"`{element.name}`" for element in self.elements], "and")
+        return join_words([f"`{element.name}`" for element in self.elements], "and")
 
     @property
     def others(self) -> tuple[Related, ...]:
@@ -235,7 +235,7 @@ class _Lack:
 
 
 def _missing(lack: _Lack, other: _End) -> Diagnostic:
-    added = listed([f'`{element.name}: "{element.type}"`' for element in lack.elements], "and")
+    added = join_words([f'`{element.name}: "{element.type}"`' for element in lack.elements], "and")
     it = "it" if len(lack.elements) == 1 else "them"
     interface = lack.end.interface
     to = f" to interface `{interface.text}`" if interface else ""

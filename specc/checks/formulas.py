@@ -10,7 +10,7 @@ from itertools import combinations, islice
 from specc.analysis import Facts
 from specc.analysis.formula_values import initial_state_of
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed, ms
+from specc.diagnostics.phrases import in_ms, join_words
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk
 from specc.model.requirement import (
     Junction,
@@ -279,7 +279,9 @@ def _window(
         return
     (operand,) = part.operands
     if part.span_s < tick:
-        message = f"`{part.op}` reaches over {_time(part.span_s)}, less than one tick of {ms(tick)}"
+        message = (
+            f"`{part.op}` reaches over {_time(part.span_s)}, less than one tick of {in_ms(tick)}"
+        )
         help = "write a longer time, or leave the operator out"
         yield Diagnostic("W0336", message, _place(item, part.span), help=help)
     elif isinstance(operand, Temporal) and operand.op == part.op:
@@ -294,15 +296,17 @@ def _window(
         stepped = [periods.get(owner or "") for owner in named]
         known = [period for period in stepped if period is not None]
         if known and len(known) == len(stepped) and part.span_s < min(known):
-            names = listed([f"`{owner}`" for owner in named], "and")
+            names = join_words([f"`{owner}`" for owner in named], "and")
             message = f"nothing of it may change within {_time(part.span_s)}"
-            label = f"{names} {'is' if len(named) == 1 else 'are'} stepped every {ms(min(known))}"
+            label = (
+                f"{names} {'is' if len(named) == 1 else 'are'} stepped every {in_ms(min(known))}"
+            )
             help = "allow one period at least"
             yield Diagnostic("W0336", message, _place(item, part.span), label, help=help)
 
 
 def _time(span_s: Fraction) -> str:
-    return ms(span_s) if span_s else "no time"
+    return in_ms(span_s) if span_s else "no time"
 
 
 # No two requirements are the same, or exclude each other.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from specc.analysis import Facts, Machine
 from specc.analysis.last_values import ValuePath, is_motion, path_to_device, unsent_in
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.model.expr import Expr, Items, Nothing, Unused
 from specc.model.fsm import State
 from specc.model.system import Subsystem
@@ -125,8 +125,8 @@ def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) 
     held = f"{state.name}: {{behaviour: {state.behaviour.name}, holds: [{written}]}}"
     return Diagnostic(
         "W0420",
-        f"state `{state.name}` does not send {listed(names, 'and')}, so "
-        f"{listed(sorted(elements), 'and')} {keep} the last {last}",
+        f"state `{state.name}` does not send {join_words(names, 'and')}, so "
+        f"{join_words(sorted(elements), 'and')} {keep} the last {last}",
         state.place,
         "what was sent last goes on here",
         tuple(dict.fromkeys(place for held in several for place in _way(subsystem, held))),

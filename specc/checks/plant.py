@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, bindable, raw_numbers
-from specc.diagnostics import Diagnostic, Related, is_slip, nearest
+from specc.diagnostics import Diagnostic, Related, is_typo, nearest
 from specc.diagnostics.phrases import counted
 from specc.lang import or_else
 from specc.mjcf import Model, ModelError
@@ -68,7 +68,7 @@ def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
 def _unknown_element(binding: Binding, message: str, name: str, known: list[str]) -> Diagnostic:
     hint = suggest(name, known) if known else "an element is named `agent.E.device.element`"
     # A real effector called a real receptor, or vice versa, is still the same device.
-    if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
+    if is_typo(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
     help = or_else("add it to the agent", hint)

@@ -13,8 +13,8 @@ from operator import attrgetter, itemgetter
 
 from specc.analysis import Facts
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
-from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
-from specc.diagnostics.phrases import ms
+from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
+from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
 from specc.model.binding import Binding
 from specc.model.task import Disturbance, Draw
@@ -86,10 +86,10 @@ def _no_coordinate(draw: Draw, joint: str, which: str, kind: str) -> Diagnostic:
 
 
 def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
-    meant = surely_meant(joint, nearest(joint, model.joints))
+    meant = sole_correction(joint, nearest(joint, model.joints))
     right = f"{meant}.{which}" if meant and which else meant
     message, help = f"the model has no joint `{joint}`", suggest(joint, list(model.joints))
-    fix = renaming(draw.place, draw.name, right)
+    fix = rename_fix(draw.place, draw.name, right)
     return Diagnostic("E0502", message, draw.place, help=help, fix=fix)
 
 
@@ -147,7 +147,7 @@ def _silent(
         sampling = _Sampling(binding, facts)
         for row, longest in sampling.gaps(list(sampling.spans(found))):
             if longest is None or longest > binding.max_gap_s:
-                without = "to the end of the run" if longest is None else f"for {ms(longest)}"
+                without = "to the end of the run" if longest is None else f"for {in_ms(longest)}"
                 message = f"`{name}` may have no sample {without}, which its `max_gap` excludes"
                 odd = next((span for span in row if span.ticks is None), row[-1])
                 others = tuple(Related(s.place, "silent too") for s in row if s is not odd)

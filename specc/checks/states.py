@@ -8,7 +8,7 @@ from functools import partial
 from specc.analysis import Facts, Machine
 from specc.analysis.graph import StrongComponent, all_lead_to, components
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.model.fsm import State
 from specc.model.system import Subsystem
 from specc.reachable import grouped, reachable
@@ -171,7 +171,7 @@ def _not_left(subsystem: Subsystem, part: StrongComponent[str]) -> Diagnostic:
     states = {state.name: state for state in subsystem.states}
     rows = [row for row in subsystem.transitions if row.source in part.states]
     one = len(part.states) == 1
-    named = listed([f"`{name}`" for name in part.states], "and")
+    named = join_words([f"`{name}`" for name in part.states], "and")
     return Diagnostic(
         "W0612",
         f"{'state' if one else 'states'} {named} cannot be left once entered",

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.model.system import Agent, Device, Port, Subsystem, System
 from specc.source import Place
 
@@ -112,7 +112,7 @@ def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
                 help="give it effectors, receptors or connections with other agents, or delete it",
             )
         elif agent.kind and agent.kind != kind:
-            has = listed((_MEANING[letter] for letter in kind), "and")
+            has = join_words((_MEANING[letter] for letter in kind), "and")
             yield Diagnostic(
                 "E0407",
                 f"agent `{agent.name}` is of kind {kind}, not {agent.kind}",

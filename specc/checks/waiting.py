@@ -11,7 +11,7 @@ from itertools import product
 from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge, reachable_from
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang.dependence_order import InOrder
 from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
@@ -297,7 +297,7 @@ def _finding(state: State, needed: InputNames, rest: RestingState) -> Diagnostic
         related = [Related(rest.row.place, words), Related(rest.state.place, where)]
     return Diagnostic(
         "W0417",
-        f"state `{state.name}` may wait forever for {listed(names, 'or')}",
+        f"state `{state.name}` may wait forever for {join_words(names, 'or')}",
         state.place,
         "nothing else ends it",
         tuple(related),

@@ -11,7 +11,7 @@ import re
 from dataclasses import replace
 
 from specc.diagnostics.diagnostic import Edit, Fix
-from specc.diagnostics.nearest import apart
+from specc.diagnostics.nearest import difference
 from specc.source import Place, Sources
 
 _TOKEN = re.compile(r"\{[^{}]*\}|.", re.DOTALL)
@@ -20,7 +20,7 @@ _GOES_ON = re.compile(r"[\w{]")
 _LONGEST = 200
 
 
-def renaming(place: Place, wrong: str, right: str) -> Fix | None:
+def rename_fix(place: Place, wrong: str, right: str) -> Fix | None:
     """The repair that writes `right` where `wrong` was read; None if there is nothing to write."""
     return Fix(f"write `{right}`", (Edit(place, right, wrong),)) if right else None
 
@@ -37,7 +37,7 @@ def as_written(fix: Fix | None, sources: Sources) -> Fix | None:
     if raw is None:
         return None
     start = edit.place.start or 0
-    found = reworded(raw[start:], edit.old, edit.text)
+    found = renamed_as_written(raw[start:], edit.old, edit.text)
     if found is None or (edit.place.start is None and len(found[0]) != len(raw)):
         return None
     old, new = found
@@ -45,7 +45,7 @@ def as_written(fix: Fix | None, sources: Sources) -> Fix | None:
     return Fix(f"write `{new}`", (Edit(place, new, old),))
 
 
-def reworded(raw: str, old: str, new: str) -> tuple[str, str] | None:
+def renamed_as_written(raw: str, old: str, new: str) -> tuple[str, str] | None:
     """What at the beginning of `raw` became `old`, and the same with the letters of `new`."""
     tokens: list[str] = []
     for found in _TOKEN.finditer(raw[:_LONGEST]):
@@ -85,5 +85,5 @@ def _differences(old: str, new: str) -> list[tuple[int, int, str]]:
     if old.casefold() == new.casefold() and len(old) == len(new):
         pairs = enumerate(zip(old, new, strict=True))
         return [(n, n + 1, b) for n, (a, b) in pairs if a != b]
-    start, ours, theirs = apart(old, new)
+    start, ours, theirs = difference(old, new)
     return [(start, start + len(ours), theirs)]

@@ -15,7 +15,7 @@ _RANKS: dict[Severity, int] = {"error": 0, "warning": 1, "open": 2}
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class RenderedLocation:
     """A resolved place: its span, the text of its first line, and a message for it."""
 
     span: Span
@@ -51,8 +51,8 @@ class Finding:
     """A diagnostic with the spots it speaks of; paths are relative to the working directory."""
 
     diagnostic: Diagnostic
-    primary: Spot
-    related: tuple[Spot, ...]
+    primary: RenderedLocation
+    related: tuple[RenderedLocation, ...]
     repair: Repair | None = None
 
 
@@ -150,9 +150,9 @@ def _unquoted(edit: Edit) -> Place:
     return replace(place, start=0) if place.start is None else place
 
 
-def _spot(place: Place, message: str, sources: Sources) -> Spot:
+def _spot(place: Place, message: str, sources: Sources) -> RenderedLocation:
     span = sources.span(place)
-    return Spot(_shown(span), sources.line(place.file, span.line), message)
+    return RenderedLocation(_shown(span), sources.line(place.file, span.line), message)
 
 
 def _shown(span: Span) -> Span:

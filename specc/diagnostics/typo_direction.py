@@ -17,7 +17,7 @@ from functools import partial
 from typing import NamedTuple
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
-from specc.diagnostics.renaming import as_written, reworded
+from specc.diagnostics.renaming import as_written, renamed_as_written
 from specc.reachable import grouped
 from specc.source import Place, Route, SourceFile, Sources
 
@@ -186,7 +186,7 @@ def _other_fix(slip: _Slip, definition: _Definition, uses: list[Diagnostic]) -> 
     source, key = definition.source, str(definition.route[-1])
     if not definition.is_alone or any(use.primary.file != source.path for use in uses):
         return None
-    found = reworded(key, slip.right, slip.wrong)
+    found = renamed_as_written(key, slip.right, slip.wrong)
     if found is None or found[0] != key:
         return None
     edit = Edit(Place(source.path, definition.route, "key"), found[1], key)
@@ -234,7 +234,7 @@ def _is_called(key: str | int, name: str) -> bool:
     """Whether a key, which may have indices, is the name of something."""
     if key == name or not isinstance(key, str) or "{" not in key:
         return key == name
-    found = reworded(key, name, name)
+    found = renamed_as_written(key, name, name)
     return found is not None and found[0] == key
 
 

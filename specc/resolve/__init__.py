@@ -14,7 +14,7 @@ from specc.model.requirement import Requirement
 from specc.model.system import Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
 from specc.model.wires import Wires
-from specc.read import ANYWHERE, Reach
+from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.agents import AgentResolver
 from specc.resolve.command_line import Overrides
 from specc.resolve.context import Cursor, Findings
@@ -61,7 +61,7 @@ def resolve(
     file: Loaded,
     load: Load,
     findings: Findings,
-    reach: Reach = ANYWHERE,
+    reach: AllowedPaths = ANYWHERE,
     instead: Mapping[str, Cursor] | None = None,
     stop_when: Cursor | None = None,
 ) -> Resolved:

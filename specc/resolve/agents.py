@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from specc.diagnostics import Diagnostic
-from specc.limits import left, spend
+from specc.limits import remaining, spend
 from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
 from specc.resolve.context import Cursor, Findings, duration_in, trace_of
@@ -225,20 +225,22 @@ class AgentResolver:
         if kept is None:
             return made()
         known: tuple[Subsystem, tuple[list[Any], ...], int] | None = kept.answer(name, given)
-        if known is not None and known[2] <= left("parts"):  # else it is made, as far as it goes
+        if known is not None and known[2] <= remaining(
+            "parts"
+        ):  # else it is made, as far as it goes
             spend("parts", known[2])
             findings.note(known[1])
             return known[0]
-        before, noted, parts = self._told(), findings.noted(), left("parts")
+        before, noted, parts = self._told(), findings.noted(), remaining("parts")
         subsystem = made()
         if self._told() == before:
-            kept.keep(name, given, (subsystem, findings.notes(noted), parts - left("parts")))
+            kept.keep(name, given, (subsystem, findings.notes(noted), parts - remaining("parts")))
         return subsystem
 
     def _told(self) -> tuple[int, ...]:
         """What would be different if anything had been found, or looked up to be suggested."""
         findings = self.findings
-        return len(findings.diagnostics), findings.suppressed, left("names compared")
+        return len(findings.diagnostics), findings.suppressed, remaining("names compared")
 
     def _inside(
         self,

@@ -10,13 +10,13 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from specc.answers import AnswerCache
-from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
+from specc.diagnostics import Diagnostic, Related, is_typo, nearest, rename_fix, sole_correction
 from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
 from specc.model.types import Type
 from specc.model.units import UnitError, parse_unit
-from specc.read import Reach
+from specc.read import AllowedPaths
 from specc.schema.desugar import Desugared, route_below
 from specc.schema.texts import Traced
 from specc.source import Place, Route
@@ -201,17 +201,17 @@ class Findings:
         found = Diagnostic(
             error.code, error.message, place, "", related, error.help, lacks=_all(lacks)
         )
-        self._add(replace(found, fix=renaming(place, error.wrong, error.repair)))
+        self._add(replace(found, fix=rename_fix(place, error.wrong, error.repair)))
 
-    def report_outside(self, reach: Reach, path: str, where: Cursor) -> None:
+    def report_outside(self, reach: AllowedPaths, path: str, where: Cursor) -> None:
         """Report a file that a specification may not name."""
         message = f"the file lies outside the project: {path}"
-        self.report("E0021", message, where.place, help=reach.way_in(path))
+        self.report("E0021", message, where.place, help=reach.hint_to_allow(path))
 
-    def report_escape(self, reach: Reach, folder: str, where: Cursor) -> None:
+    def report_escape(self, reach: AllowedPaths, folder: str, where: Cursor) -> None:
         """Report a folder from which a link leads to what a specification may not name."""
         try:
-            link = reach.link_below(folder)
+            link = reach.escaping_link(folder)
         except OverflowError as error:
             self.report("E0017", str(error), where.place, help="name a smaller folder")
         else:
@@ -235,7 +235,7 @@ class Findings:
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
         help = suggest(name, names)
         may_come = what in _MAY_COME and (what != "agent" or name.isidentifier())
-        if may_come and not is_slip(name, names):
+        if may_come and not is_typo(name, names):
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
             way = or_else(_MAY_COME[what], help if names else "")
             if what.endswith("condition") and not name.isidentifier():
@@ -243,7 +243,7 @@ class Findings:
                 way = way if what.startswith("initial") else f"write `{{when: ...}}`, or {way}"
             self.report_missing(part, place, way, lacks)
             return True
-        fix = renaming(place, name, surely_meant(name, nearest(name, names)))
+        fix = rename_fix(place, name, sole_correction(name, nearest(name, names)))
         message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
         self.diagnostics.append(
             Diagnostic(code, message, place, "", (), help, fix, lacks=_all(lacks))

@@ -28,7 +28,7 @@ from specc.lang import (
     parse_type,
     spread,
 )
-from specc.limits import take
+from specc.limits import spend_or_raise
 from specc.model.expr import Expr, constants_in, has_unknown
 from specc.model.system import Constant
 from specc.model.types import Bool, Type
@@ -69,7 +69,7 @@ _OF_A_DECLARATION = 4
 def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> float:
     """The value of an expression over constants; raises ExprError if only a run can tell it."""
     try:
-        count = partial(take, "folding")
+        count = partial(spend_or_raise, "folding")
         value = float(evaluate(inlined(expr, constants), Environment(count=count)))
     except (LookupError, ArithmeticError, ValueError) as error:
         if constants_in(expr) and not isinstance(error, LookupError):

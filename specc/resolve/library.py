@@ -16,10 +16,10 @@ from specc.lang import (
     members_of,
     parse_signature,
 )
-from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, left, spend
+from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, remaining, spend
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
-from specc.read import ANYWHERE, Reach
+from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.command_line import Overrides
 from specc.resolve.context import Cursor, Findings, TypeText, file_hint, trace_of
 from specc.resolve.definitions import Definitions, Interface, open_sizes, sizes_in
@@ -58,7 +58,7 @@ class Library:
     load: Load
     base: str
     findings: Findings
-    reach: Reach = ANYWHERE
+    reach: AllowedPaths = ANYWHERE
     given: Overrides = field(default_factory=Overrides)
     shared: bool = False
     agents: tuple[str, ...] = ()
@@ -205,7 +205,7 @@ class Library:
                 self._unique_name("file", name, path, where.key, own),
                 self._relative_to_system(path),
             )
-            if not self.reach.holds(path):
+            if not self.reach.contains(path):
                 self.findings.report_outside(self.reach, path, where)
             elif os.path.isdir(path):
                 self.findings.report_escape(self.reach, path, where)
@@ -248,7 +248,7 @@ class Library:
 
     def _is_allowed(self, parts: int, where: Place) -> bool:
         """Whether so many parts are allowed; reports the first ones that are not."""
-        is_first = left("parts") >= 0
+        is_first = remaining("parts") >= 0
         if spend("parts", parts):
             return True
         if is_first:

@@ -9,7 +9,7 @@ from functools import partial
 from specc.diagnostics import Related, nearest
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size, parse_type
 from specc.lang.mentioned import names_of
-from specc.limits import MAX_DEPTH, take
+from specc.limits import MAX_DEPTH, spend_or_raise
 from specc.model.expr import Call, Expr, constants_in, walk
 from specc.model.system import Constant
 from specc.model.types import Frame, Int, Type
@@ -271,7 +271,7 @@ def _whole(given: Constant, outer: Definitions) -> int | None:
     marks = {name: partial(int, size.mark) for name, size in still.items()}
     try:
         value = inlined(given.value, outer.constants)
-        env = Environment(operators=marks, count=partial(take, "folding"))
+        env = Environment(operators=marks, count=partial(spend_or_raise, "folding"))
         number = int(evaluate(value, env))
     except (LookupError, ArithmeticError, ValueError, ExprError):
         return None

@@ -16,7 +16,7 @@ from specc.lang import ExprError, parse_type
 from specc.model.expr import Call
 from specc.model.system import Agent, Constant, Operator, System
 from specc.model.trace import Trace
-from specc.read import Reach
+from specc.read import AllowedPaths
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings
 from specc.resolve.definitions import Definitions, types_in
@@ -36,7 +36,7 @@ its user can give nothing but values of parameters, the rate and the title.
 
 
 def resolve_alone(
-    file: Loaded, load: Load, findings: Findings, reach: Reach
+    file: Loaded, load: Load, findings: Findings, reach: AllowedPaths
 ) -> tuple[System, AgentResolver]:
     """Resolve a description with its user left open; definitions have no user to leave open.
 

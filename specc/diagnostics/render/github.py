@@ -1,7 +1,7 @@
 """A report as workflow commands of GitHub Actions, which show as annotations in a pull request."""
 
 from specc.diagnostics.render.visible import visible, visible_lines
-from specc.diagnostics.report import Finding, Report, Spot
+from specc.diagnostics.report import Finding, RenderedLocation, Report
 
 _LEVELS = {"error": "error", "warning": "warning", "open": "notice"}
 _DATA = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})
@@ -16,7 +16,7 @@ def render(report: Report) -> str:
     return "".join(f"{command}\n" for command in commands)
 
 
-def _place(spot: Spot) -> str:
+def _place(spot: RenderedLocation) -> str:
     return f"{visible(spot.span.file)}:{spot.span.line}"
 
 

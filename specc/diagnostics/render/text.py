@@ -6,7 +6,7 @@ from functools import partial
 from specc.diagnostics.phrases import counted
 from specc.diagnostics.render.excerpt import MAX_COLUMNS, excerpt
 from specc.diagnostics.render.visible import visible
-from specc.diagnostics.report import Finding, Report, Spot
+from specc.diagnostics.report import Finding, RenderedLocation, Report
 
 _NARROWEST = 20
 _RESET = "\x1b[0m"
@@ -58,7 +58,14 @@ def _finding(finding: Finding, paint: Paint, columns: int) -> Iterator[str]:
 
 
 def _spot(
-    spot: Spot, arrow: str, mark: str, style: str, *, margin: int, room: int, paint: Paint
+    spot: RenderedLocation,
+    arrow: str,
+    mark: str,
+    style: str,
+    *,
+    margin: int,
+    room: int,
+    paint: Paint,
 ) -> Iterator[str]:
     span = spot.span
     place = f"{visible(span.file)}:{span.line}:{span.col}"

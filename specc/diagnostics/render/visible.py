@@ -25,7 +25,7 @@ def visible_lines(text: str) -> str:
     return "\n".join(visible(line) for line in text.split("\n"))
 
 
-def harmless(text: str, form: OutputForm = "text") -> str:
+def sanitize(text: str, form: OutputForm = "text") -> str:
     """A whole output as it may be printed: no character is hidden, no line is a command.
 
     Runners of continuous integration obey lines that begin with `::`, and `##[` or `##word[`

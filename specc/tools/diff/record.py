@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import Any, Generic, Literal, TypeVar
 
-from specc.diagnostics.phrases import ms
+from specc.diagnostics.phrases import in_ms
 from specc.model.trace import Trace
 from specc.proof.verdict import FactTexts
 
@@ -224,7 +224,7 @@ def _is_plain(value: object) -> bool:
 def shown(value: object, unit: str = "") -> str:
     """A plain value; a number of `s` in ms, one of `hz` in Hz."""
     if isinstance(value, Fraction):
-        return ms(value) if unit == "s" else f"{float(value):g} Hz"
+        return in_ms(value) if unit == "s" else f"{float(value):g} Hz"
     if isinstance(value, tuple):
         parts = (": ".join(map(str, v)) if isinstance(v, tuple) else str(v) for v in value)
         return ", ".join(parts) or "none"

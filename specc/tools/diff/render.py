@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from itertools import groupby
 from typing import Any
 
-from specc.diagnostics.phrases import clipped, counted, few
+from specc.diagnostics.phrases import counted, join_some, truncate
 from specc.diagnostics.render.visible import visible
 from specc.tools.diff.record import Comparison, Difference
 
@@ -45,7 +45,7 @@ def _remarks(change: Difference) -> Iterator[str]:
 
 def _shortened(text: str) -> str:
     """A text that may be long, or of several lines, fit for a line."""
-    return visible(clipped(text, LONGEST))
+    return visible(truncate(text, LONGEST))
 
 
 def _by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Difference]]]:
@@ -59,7 +59,7 @@ def _by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Differe
         same = (replace(one, where="", name="" if one.name == where else one.name) for one in own)
         together.setdefault(tuple(same), []).append((visible(where) or "system", own))
     for alike in together.values():
-        yield few([where for where, _ in alike], MOST_PLACES), alike[0][1]
+        yield join_some([where for where, _ in alike], MOST_PLACES), alike[0][1]
 
 
 # For a terminal.

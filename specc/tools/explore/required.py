@@ -12,7 +12,7 @@ from typing import Literal
 
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.model.requirement import (
     Junction,
     Requirement,
@@ -66,7 +66,7 @@ class RequirementVerdict:
     def words(self) -> str:
         """The verdict."""
         if self.verdict == "open":
-            return f"rests on {listed(self.rests_on, 'and')}"
+            return f"rests on {join_words(self.rests_on, 'and')}"
         if self.verdict == "not decided":
             return f"not decided, since {self.why or _unknown(self.requirement)}"
         if not self.is_triggered:
@@ -87,7 +87,7 @@ def _unknown(requirement: Requirement) -> str:
     named = [*found][:MOST_NAMED]
     if len(found) > len(named):
         named.append(f"{len(found) - len(named)} more")
-    return f"{listed(named, 'and')} {'is' if len(found) == 1 else 'are'} measured"
+    return f"{join_words(named, 'and')} {'is' if len(found) == 1 else 'are'} measured"
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,7 +262,9 @@ def _verdict(
 
 def _untold(way: TracedFinding) -> str:
     """Why a violation that rests on conditions is none that rests on measurements."""
-    return f"its violation rests on {listed(way.way.free, 'and')}, which nothing measured decides"
+    return (
+        f"its violation rests on {join_words(way.way.free, 'and')}, which nothing measured decides"
+    )
 
 
 def _absent(graphs: Sequence[Graph]) -> str:
@@ -270,7 +272,7 @@ def _absent(graphs: Sequence[Graph]) -> str:
     for names in (_watch(graph).lacking[0] for graph in graphs if graph.complete):
         if names and "" not in names:
             are = "is" if len(names) == 1 else "are"
-            named = listed([f"`{name}`" for name in sorted(names)], "and")
+            named = join_words([f"`{name}`" for name in sorted(names)], "and")
             there = " and ".join(f"present({name})" for name in sorted(names))
             return f"{named} {are} absent at some time: write `{there} implies ...`"
     return ""
