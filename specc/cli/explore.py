@@ -250,8 +250,7 @@ def _record(
     finding: TracedFinding, built: Build, rehearsal: Any, options: dict[str, Any], shared: int
 ) -> str:
     """Record a run that goes as the trace of a finding; says why if there is none."""
-    from specc.tools.explore.concrete import reports
-    from specc.tools.explore.sensor_values import NotConcreteError
+    from specc.tools.explore.concrete import NotConcreteError, reports
 
     assert built.result.system is not None
     way = finding.way
