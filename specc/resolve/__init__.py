@@ -16,7 +16,7 @@ from specc.model.task import Task
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.agents import AgentResolver
-from specc.resolve.command_line import Overrides
+from specc.resolve.command_line import SetValues
 from specc.resolve.context import Cursor, Findings
 from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.expressions import Expressions
@@ -74,7 +74,7 @@ def resolve(
     _report_lacking(file, findings)
     groups = groups_of(spec.agents, file.top["agents"])
     copies = {agent: group for group, of in groups.items() for agent in of.values()}
-    given = Overrides(instead or {}, copies)
+    given = SetValues(instead or {}, copies)
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach, given)
     library.agents, library.groups = tuple(spec.agents), groups
     definitions = replace(library, shared=True).definitions(file)

@@ -41,7 +41,7 @@ def _unit(written: str, declared: Type | None) -> str:
 
 
 @dataclass(eq=False, slots=True)
-class Overrides:
+class SetValues:
     """`texts` are those of the command line, by the names of what they are values of.
 
     `copies` has the agents of each `for` with the name of them all, `units` everything that can be

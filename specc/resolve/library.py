@@ -20,7 +20,7 @@ from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, remaining, spen
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
 from specc.read import ANYWHERE, AllowedPaths
-from specc.resolve.command_line import Overrides
+from specc.resolve.command_line import SetValues
 from specc.resolve.context import Cursor, Findings, TypeText, file_hint, trace_of
 from specc.resolve.definitions import Definitions, Interface, open_sizes, sizes_in
 from specc.resolve.expressions import Expressions
@@ -59,7 +59,7 @@ class Library:
     base: str
     findings: Findings
     reach: AllowedPaths = ANYWHERE
-    given: Overrides = field(default_factory=Overrides)
+    given: SetValues = field(default_factory=SetValues)
     shared: bool = False
     agents: tuple[str, ...] = ()
     """Names of all agents of the system, some of which are `groups`."""

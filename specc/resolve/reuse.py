@@ -14,7 +14,7 @@ from specc.model.expr import Call, Expr, constants_in, walk
 from specc.model.system import Constant
 from specc.model.types import Frame, Int, Type
 from specc.reachable import reachable
-from specc.resolve.command_line import Overrides
+from specc.resolve.command_line import SetValues
 from specc.resolve.context import Cursor, Findings
 from specc.resolve.definitions import Definitions, OpenSize, indices_of, inlined, may_be_size
 from specc.resolve.expressions import Expressions
@@ -134,7 +134,7 @@ class _Binder:
         return bound
 
     def sizes(
-        self, file: Loaded, given: Overrides, user: str
+        self, file: Loaded, given: SetValues, user: str
     ) -> tuple[dict[str, Constant | None], dict[str, int] | None]:
         """Parameters that may stand for sizes, as constants, and those that do.
 
@@ -172,7 +172,7 @@ class _Binder:
         self,
         file: Loaded,
         inner: Definitions,
-        given: Overrides,
+        given: SetValues,
         user: str,
         known: Mapping[str, Constant | None],
     ) -> tuple[Constant, ...]:
@@ -193,7 +193,7 @@ class _Binder:
                 constants.append(self._constant(name, where, expected, file))
         return tuple(constant for constant in constants if constant is not None)
 
-    def _written(self, name: str, expected: Type, given: Overrides, user: str) -> Cursor:
+    def _written(self, name: str, expected: Type, given: SetValues, user: str) -> Cursor:
         """Where the argument for a parameter stands: in the file or on the command line."""
         other = given.of(f"{user}.{name}", self.arguments[name], expected)
         return other or replace(self.where[name], raw=self.arguments[name])

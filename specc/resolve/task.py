@@ -12,7 +12,7 @@ from specc.model.system import Agent, Subsystem
 from specc.model.task import VERBS, Deed, Disturbance, Draw, Task, Verb
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, SECOND, Unit
-from specc.resolve.command_line import Overrides
+from specc.resolve.command_line import SetValues
 from specc.resolve.context import Cursor, Findings
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, known_number
@@ -27,7 +27,7 @@ def resolve_task(
     findings: Findings,
     broken: Container[str],
     definitions: Definitions,
-    given: Overrides,
+    given: SetValues,
 ) -> Task:
     """The task; unknown names in it are reported.
 
@@ -110,7 +110,7 @@ _FORMS = "write a number with its unit, `[least, greatest]` or `{one_of: [...]}`
 
 
 def starts_of(
-    scene: SceneDef, where: Cursor, findings: Findings, definitions: Definitions, given: Overrides
+    scene: SceneDef, where: Cursor, findings: Findings, definitions: Definitions, given: SetValues
 ) -> Iterator[Draw]:
     """Where joints are when a run begins; `specc.checks` compares them with the model."""
     for name, item in scene.starts.items():
