@@ -19,7 +19,7 @@ from specc.model.types import (
     within,
 )
 from specc.model.units import DIMENSIONLESS, Dimensions
-from specc.tools.explore.partial import Known, filled, is_literal
+from specc.tools.explore.partial import KnownValues, is_literal, residual
 
 MOST_VALUES = 16
 """Of one sensor."""
@@ -96,10 +96,10 @@ def _numbers(nodes: Sequence[m.Expr]) -> Iterator[tuple[Dimensions, float]]:
 
 def _vectors(nodes: Sequence[m.Expr], system: System) -> Iterator[tuple[Type, Any]]:
     """The vectors among some nodes, points included, with their types."""
-    known = Known({}, {item.name: item.value for item in system.constants}, Fraction(1))
+    known = KnownValues({}, {item.name: item.value for item in system.constants}, Fraction(1))
     for node in nodes:
         if isinstance(node, m.Items) and isinstance(node.type, Vector):
-            made = node if _has_lets(node) else filled(node, known)
+            made = node if _has_lets(node) else residual(node, known)
             if is_literal(made):
                 yield node.type, evaluate(made, Environment())
 
