@@ -60,21 +60,21 @@ def run_explore(options: Namespace) -> int:
 
 
 def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
-    lines = [each.words() for each in found.slices]
-    lines += [f"{', '.join(names)}: not explored" for names in found.left]
-    if found.alone:
-        lines.append(f"{', '.join(found.alone)}: nothing to decide")
+    lines = [each.summary() for each in found.slices]
+    lines += [f"{', '.join(names)}: not explored" for names in found.not_begun]
+    if found.without_decisions:
+        lines.append(f"{', '.join(found.without_decisions)}: nothing to decide")
     for name, axiom, verdict in found.assumptions:
         lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
-    lines += [f"requirement {_called(r.requirement)}: {r.words()}" for r in found.requirements]
+    lines += [f"requirement {_called(r.requirement)}: {r.summary()}" for r in found.requirements]
     but = f"; {found.dead_ends}" if found.dead_ends else ""
-    if found.is_short:
+    if found.is_incomplete:
         lines.append(
             f"not everything was explored in {budget} steps: --budget allows for more{but}"
         )
     elif not found.broken_off:
         lines.append(f"all in all: {found.status}{but}")
-    for finding, trace in zip(found.traced, kept, strict=bool(kept)):
+    for finding, trace in zip(found.with_traces, kept, strict=bool(kept)):
         said = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {said}")
     return "".join(f"{line}\n" for line in lines)
@@ -91,17 +91,17 @@ def _as_json(
     slices = [
         {
             "machines": list(each.names),
-            "alike": list(each.alike),
+            "alike": list(each.equal_machines),
             "complete": each.complete,
             "status": each.status,
             "not_followed": list(each.widened),
             "not_judged": [
                 {"subsystem": name, "state": state, "conditions": [c.strip("`") for c in asked]}
-                for name, state, asked in each.unjudged
+                for name, state, asked in each.undecided_conditions
             ],
             "states": each.configurations,
             "steps": each.steps,
-            "time": "counted" if each.exact or not each.timed else "any",
+            "time": "counted" if each.counts_time or not each.is_timed else "any",
         }
         for each in found.slices
     ]
@@ -115,9 +115,9 @@ def _as_json(
             "that": r.requirement.that,
             "verdict": r.verdict,
             "asked": r.is_triggered,
-            "until_a_step_fails": r.fails,
+            "until_a_step_fails": r.may_end_early,
             "answer_cannot_come": r.is_dead_end,
-            "rests_on": list(r.rests_on),
+            "rests_on": list(r.assumptions),
             **_kept(r.finding, found, kept),
         }
         for r in found.requirements
@@ -139,10 +139,10 @@ def _kept(
     finding: TracedFinding | None, found: Exploration, kept: Sequence[Recorded]
 ) -> dict[str, Any]:
     """The recording of a trace, if recordings are wanted."""
-    about = [each.about for each in found.traced]
-    if not kept or finding is None or finding.about not in about:
+    about = [each.identity for each in found.with_traces]
+    if not kept or finding is None or finding.identity not in about:
         return {}
-    trace = kept[about.index(finding.about)]
+    trace = kept[about.index(finding.identity)]
     return {"recording": trace.file or None, "lacks": trace.lacks}
 
 
@@ -151,20 +151,20 @@ def _finding(finding: TracedFinding) -> dict[str, Any]:
         {
             "time_s": float(step.time_s),
             "subsystem": step.walker.name,
-            "from": step.move.source,
-            "to": step.move.target,
-            "row": step.move.row,
-            "sent": [f"y.{peer}.{name}" for (peer, name), _ in step.move.sent],
+            "from": step.transition.source,
+            "to": step.transition.target,
+            "row": step.transition.row,
+            "sent": [f"y.{peer}.{name}" for (peer, name), _ in step.transition.sent],
             **({"times": step.times} if step.times > 1 else {}),
         }
-        for step in finding.way.steps
+        for step in finding.trace.steps
     ]
     return {
         "code": finding.code,
         "message": finding.message,
-        "decided": finding.way.is_decided,
+        "decided": finding.trace.is_decided,
         "confirmed": finding.is_confirmed,
-        "rests_on": list(finding.way.free),
+        "rests_on": list(finding.trace.choices),
         "trace": steps,
     }
 
@@ -196,7 +196,7 @@ def _recordings(found: Exploration, built: Build, spec: str, directory: Path) ->
     Raises:
         Refused: a file cannot be written, or what writes them is not installed.
     """
-    if not found.traced:
+    if not found.with_traces:
         return []
     try:
         with _used(directory), temporary_folder(directory) as scratch:
@@ -221,7 +221,7 @@ def _used(directory: Path) -> Iterator[None]:
 def _each_recorded(
     found: Exploration, built: Build, spec: str, scratch: Path
 ) -> Iterator[Recorded]:
-    findings, resting = found.traced, len(found.traced) - len(found.findings)
+    findings, resting = found.with_traces, len(found.with_traces) - len(found.findings)
     package, base = scratch / "generated" / built.system, Path(os.path.dirname(spec))
     for diagnostic in output.write(package, built.files):
         raise Refused(diagnostic.message)
@@ -253,7 +253,7 @@ def _record(
     from specc.tools.explore.concrete import NotConcreteError, reports
 
     assert built.result.system is not None
-    way = finding.way
+    way = finding.trace
     try:
         found = reports(way, built.result.system, rehearsal, shared)
     except NotConcreteError as error:
@@ -261,7 +261,7 @@ def _record(
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
     # A monitor has to see that what is required does not come.
     every = built.result.system.requirements
-    required = [r for r in every if (r.that, r.place) == finding.about[1:]]
+    required = [r for r in every if (r.that, r.place) == finding.identity[1:]]
     ahead_s = max((float(reach_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)
     duration_s = float(way.time_s) + after_s

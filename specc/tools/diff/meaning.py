@@ -20,7 +20,7 @@ from specc.model.expr import (
     Truth,
     mapped,
 )
-from specc.model.requirement import Junction, Requirement, Temporal, TickCondition
+from specc.model.requirement import BoolOp, Requirement, Temporal, TickCondition
 from specc.model.system import Constant, Subsystem, System
 from specc.model.types import (
     Bool,
@@ -177,7 +177,7 @@ class Constants:
         """What a requirement of the old or the new version says, whatever it calls constants."""
         return requirement.lasts, self._form(requirement.formula, _MARKS[version])
 
-    def _form(self, formula: Temporal | Junction | TickCondition, mark: str) -> object:
+    def _form(self, formula: Temporal | BoolOp | TickCondition, mark: str) -> object:
         if isinstance(formula, TickCondition):
             return self._numbering.number(_marked(formula.that, mark))
         parts = [self._form(operand, mark) for operand in formula.operands]

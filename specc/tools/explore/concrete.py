@@ -21,7 +21,7 @@ from specc.model.system import System
 from specc.model.types import Opaque, OptionalOf, Type, Vector, within
 from specc.model.units import DIMENSIONLESS, Dimensions
 from specc.model.wires import Wires
-from specc.tools.explore.partial import Known, filled, is_literal
+from specc.tools.explore.partial import KnownValues, is_literal, residual
 from specc.tools.explore.trace import ExploredTrace
 
 Reports = dict[str, list[tuple[int, Any]]]
@@ -109,10 +109,10 @@ def _numbers(nodes: Sequence[m.Expr]) -> Iterator[tuple[Dimensions, float]]:
 
 def _vectors(nodes: Sequence[m.Expr], system: System) -> Iterator[tuple[Type, Any]]:
     """The vectors among some nodes, points included, with their types."""
-    known = Known({}, {item.name: item.value for item in system.constants}, Fraction(1))
+    known = KnownValues({}, {item.name: item.value for item in system.constants}, Fraction(1))
     for node in nodes:
         if isinstance(node, m.Items) and isinstance(node.type, Vector):
-            made = node if _has_lets(node) else filled(node, known)
+            made = node if _has_lets(node) else residual(node, known)
             if is_literal(made):
                 yield node.type, evaluate(made, Environment())
 
@@ -289,8 +289,8 @@ class _Expected:
         self.rehearsal = rehearsal
         self.runs = self.steps = 0
         self.kept: Mapping[int, Any] = {}
-        self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in way.stamped()) + 1
-        self._steps = {(s.walker.name, n): s for s, n in way.stamped()}
+        self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in way.with_stamps()) + 1
+        self._steps = {(s.walker.name, n): s for s, n in way.with_stamps()}
         wires = Wires(system.agents)
         self._bound = {
             (s.qualified_name, key): f"{wires.measured(s.qualified_name, key[0])}.{key[1]}"
@@ -325,9 +325,9 @@ class _Expected:
                 before.insert(0, value)
                 del before[MOST_SENT:]
             step = self._steps.get((name, stamp))
-            if step is not None and (state, row) != (step.move.target, step.move.row):
+            if step is not None and (state, row) != (step.transition.target, step.transition.row):
                 words = f"at {stamp * ticks[name] * self.rehearsal.tick_s:g} s `{name}` "
-                words += f"is in `{state}`, not in `{step.move.target}`"
+                words += f"is in `{state}`, not in `{step.transition.target}`"
                 found.append(Stray(stamp * ticks[name], name, words))
             return not found
 
@@ -345,13 +345,13 @@ class _Expected:
 
     def _is_meant(self, failure: Failure) -> bool:
         step = self._steps.get((failure.subsystem, failure.stamp))
-        return failure.is_assumption and step is not None and bool(step.move.broken)
+        return failure.is_assumption and step is not None and bool(step.transition.broken)
 
     def _unlost(self, known: Reports) -> Iterator[Stray]:
         """Deviations where a measurement should arrive unseen, but does not arrive."""
         for (name, stamp), step in self._steps.items():
             tick = stamp * self.rehearsal.ticks[name]
-            for key, _ in step.move.lost:
+            for key, _ in step.transition.lost:
                 said = known.get(self._bound.get((name, key), ""), ())
                 if [data for begin, data in said if begin <= tick][-1:] == [...]:
                     yield Stray(tick, name, f"`x.{key[0]}.{key[1]}` does not come then")
