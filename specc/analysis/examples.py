@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.analysis.facts import Facts
 from specc.analysis.machine import RowVerdictAt
-from specc.analysis.unknown_parts import gap_view, is_incomplete, must_view
+from specc.analysis.must_may import gap_view, is_incomplete, must_view
 from specc.lang.kinds import first_value
 from specc.lang.values import Value
 from specc.model.expr import Expr, walk

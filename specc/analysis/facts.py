@@ -1,33 +1,43 @@
-"""What is known of a system: its machines, and what goes on between them."""
+"""Facts about a system: its machines, and what goes on between them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property, partial
 from typing import Any
 
-from specc.analysis.ages import Ages
-from specc.analysis.arrivals import availability_of
-from specc.analysis.assumed_arrivals import AssumptionChecker
-from specc.analysis.dataflow import DataFlow, InputNode
-from specc.analysis.failures import no_value
-from specc.analysis.formula_values import facts_about_readings
+from specc.analysis.assumption_checker import AssumptionChecker
+from specc.analysis.dataflow import Ages, DataFlow, InputNode
+from specc.analysis.definite_assignment import availability_of
 from specc.analysis.machine import Machine, RowVerdictAt
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.rates import Rates
 from specc.analysis.reaching import ReachingDefinitions
 from specc.analysis.reads import Dependences, nodes
-from specc.analysis.suspicious_expressions import SuspiciousExpressions
+from specc.analysis.suspicious_expressions import SuspiciousExpressions, no_value
 from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, spend_or_raise
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT
-from specc.model.expr import Call, ConstantRef, FileRef, constants_in, has_unknown, walk
+from specc.model.expr import (
+    Call,
+    Compare,
+    ConstantRef,
+    Expr,
+    FileRef,
+    Member,
+    MemoryRef,
+    constants_in,
+    has_unknown,
+    mapped,
+    walk,
+)
 from specc.model.fsm import Cause
-from specc.model.requirement import Requirement
+from specc.model.requirement import Reading, Requirement
 from specc.model.system import Constant, Element, Subsystem, System
+from specc.model.types import Bool, Enum
 from specc.model.wires import Wires
 from specc.proof import Numbering, Ticks
 from specc.proof.decide import Sessions
@@ -274,3 +284,40 @@ def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:
             raise OverflowError
         sizes[id(value)] = value, size
     return sizes[id(value)][1]
+
+
+def facts_about_readings(system: System, machines: Mapping[str, Machine]) -> Iterator[Expr]:
+    """Conditions on them; `machines` are those of which enough is known.
+
+    What is always there is present, and memory has what is written to it. That a state is never
+    reached is told of the state (W0607), and not again of each formula that names it.
+    """
+    for reading in {r.name: r for item in system.formulas for r in item.readings}.values():
+        machine = machines.get(reading.subsystem)
+        value = MemoryRef(reading.name, type=reading.type)
+        if reading.asks_presence:
+            if reading.kind in ("state", "memory") or reading.initial:
+                yield value
+        elif reading.kind == "memory" and machine:
+            known = machine.value_ranges.conditions.get(reading.element[0])
+            if known is not None:
+                yield _on_reading(reading, known)
+
+
+def _on_reading(reading: Reading, known: Expr) -> Expr:
+    """What is known of memory, of the reading of it."""
+    if isinstance(known, MemoryRef):
+        return MemoryRef(reading.name, type=known.type)
+    return mapped(known, lambda part: _on_reading(reading, part))
+
+
+def initial_state_of(reading: Reading, system: System) -> Expr | None:
+    """That a subsystem is in the state that it has at the first tick."""
+    if reading.kind != "state" or not isinstance(reading.type, Enum):
+        return None
+    found = {s.qualified_name: s.initial_state for s in system.subsystems if s.begun}
+    state = found.get(reading.subsystem)
+    if state not in reading.type.members:
+        return None
+    first = Member(state, type=reading.type)
+    return Compare("==", MemoryRef(reading.name, type=reading.type), first, type=Bool())

@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
 
-from specc.analysis.arrivals import Availability
-from specc.analysis.durations import StateTiming
+from specc.analysis.definite_assignment import Availability, DefiniteAssignment, PresentValues
 from specc.analysis.graph import CAUSES, RowEdge, find_edges, reachable_from
-from specc.analysis.memory import ValueRanges
-from specc.analysis.presence import DefiniteAssignment, PresentValues
+from specc.analysis.must_may import MustMayAnalysis, is_incomplete
 from specc.analysis.reactions import Reactions
 from specc.analysis.reads import Dependences
+from specc.analysis.state_timing import StateTiming
 from specc.analysis.suspicious_expressions import SuspiciousExpressions
-from specc.analysis.unknown_parts import MustMayAnalysis, is_incomplete
+from specc.analysis.value_ranges import ValueRanges
 from specc.model.expr import Expr, Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem

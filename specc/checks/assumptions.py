@@ -137,6 +137,3 @@ def _decided(machine: Machine, state: str, cause: Cause, without: int | None) ->
     several = after.overlap.holding if after.overlap else ()
     found = after.proved, after.gap is None, several, after.possible, after.satisfiable
     return before.ensures, found
-
-
-CHECKS = (axioms_consistent, axioms_needed, axioms_hold)

@@ -332,13 +332,3 @@ def _fitting(verb: Verb, of: str, deed: Deed, units: Units) -> Iterator[Diagnost
             place = replace(draw.place, part="value")
             yield Diagnostic("E0517", f"{name} is in {wanted}, not in {given}", place, help=help)
             return
-
-
-CHECKS = (
-    draws_vary,
-    disturbances_do,
-    repetitions_are_apart,
-    disturbances_last_ticks,
-    disturbances_differ,
-    errors_fit,
-)

@@ -215,12 +215,3 @@ def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) ->
         related=tuple(writers),
         help="keep one of the two, or give the functions to different behaviours",
     )
-
-
-CHECKS = (
-    constants_have_values,
-    lateness_of_subsystems,
-    expressions_meant,
-    names_distinct,
-    one_writer,
-)

@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import combinations, islice
 
 from specc.analysis import Facts
-from specc.analysis.formula_values import initial_state_of
+from specc.analysis.facts import initial_state_of
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import in_ms, join_words
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk
@@ -354,6 +354,3 @@ def _alike(required: Sequence[Requirement]) -> Iterator[tuple[Requirement, Requi
     for one, other in combinations(required, 2):
         if one.lasts == other.lasts and not names[id(one)].isdisjoint(names[id(other)]):
             yield one, other
-
-
-CHECKS = (formulas_vary, names_say_more, windows_reach, requirements_differ)

@@ -191,6 +191,3 @@ def _another_order(
         related=(Related(binding.place.below(raw.kind, raw.place), "gives w, x, y, z"),),
         help=(bind if is_of_frame else "") + reorder,
     )
-
-
-CHECKS = (poses_measured, quaternions_ordered)

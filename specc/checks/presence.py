@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from specc.analysis import Facts, Machine
-from specc.analysis.guards import Evaluation, evaluations
-from specc.analysis.presence import InputRead, Need
+from specc.analysis.definite_assignment import InputRead, Need
+from specc.analysis.path_conditions import Evaluation, evaluations
 from specc.analysis.reads import text_of
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import show
@@ -202,6 +202,3 @@ def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) 
 
 def _numbered(axiom: Axiom, machine: Machine) -> str:
     return f"assumption {machine.subsystem.axioms.index(axiom) + 1}"
-
-
-CHECKS = (inputs_present, values_there)

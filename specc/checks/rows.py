@@ -8,7 +8,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from specc.analysis import Facts, RowVerdictAt
-from specc.analysis.guards import as_conditions
+from specc.analysis.path_conditions import as_conditions
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
 from specc.lang import show
@@ -389,6 +389,3 @@ def rows_proved(facts: Facts) -> Iterator[Diagnostic]:
                 f"ended {ending(state.behaviour, decided.cause)}",
                 help=decided.verdict.decision.way_out or _WAY_OUT,
             )
-
-
-CHECKS = (rows_complete, rows_exclusive, causes_have_rows, rows_can_apply, rows_proved)

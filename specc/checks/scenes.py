@@ -309,6 +309,3 @@ def _end(row: list[_Silence]) -> float:
 def _exact(seconds: float) -> Fraction:
     """The decimal that is meant; runs tell no times apart that differ by less."""
     return Fraction(seconds).limit_denominator(10**9)
-
-
-CHECKS = (starts_fit, disturbances_fit, silences_fit)

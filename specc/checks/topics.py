@@ -212,6 +212,3 @@ def _said(bound: BoundElement) -> str:
 
 def _type(bound: BoundElement) -> Related:
     return Related(bound.element.place, f"`{bound.element.type}`")
-
-
-CHECKS = (topics_fit, messages_fit, joints_counted, frames_named, goals_given_back, published_known)

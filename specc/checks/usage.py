@@ -323,15 +323,3 @@ def memory_read(facts: Facts) -> Iterator[Diagnostic]:
                     related=(Related(writers[element.name].place, "written here"),),
                     help="read it, delete it, or list it under `watch:` of the task",
                 )
-
-
-CHECKS = (parts_used,)
-USES = (
-    definitions_used,
-    observed_used,
-    formula_lets_used,
-    elements_read,
-    elements_written,
-    members_heard,
-    memory_read,
-)

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from specc.analysis import Facts
-from specc.analysis.ages import AgeChain, Ages, UnboundedAge
-from specc.analysis.dataflow import Measured
+from specc.analysis.dataflow import AgeChain, Ages, Measured, UnboundedAge
 from specc.cli import streams
 from specc.diagnostics.phrases import in_ms
 

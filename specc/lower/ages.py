@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from specc.analysis.ages import Ages
-from specc.analysis.dataflow import InputNode, ReadEdge
+from specc.analysis.dataflow import Ages, InputNode, ReadEdge
 from specc.analysis.reads import nodes
 from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal

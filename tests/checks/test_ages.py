@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from specc.analysis import Facts
-from specc.analysis.ages import AgeChain, UnboundedAge
-from specc.analysis.dataflow import InputNode
+from specc.analysis.dataflow import AgeChain, InputNode, UnboundedAge
 from specc.pipeline import read_spec
 from tests.seeds import Seeds, blocks
 

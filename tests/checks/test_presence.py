@@ -8,9 +8,8 @@ from itertools import pairwise
 
 import pytest
 
-from specc.analysis.arrivals import Availability
+from specc.analysis.definite_assignment import Availability, DefiniteAssignment
 from specc.analysis.graph import RowEdge, reachable_from
-from specc.analysis.presence import DefiniteAssignment
 from specc.model.expr import TRUE, Choice, Expr, Fresh, Input, LetRef, Logic, Present, Unary
 from specc.model.fsm import Transition
 from specc.model.system import Element, Port, Subsystem

@@ -30,13 +30,13 @@ VALUES = {
     "tools/why/reasons.py": "why it has its value",
 }
 FACTS = {
-    "analysis/constancy.py": "which parts of it are constant",
-    "analysis/guards.py": "what holds where a part of it is computed",
-    "analysis/memory.py": "between which numbers it lies",
+    "checks/conditions.py": "which parts of it are constant",
+    "analysis/path_conditions.py": "what holds where a part of it is computed",
+    "analysis/value_ranges.py": "between which numbers it lies",
     "analysis/suspicious_expressions.py": "where it was written",
     "analysis/reaching.py": "which definitions give it its value",
     "checks/usage.py": "whether it is used",
-    "checks/waiting.py": "which arrivals make it true",
+    "checks/states.py": "which arrivals make it true",
     "tools/graph/flow.py": "its box in a drawing",
 }
 """Which other modules look through lets, and for what."""

@@ -14,7 +14,7 @@ from random import Random
 
 from specc import analysis
 from specc.analysis import Facts
-from specc.checks.constancy import ConstantConditions
+from specc.checks.conditions import ConstantConditions
 from specc.model.expr import Expr
 from specc.model.system import System
 from tests.soundness import interpreter

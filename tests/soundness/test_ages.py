@@ -16,8 +16,7 @@ from specc_runtime.plant import NO_SAMPLE
 from specc_runtime.records import StepRecord
 
 from specc.analysis import Facts
-from specc.analysis.ages import AgeChain
-from specc.analysis.dataflow import InputNode
+from specc.analysis.dataflow import AgeChain, InputNode
 from specc.pipeline import Result
 from tests.runtime.driven import Driven, DrivenClock
 from tests.seeds import Seeds, blocks

@@ -9,7 +9,7 @@ import pytest
 
 from specc.analysis import Facts, RowVerdictAt
 from specc.analysis.examples import Examples
-from specc.analysis.unknown_parts import is_incomplete
+from specc.analysis.must_may import is_incomplete
 from specc.model.expr import Expr
 from specc.proof import Witness
 from specc.search import Interpreter, runnable

@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import chain
 from typing import Any, Literal
 
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.lang.mismatch import substitute
 from specc.model.expr import (
     Choice,

@@ -12,7 +12,7 @@ from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeGuard
 
-from specc.analysis.failures import evaluated_parts, failure
+from specc.analysis.suspicious_expressions import evaluated_parts, failure
 from specc.lang.bounds import bounded, operation_of
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.evaluate import Environment, evaluate

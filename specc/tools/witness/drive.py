@@ -11,7 +11,7 @@ from functools import partial
 from typing import TypeVar
 
 from specc.analysis import Facts
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.analysis.reads import Dependences
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from specc.analysis import Facts, Machine, RowVerdictAt
-from specc.analysis.unknown_parts import must_hold_part
+from specc.analysis.must_may import must_hold_part
 from specc.checks.presence import absences
 from specc.checks.rows import ending, situation
 from specc.emit import filled

@@ -1,4 +1,4 @@
-"""Counters that limit a state are set back before the state is entered again."""
+"""Memory that is read, written and reset."""
 
 from __future__ import annotations
 
@@ -150,6 +150,3 @@ def _finding(
         ),
         f"set `{counter}` back in a state on that way",
     )
-
-
-USES = (counters_set_back,)

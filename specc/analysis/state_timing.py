@@ -9,9 +9,9 @@ from functools import cached_property
 from itertools import compress
 
 from specc.analysis.graph import CAUSES
-from specc.analysis.guards import as_conditions
+from specc.analysis.must_may import may_hold_part
+from specc.analysis.path_conditions import as_conditions
 from specc.analysis.reads import Dependences
-from specc.analysis.unknown_parts import may_hold_part
 from specc.model.expr import Expr, has_unknown
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
 from specc.model.logic import joined
