@@ -8,9 +8,20 @@ import pytest
 from specc.limits import MAX_FAULTS
 from specc.pipeline import compile_spec
 from specc.schema.files import SpecFile
-from specc.schema.keys import OTHERS, ListForm, SpecModel, Text, key
+from specc.schema.keys import (
+    OTHERS,
+    FieldName,
+    ListForm,
+    Name,
+    PythonPath,
+    RateText,
+    ReadableName,
+    SpecModel,
+    Text,
+    TraceNumbers,
+    key,
+)
 from specc.schema.shape import shape
-from specc.schema.texts import FieldName, Name, PythonPath, RateText, ReadableName, TraceNumbers
 
 
 class Element(SpecModel, short="type"):
