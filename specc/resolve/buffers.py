@@ -164,7 +164,7 @@ class _Lets:
             wanted = self.expressions.type(at["type"], item.type) if item.type else None
             indices, scope = self.expressions.indexed(item.each, at, self.scope)
             scope = replace(scope, defines=name)
-            value = self.expressions.value(at.scalar("is"), item.value, scope, wanted)
+            value = self.expressions.value(at["is"], item.value, scope, wanted)
             if value is None:
                 self.expressions.broken.add(name)
             else:

@@ -34,22 +34,12 @@ class SourceValue:
     raw: object
 
     def __getitem__(self, key: str | int) -> SourceValue:
-        whole, route = self.raw, (*self.route, key)
-        if type(whole) is dict:  # as nearly all are
-            return SourceValue(self.file, route, whole.get(key))
-        if isinstance(whole, list) and isinstance(key, int) and key < len(whole):
-            return SourceValue(self.file, route, whole[key])
-        if isinstance(whole, dict):
-            return SourceValue(self.file, route_below(whole, key, self.route), whole.get(key))
-        return SourceValue(self.file, route, None)
-
-    def scalar(self, key: str) -> SourceValue:
-        """The value at `key`, or this value itself where the short form is used."""
-        return self[key] if isinstance(self.raw, dict) else self
-
-    def cell(self, key: str | int, index: int) -> SourceValue:
-        """The value at `key`, or at `index` where a row is written as a list."""
-        return self[index] if isinstance(self.raw, list) else self[key]
+        raw, value = self.raw, None
+        if isinstance(raw, dict):
+            value = raw.get(key)
+        elif isinstance(raw, list) and isinstance(key, int) and key < len(raw):
+            value = raw[key]
+        return SourceValue(self.file, route_below(raw, key, self.route), value)
 
     @property
     def mapping(self) -> dict[str, Any]:

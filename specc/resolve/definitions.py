@@ -397,7 +397,7 @@ class TypeMaker:
         try:
             self(frames)
         except ExprError as error:
-            self.findings.expression_error(self.where.scalar("type"), error)
+            self.findings.expression_error(self.where["type"], error)
 
     def _note(self, frames: tuple[Frame, ...]) -> None:
         """Note for editors which texts of types the definition has."""
@@ -405,14 +405,14 @@ class TypeMaker:
         local = known.frames | dict(zip(given.frames, frames, strict=True))
         names = TypeNames(local, known.types, known.sizes)
         texts = [(self.where["fields"][n], text) for n, text in (given.fields or {}).items()]
-        texts += [(self.where.scalar("type"), given.type)] if given.type else []
+        texts += [(self.where["type"], given.type)] if given.type else []
         notes = (TypeText(at, "type", text, names, known.places) for at, text in texts)
         self.findings.types.extend(notes)
 
     def _refused(self, message: str, code: str) -> ExprError:
         """Report that the type is too large, here and nowhere else."""
         error = ExprError(message, 0, 0, _TOO_LARGE, code)
-        self.findings.expression_error(self.where.scalar("type"), error)
+        self.findings.expression_error(self.where["type"], error)
         self._broken = True
         return ExprError(message, 0, 0, code=FOLLOW_UP)
 
@@ -439,7 +439,7 @@ class TypeMaker:
             texts, at = definition.fields.items(), self.where["fields"]
             fields = tuple((n, self._parsed(at[n], t, names)) for n, t in texts)
             return Record(self.name, frames, fields, definition.python or "")
-        made = self._parsed(self.where.scalar("type"), definition.type or "", names)
+        made = self._parsed(self.where["type"], definition.type or "", names)
         return Enum(self.name, made.members) if isinstance(made, Enum) else made
 
 

@@ -28,7 +28,7 @@ def resolve_elements(
     found = []
     for name, definition in elements.items():
         at = where[name]
-        type_ = expressions.type(at.scalar("type"), definition.type)
+        type_ = expressions.type(at["type"], definition.type)
         if type_ is None:
             expressions.broken.add(name)
             continue
@@ -78,7 +78,7 @@ def _safe(
 ) -> Safe | None:
     constants = constant_scope(expressions.definitions)
     scope = replace(constants, memory={e.name: Declared(e.type, e.place) for e in reported})
-    here = at.scalar("is")
+    here = at["is"]
     value = expressions.value(here, declared.value, scope, element.type, element.place)
     otherwise = None
     if declared.otherwise is not None:
@@ -136,7 +136,7 @@ def all_elements(
     found = resolve_elements(buffer.elements, at, expressions)
     if buffer.interface is None:
         return found, None
-    used = _elements_of(buffer.interface, at.scalar("is"), expressions)
+    used = _elements_of(buffer.interface, at["is"], expressions)
     if used is None:
         return found, None
     interface, shared = used

@@ -17,7 +17,7 @@ from specc.model.system import SubsystemKind
 from specc.resolve.context import Findings, SourceValue
 from specc.resolve.definitions import Groups, Interface
 from specc.resolve.ends import devices_of, used_by, word_of
-from specc.schema.desugar import Desugared, route_below
+from specc.schema.desugar import Desugared, desugar, route_below
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import (
     BufferDef,
@@ -224,15 +224,14 @@ def with_machine(
             help_text = f"delete one of the two; `{NAME}` is for a subsystem with one state"
             findings.report("E0104", message, where[key].key, help=help_text)
     passed = dict(_passed_on(definition, interfaces)) if through.rule else {}
-    targets = {key: value for key, value in here.mapping.items() if key != "rule"}
     parts: dict[str, Any] = {
-        "functions": passed | targets,
+        "functions": passed,
         "behaviours": {"functions": [NAME], "terminal": "never"},
         "states": NAME,
     }
-    new: dict[str, Any] = {
-        key: Desugared({NAME: part}, {NAME: here.route}) for key, part in parts.items()
-    }
+    short = {key: Desugared({NAME: part}, {NAME: here.route}) for key, part in parts.items()}
+    new, _ = desugar(short, where.file, SubsystemDef, where.route)
+    new["functions"][NAME] |= {key: value for key, value in here.mapping.items() if key != "rule"}
     new["initial_state"] = NAME
     machine = SubsystemDef.model_validate(new)
     definition = definition.model_copy(update={key: getattr(machine, key) for key in new})

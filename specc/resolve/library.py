@@ -297,7 +297,7 @@ class Library:
         for name, definition, where in self._unclashing("constants", file, own):
             scope = replace(around, constants=_declared(own))
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
-            value = expressions.value(where.scalar("is"), definition.value, scope, wanted)
+            value = expressions.value(where["is"], definition.value, scope, wanted)
             place = where.key
             other = self.given.of(name, definition.value, wanted) if self.shared else None
             if value is not None and other is not None:

@@ -115,7 +115,7 @@ class MachineResolver:
         self, kind: ConditionKind, name: str, item: ConditionDef, at: SourceValue
     ) -> Expr | None:
         if item.when is not None:
-            return self.expressions.condition(at.scalar("when"), item.when, self.scope)
+            return self.expressions.condition(at["when"], item.when, self.scope)
         message = f"nothing says when {kind} condition `{name}` holds"
         self._open("O0202", message, at, "add `when:` with a Boolean expression")
         return None
@@ -169,7 +169,7 @@ class MachineResolver:
 
     def _assignment(self, target: str, item: AssignmentDef, at: SourceValue) -> Assignment | None:
         found = self._target(target, at)
-        here = at.scalar("is")
+        here = at["is"]
         indices, scope = self.expressions.indexed(item.each, at, self.scope)
         if found is None:
             self.expressions.inside(here, item.value, scope)
@@ -241,7 +241,7 @@ class MachineResolver:
             hint = "make two items of the list: the name, and the function that stands in place"
             self._findings.report("E0104", message, at.place, help=hint)
         if used.function not in known:
-            place = at.scalar("function").place
+            place = at["function"].place
             self._findings.unknown("E0215", "function", used.function, known, place)
         self._findings.use(found.place if found else None, at, "function")
         return found
@@ -266,7 +266,8 @@ class MachineResolver:
             self._findings.report("E0104", message, inside[kind].place, help=hint)
         known = self._conditions.get((kind, name))
         if known is None:
-            return self._undeclared(kind, name, inside[kind].scalar("condition"))
+            at = inside[kind]
+            return self._undeclared(kind, name, at["condition"] if at.raw else at)
         if given.condition is not None:
             self._findings.use(known.place, inside, kind, "condition")
         return known
@@ -313,7 +314,7 @@ class MachineResolver:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
         elif known:
-            place = at.scalar("behaviour").place
+            place = at["behaviour"].place
             self._findings.unknown("E0216", "behaviour", name, known, place)
         called = name or state
         terminal = _unknown_condition(called, "terminal", at["terminal"], at)
@@ -324,33 +325,22 @@ class MachineResolver:
         rows, table = [], self.where["transitions"]
         for index, item in enumerate(self.definition.transitions):
             at, when = table[index], item.when
-            sources = self._sources(item.sources, at)
-            known = self._is_state(item.target, at, "to", 3)
+            sources = [n for i, n in enumerate(item.sources) if self._is_state(n, at["from"][i])]
+            known = self._is_state(item.target, at["to"])
             note_row(self._findings, item, at, self.where, self._conditions)
             condition = self._conditions.get(("initial", when))
             is_remainder = when == OTHERWISE and condition is None
             if condition is None:
-                condition = self._undeclared("initial", when, at.cell("when", 2))
+                condition = self._undeclared("initial", when, at["when"])
             told = condition, item.target, trace_of(item), at.place, is_remainder
             for source in sources if known else ():
                 rows.append(Transition(source, item.cause, *told))
         return _with_remainders(rows)
 
-    def _sources(self, written: list[str], row: SourceValue) -> list[str]:
-        """The states that a row is for."""
-        if self.definition.states.keys() >= set(written):
-            return written
-        at = row.cell("from", 0)
-        if not isinstance(at.raw, list):
-            return [name for name in written if self._is_state(name, row, "from", 0)]
-        return [name for n, name in enumerate(written) if self._is_state(name, at, n, n)]
-
-    def _is_state(self, name: str, row: SourceValue, key: str | int, index: int) -> bool:
-        """Whether there is a state of the name that stands in a row, or a list."""
+    def _is_state(self, name: str, at: SourceValue) -> bool:
         known = self.definition.states
         if known and name not in known:
-            place = row.cell(key, index).place
-            self._findings.unknown("E0217", "state", name, known, place)
+            self._findings.unknown("E0217", "state", name, known, at.place)
         return name in known
 
     def _axioms(self) -> tuple[Axiom, ...]:

@@ -67,7 +67,7 @@ class Lets:
         for name in items:
             self.places[name] = where[name].key
         for name in self._ordered(items, where, findings):
-            text, at = items[name].value, where[name].scalar("is")
+            text, at = items[name].value, where[name]["is"]
             made = read(name, text, at)
             self._trees[name] = None
             if made is not None:

@@ -20,6 +20,7 @@ from specc.resolve.context import CommandLineValues, Findings, SourceValue, dura
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, known_number, rate_of
 from specc.resolve.library import constant_scope
+from specc.schema.desugar import Desugared
 from specc.schema.files import (
     BindingDef,
     DrawDef,
@@ -134,7 +135,9 @@ def starts_of(
         texts = [text for text, _ in _texts(item, at)]
         written = next((text for text in texts if "[" in text), "")
         if other := given.of(f"scene.{name}", written):
-            item, at = DrawDef.model_construct(fixed=str(other.raw)), other
+            item = DrawDef.model_construct(fixed=str(other.raw))
+            raw = Desugared({"is": other.raw}, {"is": other.route})
+            at = SourceValue(other.file, other.route, raw)
         start = draw_of(name, item, at, findings, definitions)
         if start is not None:
             yield start
@@ -171,10 +174,10 @@ _GIVEN = ({"is"}, {"from", "to"}, {"one_of"})
 def _texts(item: DrawDef, at: SourceValue) -> Iterator[tuple[str, SourceValue]]:
     """The texts of the positions, each with its place."""
     if item.fixed is not None:
-        yield item.fixed, at.scalar("is")
-    for text, key, index in ((item.least, "from", 0), (item.greatest, "to", 1)):
+        yield item.fixed, at["is"]
+    for text, key in ((item.least, "from"), (item.greatest, "to")):
         if text is not None:
-            yield text, at.cell(key, index)
+            yield text, at[key]
     for index, text in enumerate(item.one_of):
         yield text, at["one_of"][index]
 
@@ -296,7 +299,7 @@ class _DisturbanceReader:
         for index, item in enumerate(several):
             part = f".{'xyz'[index]}" if verb.numbers == "force" else f"[{index}]"
             called = name + part if len(several) > 1 else name
-            place = at[index] if several is given and isinstance(at.raw, list) else at
+            place = at[index] if several is given else at
             draw = draw_of(called, item, place, self._findings, self._definitions)
             if draw is not None:
                 if verb.unit is not None:
@@ -476,7 +479,7 @@ def _noise(
     expressions = Expressions(findings, definitions)
     sigmas = []
     for index, text in enumerate(item.noise):
-        where = at["noise"][index] if isinstance(at["noise"].raw, list) else at["noise"]
+        where = at["noise"][index]
         value = expressions.value(where, text, Scope(), None)
         if isinstance(value, Number) and isinstance(value.type, Real) and value.value >= 0:
             sigmas.append((float(value.value), value.type.unit))

@@ -73,12 +73,11 @@ def note_row(
     """Note the states and the condition that a row names."""
     if findings.cache is None:
         return
-    several = isinstance(at.cell("from", 0).raw, list)
-    named = [(name, ("from", n) if several else ("from",)) for n, name in enumerate(row.sources)]
-    for name, below in (*named, (row.target, ("to",))):
-        findings.use(declared_at(home, "states", name), at, *below)
+    named = [(name, at["from"][index]) for index, name in enumerate(row.sources)]
+    for name, state in (*named, (row.target, at["to"])):
+        findings.use(declared_at(home, "states", name), state)
     condition = conditions.get(("initial", row.when))
-    findings.use(condition.place if condition else None, at, "when")
+    findings.use(condition.place if condition else None, at["when"])
 
 
 def declared_at(home: SourceValue | None, *steps: str) -> Place | None:

@@ -137,14 +137,10 @@ class ListForm:
     max_length: int | None = None
     help: str = ""
 
-    def in_full(self, value: Any) -> Any:
-        """The list that a single item stands for; any other value as it is."""
-        return [value] if type(value) in self.single else value
-
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
         """What pydantic validates a list with."""
         lengths = Field(min_length=self.min_length or None, max_length=self.max_length)
-        return handler.generate_schema(Annotated[source, lengths, BeforeValidator(self.in_full)])
+        return handler.generate_schema(Annotated[source, lengths])
 
     def __get_pydantic_json_schema__(self, core: Any, handler: GetJsonSchemaHandler) -> Any:
         """The JSON Schema that pydantic makes of it."""
@@ -261,14 +257,8 @@ class SpecModel(BaseModel):
         return frozenset(key.name for key in self.keys.values() if key.attribute in given)
 
     @classmethod
-    def in_full(cls, value: Any) -> Any:
-        """The mapping that a short form or a row stands for, with names that people choose below
-        `OTHERS`; any other value as it is.
-        """
-        if cls.short and isinstance(value, (str, int, float)):
-            return {cls.short: value}
-        if cls.row and isinstance(value, list) and len(value) == len(cls.row):
-            return dict(zip(cls.row, value, strict=True))
+    def with_others(cls, value: Any) -> Any:
+        """A mapping with the names that people choose below `OTHERS`."""
         if OTHERS not in cls.keys or not isinstance(value, dict):
             return value
         known = cls.keys.keys() - {OTHERS}
@@ -279,8 +269,8 @@ class SpecModel(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _validate_in_full(cls, value: Any) -> Any:
-        return cls.in_full(value)
+    def _validate_with_others(cls, value: Any) -> Any:
+        return cls.with_others(value)
 
 
 @dataclass(frozen=True, slots=True)
