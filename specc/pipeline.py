@@ -21,10 +21,9 @@ from specc.limits import (
 from specc.model.system import System
 from specc.policy import allowed_paths
 from specc.read import Document, read_file, read_text
-from specc.resolve import Findings, Loaded, resolve
+from specc.resolve import Findings, Loaded, is_certain, resolve, resolve_alone
 from specc.resolve.expressions import add_comment_hints
 from specc.resolve.loader import Loader
-from specc.resolve.standalone import is_certain, resolve_alone
 from specc.source import Place, Sources, real_path
 
 _AS_WRITTEN: Mapping[str, str] = MappingProxyType({})

@@ -11,22 +11,20 @@ from specc.diagnostics import Diagnostic
 from specc.limits import remaining, spend
 from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
-from specc.resolve.context import Cursor, Findings, duration_in, trace_of
-from specc.resolve.definitions import Definitions
-from specc.resolve.elements import with_safe
+from specc.resolve.context import Findings, SourceValue, duration_in, trace_of
+from specc.resolve.definitions import Definitions, Groups
+from specc.resolve.elements import all_elements, with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
+from specc.resolve.expansion import NAME, groups_of, with_buffers, with_machine, with_members
 from specc.resolve.expressions import Expressions, rate_of
-from specc.resolve.groups import Groups, groups_of, with_members
-from specc.resolve.interfaces import all_elements
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import Setting, agent_in, indexed, reuse
-from specc.resolve.through import NAME, with_buffers, with_machine
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import BufferDef, SubsystemDef
 from specc.source import Place
 
-_Control = tuple[SubsystemDef, Cursor, Setting]
+_Control = tuple[SubsystemDef, SourceValue, Setting]
 """A control subsystem, where it is described, and the names in force there."""
 
 
@@ -45,7 +43,7 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: Cursor,
+        where: SourceValue,
         at: Setting,
         instead: _Control | None = None,
     ) -> Agent | None:
@@ -78,7 +76,7 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: Cursor,
+        where: SourceValue,
         at: Setting,
         instead: _Control | None,
     ) -> Agent | None:
@@ -101,7 +99,7 @@ class AgentResolver:
         return replace(agent, title=definition.title or agent.title, kind=kind, place=where.key)
 
     def _virtual(
-        self, agent: str, around: AgentDef, where: Cursor, at: Setting
+        self, agent: str, around: AgentDef, where: SourceValue, at: Setting
     ) -> list[Subsystem | None]:
         found = []
         groups: tuple[tuple[str, SubsystemKind, Mapping[str, SubsystemDef]], ...] = (
@@ -124,7 +122,7 @@ class AgentResolver:
         kind: SubsystemKind,
         around: AgentDef,
         definition: SubsystemDef,
-        where: Cursor,
+        where: SourceValue,
         peers: Mapping[str, str],
         at: Setting,
     ) -> Subsystem | None:
@@ -174,8 +172,8 @@ class AgentResolver:
         return resolved
 
     def _levels(
-        self, name: str, definition: SubsystemDef, where: Cursor, at: Setting
-    ) -> tuple[list[tuple[SubsystemDef, Cursor]], Setting | None]:
+        self, name: str, definition: SubsystemDef, where: SourceValue, at: Setting
+    ) -> tuple[list[tuple[SubsystemDef, SourceValue]], Setting | None]:
         """A subsystem and the descriptions that it uses, each the next one.
 
         And the names in force in the last one; None if one cannot be used, which is reported.
@@ -195,7 +193,7 @@ class AgentResolver:
         return levels, inside
 
     def _note_errors(
-        self, name: str, here: Cursor, before: int, repeated: int, withheld: int
+        self, name: str, here: SourceValue, before: int, repeated: int, withheld: int
     ) -> None:
         """Note what the errors found since some counts mean for others who look at a subsystem."""
         found = [*self.findings.diagnostics[before:], *self.findings.repeated[repeated:]]
@@ -248,7 +246,7 @@ class AgentResolver:
         name: str,
         kind: SubsystemKind,
         definition: SubsystemDef,
-        where: Cursor,
+        where: SourceValue,
         peers: Mapping[str, str],
         at: Setting,
         rate: Fraction | None,
@@ -277,7 +275,9 @@ class AgentResolver:
             begun=definition.initial_state in definition.states,
         )
 
-    def _rate(self, definition: SubsystemDef, at: Cursor, where: Cursor) -> Fraction | None:
+    def _rate(
+        self, definition: SubsystemDef, at: SourceValue, where: SourceValue
+    ) -> Fraction | None:
         text = definition.rate
         if text is None:
             message = "the subsystem has no rate yet"
@@ -285,7 +285,7 @@ class AgentResolver:
             return None
         return rate_of(text, at["rate"], self.findings)
 
-    def _initial_state(self, definition: SubsystemDef, where: Cursor) -> str:
+    def _initial_state(self, definition: SubsystemDef, where: SourceValue) -> str:
         if definition.initial_state in definition.states:
             self.findings.use(where["states"][definition.initial_state].key, where, "initial_state")
             return definition.initial_state
@@ -300,7 +300,7 @@ class AgentResolver:
         return next(iter(definition.states), "")
 
     def _devices(
-        self, agent: str, around: AgentDef, where: Cursor, at: Setting
+        self, agent: str, around: AgentDef, where: SourceValue, at: Setting
     ) -> tuple[Device, ...]:
         groups: tuple[tuple[str, DeviceKind, Mapping[str, DeviceDef]], ...] = (
             ("real_effectors", "real_effector", around.real_effectors),
@@ -325,7 +325,7 @@ class AgentResolver:
                 found.append(device)
         return tuple(found)
 
-    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: Cursor) -> None:
+    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: SourceValue) -> None:
         """Report parts beside `use`, which would be described twice."""
         what, parts = "subsystem", definition.given - _BESIDE_USE
         help = "only title, `rate`, `budget` and `uses` may be others; say the rest in that file"
@@ -336,7 +336,7 @@ class AgentResolver:
             message = f"`{key}` has no effect: another file describes the {what}"
             self.findings.report("E0104", message, where[key].key, help=help)
 
-    def _no_description(self, what: str, where: Cursor, agents: Iterable[str] = ()) -> None:
+    def _no_description(self, what: str, where: SourceValue, agents: Iterable[str] = ()) -> None:
         """Report a file without such a part; `agents` are those of a system."""
         known = ", ".join(f"`{agent}`" for agent in agents)
         message = f"the file describes no {what}"
@@ -362,12 +362,14 @@ _INNER = frozenset(
 _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 
 
-def _first(levels: list[tuple[SubsystemDef, Cursor]], key: str) -> tuple[SubsystemDef, Cursor]:
+def _first(
+    levels: list[tuple[SubsystemDef, SourceValue]], key: str
+) -> tuple[SubsystemDef, SourceValue]:
     """The level that says something for a key: users come before what they use."""
     return next((level for level in levels if getattr(level[0], key) is not None), levels[-1])
 
 
-def _only_inside(finding: Diagnostic, subsystem: Cursor) -> bool:
+def _only_inside(finding: Diagnostic, subsystem: SourceValue) -> bool:
     """Whether an error leaves the buffers and the graph of states of the subsystem known.
 
     A row with an unknown condition is known to exist; one with an unknown state is not.

@@ -20,12 +20,23 @@ from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, remaining, spen
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
 from specc.read import ANYWHERE, AllowedPaths
-from specc.resolve.command_line import SetValues
-from specc.resolve.context import Cursor, Findings, TypeText, file_hint, trace_of
-from specc.resolve.definitions import Definitions, Interface, open_sizes, sizes_in
+from specc.resolve.context import (
+    CommandLineValues,
+    Findings,
+    SourceValue,
+    TypeText,
+    file_hint,
+    trace_of,
+)
+from specc.resolve.definitions import (
+    Definitions,
+    Groups,
+    Interface,
+    TypeMaker,
+    open_sizes,
+    sizes_in,
+)
 from specc.resolve.expressions import Expressions
-from specc.resolve.groups import Groups
-from specc.resolve.named_types import TypeMaker
 from specc.schema import SpecFile
 from specc.schema.files import OperatorDef, TypeDef
 from specc.source import Place, beside, relative_path
@@ -37,14 +48,14 @@ class Loaded:
 
     path: str
     spec: SpecFile
-    top: Cursor
+    top: SourceValue
 
 
 _Section = Literal["frames", "types", "operators", "files", "constants", "interfaces"]
 _WORDS = {"types": TYPE_WORDS, "operators": RESERVED}
 """Names that a specification does not give."""
 
-Load = Callable[[str, Cursor | None], Loaded | None]
+Load = Callable[[str, SourceValue | None], Loaded | None]
 """Reads and shapes a file, reporting what is wrong at the place that names it."""
 
 
@@ -59,7 +70,7 @@ class Library:
     base: str
     findings: Findings
     reach: AllowedPaths = ANYWHERE
-    given: SetValues = field(default_factory=SetValues)
+    given: CommandLineValues = field(default_factory=CommandLineValues)
     shared: bool = False
     agents: tuple[str, ...] = ()
     """Names of all agents of the system, some of which are `groups`."""
@@ -164,7 +175,7 @@ class Library:
 
     def _unclashing(
         self, section: _Section, file: Loaded, own: Definitions
-    ) -> Iterator[tuple[str, Any, Cursor]]:
+    ) -> Iterator[tuple[str, Any, SourceValue]]:
         """The definitions of a section whose names are free; others are reported.
 
         A description has them again each time that it is used. Where the allowance for that is used
@@ -286,7 +297,7 @@ class Library:
         for name, definition, where in self._unclashing("constants", file, own):
             scope = replace(around, constants=_declared(own))
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
-            value = expressions.value(where.scalar("is"), definition.value, scope, wanted)
+            value = expressions.value(where["is"], definition.value, scope, wanted)
             place = where.key
             other = self.given.of(name, definition.value, wanted) if self.shared else None
             if value is not None and other is not None:

@@ -24,10 +24,10 @@ from specc.model.logic import joined, negation
 from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool
-from specc.resolve.context import Cursor, Findings, trace_of, unknown_at
+from specc.resolve.context import Findings, SourceValue, trace_of, unknown_at
 from specc.resolve.definitions import inlined
+from specc.resolve.expansion import targets_of
 from specc.resolve.expressions import Expressions
-from specc.resolve.groups import targets_of
 from specc.resolve.uses import note_element, note_row, note_target
 from specc.schema.subsystem import (
     AssignmentDef,
@@ -52,7 +52,7 @@ class MachineResolver:
     """Resolves one subsystem's machine in the scope that its buffers make."""
 
     definition: SubsystemDef
-    where: Cursor
+    where: SourceValue
     scope: Scope
     ports: tuple[Port, ...]
     memory: tuple[Memory, ...]
@@ -104,24 +104,26 @@ class MachineResolver:
                 self._conditions[kind, name] = self._declared(kind, name, item, at)
 
     def _declared(
-        self, kind: ConditionKind, name: str, item: ConditionDef, at: Cursor
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: SourceValue
     ) -> Condition:
         when = self._when(kind, name, item, at)
         if when is None:
             when = unknown_at(at, Bool())
         return Condition(name, kind, when, item.title, trace_of(item), at.key)
 
-    def _when(self, kind: ConditionKind, name: str, item: ConditionDef, at: Cursor) -> Expr | None:
+    def _when(
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: SourceValue
+    ) -> Expr | None:
         if item.when is not None:
-            return self.expressions.condition(at.scalar("when"), item.when, self.scope)
+            return self.expressions.condition(at["when"], item.when, self.scope)
         message = f"nothing says when {kind} condition `{name}` holds"
         self._open("O0202", message, at, "add `when:` with a Boolean expression")
         return None
 
-    def _open(self, code: str, message: str, where: Cursor, help_text: str) -> None:
+    def _open(self, code: str, message: str, where: SourceValue, help_text: str) -> None:
         self._findings.report(code, message, where.key, help=help_text)
 
-    def _undeclared(self, kind: ConditionKind, name: str, where: Cursor) -> Condition:
+    def _undeclared(self, kind: ConditionKind, name: str, where: SourceValue) -> Condition:
         """A condition that the language has, or one of which nothing is known."""
         fixed = _FIXED[kind]
         if name in fixed:
@@ -141,7 +143,7 @@ class MachineResolver:
         for name, item in self.definition.functions.items():
             self._functions[name] = self._function(name, item, where[name])
 
-    def _function(self, name: str, item: FunctionDef, at: Cursor) -> Function:
+    def _function(self, name: str, item: FunctionDef, at: SourceValue) -> Function:
         made = [
             self._assignment(target, value, at[named])
             for named, value in item.targets.items()
@@ -165,9 +167,9 @@ class MachineResolver:
             "subsystem has one side only, so write targets there"
         )
 
-    def _assignment(self, target: str, item: AssignmentDef, at: Cursor) -> Assignment | None:
+    def _assignment(self, target: str, item: AssignmentDef, at: SourceValue) -> Assignment | None:
         found = self._target(target, at)
-        here = at.scalar("is")
+        here = at["is"]
         indices, scope = self.expressions.indexed(item.each, at, self.scope)
         if found is None:
             self.expressions.inside(here, item.value, scope)
@@ -179,7 +181,7 @@ class MachineResolver:
         value = inlined(value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
-    def _target(self, target: str, at: Cursor) -> _Written | None:
+    def _target(self, target: str, at: SourceValue) -> _Written | None:
         """What a target is, `y.peer.element` or memory; None after reporting."""
         found = self._targets.get(target)
         if self._findings.cache is not None:
@@ -188,7 +190,7 @@ class MachineResolver:
             self._no_target(target, at)
         return found
 
-    def _no_target(self, target: str, at: Cursor) -> None:
+    def _no_target(self, target: str, at: SourceValue) -> None:
         match target.split("."):
             case ["y", peer, name]:
                 if f"y.{peer}" in self.expressions.unresolved:
@@ -221,7 +223,7 @@ class MachineResolver:
             )
 
     def _used(
-        self, behaviour: str, index: int, used: UsedFunctionDef, inside: Cursor
+        self, behaviour: str, index: int, used: UsedFunctionDef, inside: SourceValue
     ) -> Function | None:
         """A function of a behaviour: one that is declared, or one that stands there."""
         known = self.definition.functions
@@ -239,12 +241,12 @@ class MachineResolver:
             hint = "make two items of the list: the name, and the function that stands in place"
             self._findings.report("E0104", message, at.place, help=hint)
         if used.function not in known:
-            place = at.scalar("function").place
+            place = at["function"].place
             self._findings.unknown("E0215", "function", used.function, known, place)
         self._findings.use(found.place if found else None, at, "function")
         return found
 
-    def _terminal(self, behaviour: str, given: TerminalDef | None, at: Cursor) -> Condition:
+    def _terminal(self, behaviour: str, given: TerminalDef | None, at: SourceValue) -> Condition:
         if given is not None:
             return self._ending("terminal", behaviour, given, at)
         message = f"nothing says when behaviour `{behaviour}` ends"
@@ -252,7 +254,7 @@ class MachineResolver:
         return _unknown_condition(behaviour, "terminal", at["terminal"], at)
 
     def _ending(
-        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, inside: Cursor
+        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, inside: SourceValue
     ) -> Condition:
         """A condition of a behaviour: one that is declared, or one that stands there."""
         name = f"{behaviour}.{kind}" if given.condition is None else given.condition
@@ -264,7 +266,8 @@ class MachineResolver:
             self._findings.report("E0104", message, inside[kind].place, help=hint)
         known = self._conditions.get((kind, name))
         if known is None:
-            return self._undeclared(kind, name, inside[kind].scalar("condition"))
+            at = inside[kind]
+            return self._undeclared(kind, name, at["condition"] if at.raw else at)
         if given.condition is not None:
             self._findings.use(known.place, inside, kind, "condition")
         return known
@@ -287,7 +290,12 @@ class MachineResolver:
         return tuple(states)
 
     def _elements(
-        self, names: list[str], where: Cursor, known: dict[str, _Exchanged], code: str, what: str
+        self,
+        names: list[str],
+        where: SourceValue,
+        known: dict[str, _Exchanged],
+        code: str,
+        what: str,
     ) -> tuple[tuple[str, str], ...]:
         """Peer and element of the events or outputs that a state names."""
         found: list[tuple[str, str]] = []
@@ -300,13 +308,13 @@ class MachineResolver:
                     self._findings.unknown(code, what, name, known, at.place)
         return tuple(found)
 
-    def _unknown_behaviour(self, state: str, name: str | None, at: Cursor) -> Behaviour:
+    def _unknown_behaviour(self, state: str, name: str | None, at: SourceValue) -> Behaviour:
         known = self._behaviours
         if name is None:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
         elif known:
-            place = at.scalar("behaviour").place
+            place = at["behaviour"].place
             self._findings.unknown("E0216", "behaviour", name, known, place)
         called = name or state
         terminal = _unknown_condition(called, "terminal", at["terminal"], at)
@@ -317,33 +325,22 @@ class MachineResolver:
         rows, table = [], self.where["transitions"]
         for index, item in enumerate(self.definition.transitions):
             at, when = table[index], item.when
-            sources = self._sources(item.sources, at)
-            known = self._is_state(item.target, at, "to", 3)
+            sources = [n for i, n in enumerate(item.sources) if self._is_state(n, at["from"][i])]
+            known = self._is_state(item.target, at["to"])
             note_row(self._findings, item, at, self.where, self._conditions)
             condition = self._conditions.get(("initial", when))
             is_remainder = when == OTHERWISE and condition is None
             if condition is None:
-                condition = self._undeclared("initial", when, at.cell("when", 2))
+                condition = self._undeclared("initial", when, at["when"])
             told = condition, item.target, trace_of(item), at.place, is_remainder
             for source in sources if known else ():
                 rows.append(Transition(source, item.cause, *told))
         return _with_remainders(rows)
 
-    def _sources(self, written: list[str], row: Cursor) -> list[str]:
-        """The states that a row is for."""
-        if self.definition.states.keys() >= set(written):
-            return written
-        at = row.cell("from", 0)
-        if not isinstance(at.raw, list):
-            return [name for name in written if self._is_state(name, row, "from", 0)]
-        return [name for n, name in enumerate(written) if self._is_state(name, at, n, n)]
-
-    def _is_state(self, name: str, row: Cursor, key: str | int, index: int) -> bool:
-        """Whether there is a state of the name that stands in a row, or a list."""
+    def _is_state(self, name: str, at: SourceValue) -> bool:
         known = self.definition.states
         if known and name not in known:
-            place = row.cell(key, index).place
-            self._findings.unknown("E0217", "state", name, known, place)
+            self._findings.unknown("E0217", "state", name, known, at.place)
         return name in known
 
     def _axioms(self) -> tuple[Axiom, ...]:
@@ -395,6 +392,8 @@ def _article(kind: str) -> str:
     return f"{'an' if kind[0] in 'ei' else 'a'} {kind}"
 
 
-def _unknown_condition(name: str, kind: ConditionKind, where: Cursor, at: Cursor) -> Condition:
+def _unknown_condition(
+    name: str, kind: ConditionKind, where: SourceValue, at: SourceValue
+) -> Condition:
     """A condition, missing at `where`, of which nothing is known but its name."""
     return Condition(name, kind, unknown_at(where, Bool()), "", Trace(), at.place)

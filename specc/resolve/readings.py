@@ -19,7 +19,7 @@ from specc.model.system import Agent, Device, Element, Plant, Subsystem
 from specc.model.types import Bool, Enum
 from specc.model.wires import Direction, Wires
 from specc.resolve.context import suggest
-from specc.resolve.groups import Groups
+from specc.resolve.definitions import Groups
 from specc.source import Place
 
 

@@ -1,8 +1,10 @@
-"""Parts that are written once for many: `for: {i: 1..5}` unfolded before anything is read.
+"""Short ways to write parts, written out before anything is read: `for`, short forms, rows.
 
 A part with `for` becomes one part for each value of its indices. In its names and texts braces hold
-arithmetic on indices: `left_{i}`, `robot_{i % 5 + 1}`. What is unfolded knows the route of the text
-that it comes from. In expressions blanks fill the room of the braces, so that columns stay right.
+arithmetic on indices: `left_{i}`, `robot_{i % 5 + 1}`. A text in place of a mapping becomes the
+mapping, and so does a row of a table; a single item becomes a list. All that is made knows the
+route of the text that it comes from. In expressions blanks fill the room of the braces, so that
+columns stay right.
 """
 
 from __future__ import annotations
@@ -20,8 +22,9 @@ from specc.diagnostics import Diagnostic
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import names_in
 from specc.limits import MAX_COPIES, MAX_VALUES
-from specc.schema.keys import ListKind, Text
-from specc.schema.places import FILE, SchemaNode
+from specc.schema.files import SpecFile
+from specc.schema.keys import ListKind, SpecModel, Text, ValueKind, is_model
+from specc.schema.places import SchemaNode
 from specc.source import Place, Route
 
 FOR = "for"
@@ -33,32 +36,48 @@ class Desugared(dict[Any, Any]):
 
     def __init__(self, values: Mapping[Any, Any], routes: Mapping[Any, Route]) -> None:
         super().__init__(values)
-        self.routes = routes
+        self.routes = dict(routes)
+
+
+class SingleItem(list[Any]):
+    """A list that the file writes as its only item; that stands at `routes[0]`."""
+
+    def __init__(self, item: Any, route: Route) -> None:
+        super().__init__([item])
+        self.routes: dict[Any, Route] = {0: route}
 
 
 def route_below(value: object, key: str | int, route: Route) -> Route:
     """Where the value at `key` of a mapping or list stands, which stands at `route` itself."""
-    routes = value.routes if isinstance(value, Desugared) else {}
-    return routes.get(key) or (*route, key)
+    routes = value.routes if isinstance(value, (Desugared, SingleItem)) else {}
+    return routes.get(key, (*route, key))
 
 
-def desugar(data: Any, file: str) -> tuple[Any, list[Diagnostic]]:
-    """The data of a file without `for`, and what is wrong with those that it had."""
-    if not _has_for(data):
-        return data, []
-    unfolding = _Desugaring(file)
+def desugar(
+    data: Any, file: str, model: type[SpecModel] = SpecFile, route: Route = ()
+) -> tuple[Any, list[Diagnostic]]:
+    """The data of a part at `route` written in full, and what is wrong with each `for` in it."""
+    desugaring = _Desugaring(file)
     try:
-        made = unfolding.value(FILE, data, (), {})
+        made = desugaring.value(SchemaNode(model), data, route, {})
     except _TooManyError as error:
-        unfolding.report("E0017", str(error), error.route, _FEWER)
+        desugaring.report("E0017", str(error), error.route, _FEWER)
         made = data
-    return made, list(dict.fromkeys(unfolding.findings))
+    return made, list(dict.fromkeys(desugaring.findings))
 
 
-def _has_for(data: Any) -> bool:
-    if isinstance(data, dict):
-        return FOR in data or any(map(_has_for, data.values()))
-    return isinstance(data, list) and any(map(_has_for, data))
+def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
+    """The mapping or the list that a short form or a row stands for; any other value as it is."""
+    if isinstance(kind, ListKind) and type(value) in kind.form.single:
+        return SingleItem(value, route)
+    if not is_model(kind):
+        return value
+    if kind.short and isinstance(value, (str, int, float)):
+        return Desugared({kind.short: value}, {kind.short: route})
+    if kind.row and isinstance(value, list) and len(value) == len(kind.row):
+        routes = {key: (*route, index) for index, key in enumerate(kind.row)}
+        return Desugared(dict(zip(kind.row, value, strict=True)), routes)
+    return value
 
 
 class _TooManyError(Exception):
@@ -86,19 +105,23 @@ class _Desugaring:
     file: str
     findings: list[Diagnostic] = field(default_factory=list)
     values: int = 0
+    has_copies: bool = False
 
     def value(self, here: SchemaNode, value: Any, route: Route, indices: Indices) -> Any:
         """What a value becomes for the values of the indices around it."""
         self.values += 1 + (len(value) // _LONG if isinstance(value, str) else 0)
-        if self.values > MAX_VALUES:
+        if self.has_copies and self.values > MAX_VALUES:
             message = f"with its parts unfolded, the file has more than {MAX_VALUES} values"
             raise _TooManyError(message, route[:2])
+        value = _in_full(here.kind, value, route)
         if isinstance(value, dict):
             return self._mapping(here, value, route, indices)
+        if isinstance(value, SingleItem):
+            return SingleItem(self.value(here.below(0), value[0], route, indices), route)
         if isinstance(value, list):
             return self._list(here, value, route, indices)
         if isinstance(value, str) and indices:
-            kind = here.scalar_form.kind
+            kind = here.kind
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
             return self._substituted(value, indices, route, padded=form in _EXPRESSIONS)
         return value
@@ -121,12 +144,14 @@ class _Desugaring:
     ) -> Any:
         made: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
-        here = _item(here)
         for key, one in value.items():
             inner = here.below(key)
             at = route_below(value, key, route)
+            item = (
+                inner.below(0) if isinstance(_in_full(inner.kind, one, at), SingleItem) else inner
+            )
             copies: Iterator[tuple[Any, Any]]
-            is_many = isinstance(one, dict) and FOR in one and _item(inner).has_key(FOR)
+            is_many = isinstance(one, dict) and FOR in one and item.has_key(FOR)
             if is_many and not inner.is_chosen:
                 words = f"there is only one `{key}`, so there is nothing for `for` to count"
                 self.report("E0108", words, (*at, FOR), "write `for` below a name", is_key=True)
@@ -140,7 +165,7 @@ class _Desugaring:
                     help = "let the name have all indices in braces, or choose another one"
                     self.report("E0205", f"`{name}` is defined twice", at, help)
                 made[name] = copy
-                if name != key:
+                if at != (*route, name):
                     routes[name] = at
         return Desugared(made, routes) if routes else made
 
@@ -148,6 +173,7 @@ class _Desugaring:
         self, here: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
     ) -> Iterator[tuple[str, Any]]:
         """Name and value of each copy of a part; without braces, the indices end the name."""
+        self.has_copies = True
         ranges = self._ranges(value[FOR], (*at, FOR), around)
         if ranges is None:
             return
@@ -293,9 +319,3 @@ _OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
 }
-
-
-def _item(here: SchemaNode) -> SchemaNode:
-    """What a mapping is that stands here, perhaps in place of a list with one item."""
-    is_alone = isinstance(here.kind, ListKind) and dict in here.kind.form.single
-    return here.scalar_form if is_alone else here

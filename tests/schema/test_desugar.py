@@ -52,6 +52,7 @@ def test_numbers_of_disturbances_unfold_below_names_only() -> None:
     for verb in ("shift", "bias", "scale"):
         made, found = unfold({verb: {"a_{i}.s": of_each}})
         one, two = ({"for": {"i": i}, "is": "0.1[m]"} for i in (1, 2))
+        one, two = (one, two) if verb == "shift" else ([one], [two])
         assert (made, found) == ({verb: {"a_1.s": one, "a_2.s": two}}, [])
     for verb in ("push", "bias"):
         assert unfold({verb: {"b": [of_each, "0", "0"]}})[1] == ["for"]
@@ -61,7 +62,7 @@ def test_columns_of_expressions_stay_where_they_are() -> None:
     text = "x.a_{i % 2 + 1}.e + x.b{i}c.e in {u, k} and v in {i}"
     control = {"let": {"v": text}}
     made = agents({"a": {"for": {"i": 1}, "control": control}})
-    found = made["a_1"]["control"]["let"]["v"]
+    found = made["a_1"]["control"]["let"]["v"]["is"]
     words = "x.a_2 .e + x.b1c .e in {u, k} and v in 1"
     assert found.split() == words.split()
     for part in (".e +", ".e in", "and v"):
