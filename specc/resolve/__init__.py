@@ -6,12 +6,11 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from specc.answers import AnswerCache
 from specc.diagnostics import Related
 from specc.lang.packages import PACKAGES
 from specc.model.binding import PLANT
 from specc.model.requirement import Requirement
-from specc.model.system import Agent, Constant, Operator, Plant, System
+from specc.model.system import Agent, Operator, Plant, System
 from specc.model.task import Task
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, Reach
@@ -96,7 +95,7 @@ def resolve(
         tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
         types_in(known),
         _operators(known),
-        _constants(definitions, findings.cache),
+        tuple(definitions.constants.values()),
         tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
         plant,
@@ -184,20 +183,6 @@ def _stop(formulas: FormulaResolver, at: Where) -> Requirement | None:
         message, way = wrong
         formulas.expressions.findings.report("E0335", message, at.place, help=way)
     return found
-
-
-def _constants(definitions: Definitions, kept: AnswerCache | None) -> tuple[Constant, ...]:
-    """The constants of the system: the same objects as before if all that they name is the same."""
-    if kept is None:
-        return tuple(definitions.constants.values())
-    known: dict[str, tuple[str, Constant]] = kept.answer("constants", None) or {}
-    found = {}
-    for name, constant in definitions.constants.items():
-        behind = definitions.made_from.of(definitions.made_from.constants.get(name, constant))
-        before = known.get(name)
-        found[name] = before if before and before[0] == behind else (behind, constant)
-    kept.keep("constants", None, found)
-    return tuple(constant for _, constant in found.values())
 
 
 def _relative(library: Library, file: Loaded, path: str) -> str:

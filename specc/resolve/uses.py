@@ -50,8 +50,6 @@ def note_target(
 
 def note_element(findings: Findings, name: str, at: Where, home: Where, element: Place) -> None:
     """Note peer and element of `x.peer.element` or `y.peer.element`, declared at `element`."""
-    if findings.cache is None:
-        return
     begin, middle = 2, name.rindex(".")
     findings.use(_buffer_of(home, name[0], name[begin:middle]), at, start=begin, end=middle)
     findings.use(element, at, start=middle + 1, end=len(name))
@@ -65,8 +63,6 @@ def note_row(
     conditions: Mapping[tuple[str, str], Condition],
 ) -> None:
     """Note the states and the condition that a row names."""
-    if findings.cache is None:
-        return
     several = isinstance(at.cell("from", 0).raw, list)
     named = [(name, ("from", n) if several else ("from",)) for n, name in enumerate(row.sources)]
     for name, below in (*named, (row.target, ("to",))):
