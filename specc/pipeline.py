@@ -113,7 +113,7 @@ def _checked_alone(file: Loaded, loader: Loader) -> Result:
     findings = loader.findings
     system, resolver = resolve_alone(file, loader.load, findings, loader.reach)
     broken, faulty = frozenset(resolver.broken), frozenset(resolver.faulty)
-    checked, proofs = run_checks(system, broken, faulty, sound=False, kept=findings.cache)
+    checked, proofs = run_checks(system, broken, faulty, sound=False)
     own = add_comment_hints(findings.diagnostics, loader.sources)
     found = findings.certain((*own, *(d for d in checked if is_certain(d, file.path))))
     found = _add_budget_findings(found, file)
@@ -138,9 +138,7 @@ def _compiled(
         plant = replace(plant, published=(*plant.published, *loader.published(publish)))
         resolved = replace(resolved, system=replace(resolved.system, plant=plant))
     sound = not any(blocks(finding.code, "build") for finding in findings.diagnostics)
-    checked, proofs = run_checks(
-        resolved.system, resolved.broken, resolved.faulty, sound=sound, kept=findings.cache
-    )
+    checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty, sound=sound)
     own = add_comment_hints(findings.diagnostics, loader.sources)
     agents = [agent.name for agent in resolved.system.agents]
     every = findings.certain((*without_follow_ups(own, checked), *checked))

@@ -16,7 +16,6 @@ from specc.analysis.rates import Rates
 from specc.analysis.reaching import ReachingDefinitions
 from specc.analysis.reads import Dependences, nodes
 from specc.analysis.suspicious_expressions import SuspiciousExpressions, no_value
-from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, spend_or_raise
 from specc.mjcf import Model, ModelError
@@ -56,13 +55,10 @@ class Facts:
         system: System,
         broken: frozenset[str] = frozenset(),
         faulty: frozenset[str] = frozenset(),
-        kept: AnswerCache | None = None,
     ) -> None:
-        """`kept` has the machines of an earlier analysis."""
         self.system = system
         self.broken = broken | _named_twice(system)
         self.faulty = faulty
-        self._kept = kept or AnswerCache()
         self._sessions = Sessions()
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self.wires = Wires(system.agents)
@@ -75,19 +71,10 @@ class Facts:
         return {s.qualified_name: self._machine(s) for s in self.subsystems}
 
     def _machine(self, subsystem: Subsystem) -> Machine:
-        """The machine of a subsystem; the one that was there before if it is made of the same."""
-        name = subsystem.qualified_name
         arrivals = availability_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
-        faulty = name in self.faulty
+        faulty = subsystem.qualified_name in self.faulty
         constants = self._constants_of(subsystem)
-        # The objects themselves, since what is equal may stand elsewhere in its text.
-        made_of = id(subsystem), tuple(map(id, constants.values())), arrivals, faulty
-        known: Machine | None = self._kept.answer(f"machine {name}", made_of)
-        if known is not None and known.is_repeatable:
-            return known
-        made = Machine(subsystem, constants, arrivals, faulty=faulty, sessions=self._sessions)
-        self._kept.keep(f"machine {name}", made_of, made)
-        return made
+        return Machine(subsystem, constants, arrivals, faulty=faulty, sessions=self._sessions)
 
     def of(self, subsystem: Subsystem) -> Machine:
         """The machine of a subsystem without errors."""

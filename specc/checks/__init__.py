@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 
 from specc.analysis import Facts
-from specc.answers import AnswerCache
 from specc.checks import (
     assumptions,
     bindings,
@@ -141,16 +140,15 @@ def run_checks(
     faulty: frozenset[str] = frozenset(),
     *,
     sound: bool = True,
-    kept: AnswerCache | None = None,
 ) -> tuple[list[Diagnostic], Facts]:
     """All findings about a system, and what was found out on the way.
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
-    anything else was wrong before. `kept` is what an earlier analysis found out. Nothing is found
-    of a system that is refused for its size, which the caller reports: the rest was not read.
+    anything else was wrong before. Nothing is found of a system that is refused for its size,
+    which the caller reports: the rest was not read.
     """
-    facts = Facts(system, broken, faulty, kept)
+    facts = Facts(system, broken, faulty)
     if is_used_up("parts"):
         return [], facts
     found = [finding for check in CHECKS for finding in check(facts)]

@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import ExprError, parse_type
 from specc.lang.packages import PACKAGES
@@ -97,7 +96,7 @@ def resolve(
         tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
         types_in(known),
         _operators(known),
-        _constants(definitions, findings.cache),
+        tuple(definitions.constants.values()),
         tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
         plant,
@@ -185,20 +184,6 @@ def _stop(formulas: FormulaResolver, at: SourceValue) -> Requirement | None:
         message, way = wrong
         formulas.expressions.findings.report("E0335", message, at.place, help=way)
     return found
-
-
-def _constants(definitions: Definitions, kept: AnswerCache | None) -> tuple[Constant, ...]:
-    """The constants of the system: the same objects as before if all that they name is the same."""
-    if kept is None:
-        return tuple(definitions.constants.values())
-    known: dict[str, tuple[str, Constant]] = kept.answer("constants", None) or {}
-    found = {}
-    for name, constant in definitions.constants.items():
-        behind = definitions.made_from.of(definitions.made_from.constants.get(name, constant))
-        before = known.get(name)
-        found[name] = before if before and before[0] == behind else (behind, constant)
-    kept.keep("constants", None, found)
-    return tuple(constant for _, constant in found.values())
 
 
 def _relative(library: Library, file: Loaded, path: str) -> str:

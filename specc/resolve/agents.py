@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
 
 from specc.diagnostics import Diagnostic
-from specc.limits import remaining, spend
 from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
 from specc.resolve.context import Findings, SourceValue, duration_in, trace_of
@@ -157,17 +155,8 @@ class AgentResolver:
         budget_s = duration_in(*_first(levels, "budget"), "budget", self.findings)
         title = next((level.title for level, _ in levels if level.title), "")
 
-        def made() -> Subsystem:
-            found = self._inside(agent, name, kind, described, here, peers, inside, rate)
-            return replace(found, title=title, place=where.key, budget_s=budget_s)
-
-        times = rate, budget_s
-        given = kind, title, where.key, here.place, tuple(peers.items()), times, repr(groups)
-        behind = inside.definitions.made_from.of(here.raw) if self.findings.cache else ""
-        # Notes for completion have the types of all constants.
-        constants = inside.definitions.constants.values()
-        types = tuple((constant.name, constant.value.type) for constant in constants)
-        resolved = self._kept(f"{agent}.{name}", (*given, behind, types), made)
+        resolved = self._inside(agent, name, kind, described, here, peers, inside, rate)
+        resolved = replace(resolved, title=title, place=where.key, budget_s=budget_s)
         self._note_errors(resolved.qualified_name, here, before, repeated, withheld)
         return resolved
 
@@ -214,31 +203,6 @@ class AgentResolver:
             for name, members in (self.library.groups | given.groups).items()
         }
         return {name: members for name, members in (others | virtual).items() if members}
-
-    def _kept(
-        self, name: str, given: tuple[object, ...], made: Callable[[], Subsystem]
-    ) -> Subsystem:
-        """A subsystem as an earlier analysis has it, if that found nothing wrong with it."""
-        findings, kept = self.findings, self.findings.cache
-        if kept is None:
-            return made()
-        known: tuple[Subsystem, tuple[list[Any], ...], int] | None = kept.answer(name, given)
-        if known is not None and known[2] <= remaining(
-            "parts"
-        ):  # else it is made, as far as it goes
-            spend("parts", known[2])
-            findings.note(known[1])
-            return known[0]
-        before, noted, parts = self._told(), findings.noted(), remaining("parts")
-        subsystem = made()
-        if self._told() == before:
-            kept.keep(name, given, (subsystem, findings.notes(noted), parts - remaining("parts")))
-        return subsystem
-
-    def _told(self) -> tuple[int, ...]:
-        """What would be different if anything had been found, or looked up to be suggested."""
-        findings = self.findings
-        return len(findings.diagnostics), findings.suppressed, remaining("names compared")
 
     def _inside(
         self,

@@ -10,7 +10,6 @@ from fractions import Fraction
 from math import isfinite
 from typing import Any, Literal
 
-from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic, Related, is_typo, nearest, rename_fix, sole_correction
 from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
 from specc.model.expr import Expr, Unknown
@@ -104,9 +103,8 @@ class Use:
 class Findings:
     """Collects diagnostics, so that all that is wrong is reported in one go.
 
-    For editors there are `meanings`, every expression that was read, `types`, every type, and
-    `uses`, the names in all other texts; and `kept`, what they found earlier.
-    `withheld` counts errors that only follow from others and are not reported.
+    `meanings` has every expression that was read, `types` every type, `uses` the names in all
+    other texts. `suppressed` counts errors that only follow from others and are not reported.
     """
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
@@ -114,7 +112,6 @@ class Findings:
     types: list[TypeText] = field(default_factory=list)
     uses: list[Use] = field(default_factory=list)
     suppressed: int = 0
-    cache: AnswerCache | None = None
     depth: int = 0
     """Of the definition that is being made inside others."""
     has_unread_file: bool = False
@@ -127,23 +124,6 @@ class Findings:
         """Those findings that do not depend on names in a file that cannot be read."""
         return tuple(d for d in found if not self.has_unread_file or d.code.startswith(_OF_FILES))
 
-    @property
-    def _notes(self) -> tuple[list[Any], ...]:
-        return self.meanings, self.types, self.uses
-
-    def noted(self) -> tuple[int, ...]:
-        """How much is noted for editors."""
-        return tuple(map(len, self._notes))
-
-    def notes(self, since: tuple[int, ...] = (0, 0, 0)) -> tuple[list[Any], ...]:
-        """What is noted for editors, without what was `noted` before."""
-        return tuple(notes[count:] for notes, count in zip(self._notes, since, strict=True))
-
-    def note(self, notes: tuple[list[Any], ...]) -> None:
-        """Take in the notes of others."""
-        for known, more in zip(self._notes, notes, strict=True):
-            known += more
-
     def use(
         self,
         of: Place | None,
@@ -153,8 +133,8 @@ class Findings:
         start: int | None = None,
         end: int | None = None,
     ) -> None:
-        """Note for an editor that a value at or below a place, a key or a part of it is a name."""
-        if of is not None and self.cache is not None:
+        """Record that a value at or below a place, a key or a part of it names a definition."""
+        if of is not None:
             self.uses.append(Use(Place(at.file, (*at.route, *below), part, start, end), of))
 
     def report(

@@ -167,11 +167,10 @@ class Expressions:
             return None
 
     def _note(self, where: SourceValue, text: str, scope: Scope, expr: Expr | None) -> None:
-        """Note a text for editors; outside of subsystems `resolve.uses` reads it, too."""
-        if self.home is None or self.findings.cache is not None:
-            told = None if expr is None or has_unknown(expr) else expr
-            places = self.definitions.places
-            self.findings.meanings.append(Meaning(where, text, scope, told, places, self.home))
+        """Record the meaning of a text for editors and `resolve.uses`."""
+        known = None if expr is None or has_unknown(expr) else expr
+        places = self.definitions.places
+        self.findings.meanings.append(Meaning(where, text, scope, known, places, self.home))
 
     def _typed(
         self,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from specc.lang import (
     RESERVED,
@@ -108,8 +108,6 @@ class Library:
         own.places |= {f"parameter {n}": parameters[n].key for n in file.spec.parameters}
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         self._use_others(file, own)
-        if self.findings.cache is not None:
-            self._note_texts(file, (frames, sizes), own)
         self._frames(file, own)
         self._types(file, own)
         for name, text in file.spec.parameters.items():
@@ -117,22 +115,11 @@ class Library:
             self.findings.types.append(note)
         return own
 
-    def _note_texts(self, file: Loaded, given: object, own: Definitions) -> None:
-        """Note what a file defines, beside the files that it uses, for answers that are kept."""
-        constants = file.top["constants"]
-        other = set(get_args(_Section)) - {"constants"}
-        texts = [file.top[key].raw for key in ("specc", "use", "parameters", *sorted(other))]
-        own.made_from.add((file.path, given, texts))
-        for name in file.spec.constants:
-            own.made_from.define(name, (file.path, constants[name].raw))
-
     def complete(
         self, own: Definitions, file: Loaded, given: tuple[Constant, ...] | None = None
     ) -> None:
         """Add what else is in force in `file`, whose value parameters are `given`."""
         if given is not None:
-            if self.findings.cache is not None:
-                own.made_from.add(given)
             own.given = {c.name: c for c in given}
             for constant in given:
                 if constant.name not in own.constants:
@@ -167,7 +154,6 @@ class Library:
                 inner = replace(self, _using=(*self._using, file.path))
                 self._known[other.path] = inner.definitions(other)
             known = self._known[other.path]
-            own.made_from.merge(known.made_from)
             if self._is_allowed(1 + len(known.places) // _NAMES_OF_A_PART, where.place):
                 own.absorb(known, self.findings)
             else:
@@ -279,7 +265,6 @@ class Library:
             found = name if not (known or sizes) else f"{name}@{self._relative_to_system(at.file)}"
             found += f"#{sizes}" if sizes else ""
         known[at, sizes] = known[means] = found
-        own.made_from.others += found
         return found
 
     def _relative_to_system(self, path: str) -> str:

@@ -184,8 +184,7 @@ class MachineResolver:
     def _target(self, target: str, at: SourceValue) -> _Written | None:
         """What a target is, `y.peer.element` or memory; None after reporting."""
         found = self._targets.get(target)
-        if self._findings.cache is not None:
-            note_target(self._findings, target, at, self.where, found[2] if found else None)
+        note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
             self._no_target(target, at)
         return found

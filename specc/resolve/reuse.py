@@ -75,8 +75,6 @@ def reuse(
     agents, groups = binder.agents(file, definitions, library)
     if not binder.complete:
         return None
-    if library.findings.cache is not None:
-        definitions.made_from.add(outer.made_from.of(given))
     library.complete(definitions, file, given)
     definitions.agents, definitions.groups = agents, groups
     return Setting(file, definitions, given, using=(*using, file.path))
