@@ -22,7 +22,7 @@ VALUES = {
     "search/search.py": "which of these parts have to change for a wanted value",
     "proof/solver/solver.py": "its term of the solver",
     "proof/translate.py": "its formula",
-    "tools/diff/meaning.py": "its meaning in another version",
+    "tools/diff/equivalence.py": "its meaning in another version",
     "tools/explore/partial.py": "its value where others are known",
     "tools/explore/concrete.py": "whether the value of a vector is plain",
     "tools/explore/timing.py": "comparisons of time with values that are followed",
