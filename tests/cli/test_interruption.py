@@ -144,7 +144,8 @@ def test_other_signals_end_a_command_alike(
         "import os, signal, sys\n"
         f"if {is_ignored}: signal.signal({int(sign)}, signal.SIG_IGN)\n"
         "from specc.cli import main, rewrite\n"
-        f"rewrite.find_targets = lambda _: [os.kill(os.getpid(), n) for n in ({int(sign)}, 15, 1)]\n"
+        "kill = os.kill\n"
+        f"rewrite.find_targets = lambda _: [kill(os.getpid(), n) for n in ({int(sign)}, 15, 1)]\n"
         "sys.exit(main())\n"
     )
     process = subprocess.run(
