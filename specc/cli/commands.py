@@ -10,21 +10,12 @@ from typing import TYPE_CHECKING
 
 from specc.cli import inspect, streams
 from specc.diagnostics import Diagnostic, nearest
-from specc.diagnostics.report import Finding, Report, report, resolve
+from specc.diagnostics.report import Finding, report, resolve
 from specc.refusal import Refused, missing_package, reason_of
 from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
-    from specc.diagnostics.render.visible import OutputForm
     from specc.read import AllowedPaths
-
-# What the formats of reports are written in.
-_FORMS: dict[str, OutputForm] = {
-    "json": "json",
-    "sarif": "json",
-    "github": "commands",
-    "junit": "xml",
-}
 
 
 def validate(options: Namespace) -> int:
@@ -33,9 +24,9 @@ def validate(options: Namespace) -> int:
     try:
         found = look(options.specs, inspect.overrides_of(options))
     except (inspect.InspectionInterrupted, inspect.InspectionFailed) as ended:
-        _publish(ended.report, options.format)
+        streams.print_report(ended.report, options.format)
         raise
-    return _publish(found, options.format)
+    return streams.print_report(found, options.format)
 
 
 def build(options: Namespace) -> int:
@@ -60,7 +51,7 @@ def build(options: Namespace) -> int:
             else:
                 put = output.write(directory, built.files, _writable(path, options.out))
             findings += resolve(put, Sources())
-    code = _publish(report(findings, options.specs), options.format) or int(stopped)
+    code = streams.print_report(report(findings, options.specs), options.format) or int(stopped)
     if not code and not options.check and options.format == "text":
         streams.print_message("\n".join(f"built {directory}" for directory in built_from))
     return code
@@ -93,16 +84,6 @@ def _writable(spec: str, out: str | None) -> AllowedPaths:
     return AllowedPaths((os.path.realpath(named), *project))
 
 
-def _publish(found: Report, form: str) -> int:
-    """Print a report and give the exit code that it stands for."""
-    if form == "text":
-        return streams.print_report(found)
-    # Each format is imported only when it is asked for.
-    renderer = import_module(f"specc.diagnostics.render.{form}")
-    streams.print_output(renderer.render(found), _FORMS[form])
-    return streams.exit_code(found)
-
-
 def diff(options: Namespace) -> int:
     """Print how two specifications differ; 0 if they mean the same, 1 if not or with errors."""
     from specc import pipeline
@@ -113,7 +94,7 @@ def diff(options: Namespace) -> int:
     wrong = [finding for finding in findings if _hides_meaning(finding.diagnostic)]
     old, new = (result.system for result in results)
     if wrong or old is None or new is None:
-        return streams.print_report_as(options.format, report(wrong, [options.old, options.new]))
+        return streams.print_report(report(wrong, [options.old, options.new]), options.format)
     comparison = compare(old, new)
     render = getattr(import_module("specc.tools.diff.render"), f"as_{options.format}")
     streams.print_output(render(comparison, options.old, options.new), options.format)

@@ -10,7 +10,7 @@ from typing import Literal
 from specc.analysis import Facts
 from specc.cli import streams
 from specc.diagnostics import Diagnostic
-from specc.diagnostics.render.visible import visible
+from specc.diagnostics.visible import visible
 from specc.lang.show import show
 from specc.model.requirement import Requirement
 from specc.model.system import Subsystem, System

@@ -8,8 +8,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TextIO
 
-from specc.diagnostics.render.visible import OutputForm, sanitize, visible
 from specc.diagnostics.report import Report, report, resolve
+from specc.diagnostics.visible import OutputFormat, sanitize, visible
 from specc.source import COMMAND_LINE
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def discard_buffer(stream: TextIO) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def print_output(text: str, form: OutputForm = "text", *, to: TextIO | None = None) -> None:
+def print_output(text: str, form: OutputFormat = "text", *, to: TextIO | None = None) -> None:
     """Print to standard output, unless told where `to`."""
     (to or sys.stdout).write(sanitize(text, form))
 
@@ -134,10 +134,17 @@ def _is_usage(found: Diagnostic) -> bool:
     return said or found.code in _UNREADABLE
 
 
-def print_report(found: Report) -> int:
-    """Print a report as text, in colour and as wide as the terminal takes it; its exit code."""
-    from specc.diagnostics.render import text
+def print_report(found: Report, form: OutputFormat = "text") -> int:
+    """Print a report; its exit code.
 
+    JSON and other formats for programs go to standard output, text to standard error, in colour and
+    as wide as the terminal takes it.
+    """
+    from specc.diagnostics import formats, text  # commands without findings print no report
+
+    if render := formats.RENDERERS.get(form):
+        print_output(render(found), form)
+        return exit_code(found)
     colour = supports_colour(sys.stderr)
     shown = text.render(found, colour, terminal_width(sys.stderr))
     if colour:
@@ -147,16 +154,6 @@ def print_report(found: Report) -> int:
     return exit_code(found)
 
 
-def print_report_as(form: str, found: Report) -> int:
-    """Print a report as JSON if that is the form of a command, else as text; its exit code."""
-    if form != "json":
-        return print_report(found)
-    from specc.diagnostics.render import json
-
-    print_output(json.render(found), "json")
-    return exit_code(found)
-
-
-def print_findings(result: Result, path: str, form: str = "text") -> int:
+def print_findings(result: Result, path: str, form: OutputFormat = "text") -> int:
     """Print what was found in the specification at a path; its exit code."""
-    return print_report_as(form, report(resolve(result.diagnostics, result.sources), [path]))
+    return print_report(report(resolve(result.diagnostics, result.sources), [path]), form)

@@ -7,6 +7,7 @@ from functools import lru_cache
 from itertools import accumulate
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
+from specc.diagnostics.renaming import offer_both_renames
 from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.resources import is_library_part
 from specc.source import Place, Sources, Span
@@ -93,13 +94,8 @@ def _letters(finding: Finding) -> int:
 
 def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding]:
     """Look the places of diagnostics up; equal diagnostics are kept once."""
-    if not (told := dict.fromkeys(diagnostics)):
-        return []
-    from specc.diagnostics.typo_direction import (
-        with_repairs_of_typos,  # not needed where nothing is found
-    )
-
-    return [_finding(diagnostic, sources) for diagnostic in with_repairs_of_typos(told, sources)]
+    every = offer_both_renames(dict.fromkeys(diagnostics), sources)
+    return [_finding(diagnostic, sources) for diagnostic in every]
 
 
 def report(findings: Iterable[Finding], checked: Iterable[str]) -> Report:

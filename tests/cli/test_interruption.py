@@ -144,8 +144,9 @@ def test_other_signals_end_a_command_alike(
         "import os, signal, sys\n"
         f"if {is_ignored}: signal.signal({int(sign)}, signal.SIG_IGN)\n"
         "from specc.cli import main, rewrite\n"
+        "kill = os.kill\n"
         f"signs = {int(sign)}, 15, 1\n"
-        "rewrite.find_targets = lambda _: [os.kill(os.getpid(), sign) for sign in signs]\n"
+        "rewrite.find_targets = lambda _: [kill(os.getpid(), sign) for sign in signs]\n"
         "sys.exit(main())\n"
     )
     process = subprocess.run(

@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import Any
 
 from specc.diagnostics.phrases import counted, join_some, truncate
-from specc.diagnostics.render.visible import visible
+from specc.diagnostics.visible import visible
 from specc.tools.diff.changes import Comparison, Difference
 
 # What the readable formats share: a change in a few words, in order.
