@@ -246,14 +246,12 @@ class DataFlow:
                 continue
             if binding.sporadic:
                 gap_s, place = binding.max_gap_s or Fraction(0), binding.place.below("sporadic")
-                return Measured(name, gap_s, place, True, self._is_shared(name, node.element))
+                return Measured(
+                    name, gap_s, place, True, len(self._wires.users(name, "x", node.element)) > 1
+                )
             if binding.rate_hz is not None:
                 return Measured(name, 1 / binding.rate_hz, binding.place.below("rate"))
         return Measured(name, Fraction(0), element.place)
-
-    def _is_shared(self, device: str, element: str) -> bool:
-        """Whether several subsystems read what a device reports."""
-        return len(self._wires.users(device, "x", element)) > 1
 
 
 # Values on their way through one repetition of the timeline.
@@ -526,13 +524,17 @@ class Ages:
         held |= {n for reads in edges.values() for n, arrival in reads if not arrival}
         for n in order:
             source = self.sources.origin(n)
-            if n in held and source is not None and _may_be_silent(source):
+            if (
+                n in held
+                and source is not None
+                and (
+                    source.is_unlimited
+                    if isinstance(source, Measured)
+                    else source.silent_state is not None
+                )
+            ):
                 return UnboundedAge(n, source)
         return None
-
-
-def _may_be_silent(source: Sent | Measured) -> bool:
-    return source.is_unlimited if isinstance(source, Measured) else source.silent_state is not None
 
 
 def _targets(edges: ReadEdges) -> dict[InputNode, list[InputNode]]:

@@ -457,7 +457,9 @@ def availability_of(
         unsure = not behaviours or len(sent) < len(behaviours)
         rated = timed and sender.rated and subsystem.rated
         if not rated or sender.rate_hz >= subsystem.rate_hz:
-            later |= _first_sent(sender, wire)
+            # What the first period of a sender sends, and all that it may if that is not known.
+            first = sender.state(sender.initial_state).behaviour if sender.begun else None
+            later |= _everything(wire) if first is None or not first.whole else wire.arriving(first)
             if rated and not unsure:
                 fresh |= frozenset.intersection(*sent) & subsystem.inputs.keys()
         together |= _sent_together(wire, sent, unsure)
@@ -466,12 +468,6 @@ def availability_of(
 
 def _everything(wire: Wire) -> frozenset[InputName]:
     return frozenset((wire.port.peer, element.name) for element in wire.elements)
-
-
-def _first_sent(sender: Subsystem, wire: Wire) -> frozenset[InputName]:
-    """What the first period of a sender sends, and all that it may if that is not known."""
-    first = sender.state(sender.initial_state).behaviour if sender.begun else None
-    return _everything(wire) if first is None or not first.whole else wire.arriving(first)
 
 
 def _sent_together(

@@ -79,7 +79,10 @@ class Facts:
         name = subsystem.qualified_name
         arrivals = availability_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
         faulty = name in self.faulty
-        constants = self._constants_of(subsystem)
+        # The constants that expressions of a subsystem name, directly or through others.
+        named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
+        found = reachable(named, self._named_by)
+        constants = {name: constant for name, constant in self._constants.items() if name in found}
         # The objects themselves, since what is equal may stand elsewhere in its text.
         made_of = id(subsystem), tuple(map(id, constants.values())), arrivals, faulty
         known: Machine | None = self._kept.answer(f"machine {name}", made_of)
@@ -134,12 +137,6 @@ class Facts:
     def _constants(self) -> dict[str, Constant]:
         none = {constant.place for constant, _ in self.valueless}
         return {c.name: c for c in self.system.constants if c.place not in none}
-
-    def _constants_of(self, subsystem: Subsystem) -> dict[str, Constant]:
-        """The constants that expressions of a subsystem name, directly or through others."""
-        named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
-        found = reachable(named, self._named_by)
-        return {name: constant for name, constant in self._constants.items() if name in found}
 
     def _named_by(self, name: str) -> Iterable[str]:
         return constants_in(self._constants[name].value) if name in self._constants else ()
@@ -249,7 +246,9 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     sizes: dict[int, tuple[Any, int]] = {}
     count = partial(take, "folding")
     for constant in constants:
-        if not _is_known(constant, values):
+        expr = constant.value
+        given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
+        if not (not given and values.keys() >= set(constants_in(expr)) and not has_unknown(expr)):
             values.pop(constant.name, None)
             continue
         try:
@@ -260,12 +259,6 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
         except (ArithmeticError, ValueError) as error:
             values.pop(constant.name, None)
             yield constant, no_value(error)
-
-
-def _is_known(constant: Constant, values: dict[str, Any]) -> bool:
-    value = constant.value
-    given = any(isinstance(node, (Call, FileRef)) for node in walk(value))
-    return not given and values.keys() >= set(constants_in(value)) and not has_unknown(value)
 
 
 def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:

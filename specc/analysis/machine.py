@@ -274,6 +274,11 @@ class Machine:
             return frozenset(state.name for state in self.subsystem.states)
         return reachable_from(self.subsystem.initial_state, self.successors)
 
+    def is_on_cycle(self, state: str) -> bool:
+        """Whether a path leads from a state back to it."""
+        targets = (edge.row.target for edge in self.successors.get(state, ()))
+        return any(state in reachable_from(target, self.successors) for target in targets)
+
     @cached_property
     def has_known_edges(self) -> bool:
         """Whether no row is missing and no condition has one value by mistake.

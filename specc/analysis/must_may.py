@@ -70,7 +70,10 @@ class Approximation:
     def of(self, subsystem: Subsystem) -> Subsystem:
         """The machine without unknowns; of its behaviours only the end by the cause counts."""
         states = tuple(self._state(state) for state in subsystem.states)
-        rows = tuple(_row(row, self.rows) for row in subsystem.transitions)
+        rows = tuple(
+            replace(row, condition=_known(row.condition, self.rows))
+            for row in subsystem.transitions
+        )
         return replace(subsystem, states=states, transitions=rows)
 
     def _state(self, state: State) -> State:
@@ -105,10 +108,6 @@ def is_incomplete(subsystem: Subsystem, state: State, cause: Cause) -> bool:
     """Whether something about the rows of a state and cause is unknown."""
     rows = (row.condition.when for _, row in subsystem.rows(state.name, cause))
     return any(map(has_unknown, (*(when for when, _ in state.behaviour.ended(cause)), *rows)))
-
-
-def _row(row: Transition, bound: Rewriting) -> Transition:
-    return replace(row, condition=_known(row.condition, bound))
 
 
 def _known(condition: Condition, bound: Rewriting) -> Condition:

@@ -97,7 +97,11 @@ class Rates:
             return None
         reading = {wire.subsystem.qualified_name for wire in self._wires.at(device, "x")}
         readers = [s for s in self.timed if s.qualified_name in reading]
-        strangers = tuple(s for s in readers if not _divides(rate, s.rate_hz))
+        strangers = tuple(
+            s
+            for s in readers
+            if not ((rate / s.rate_hz).denominator == 1 or (s.rate_hz / rate).denominator == 1)
+        )
         fits = tick_s is None or (1 / rate / tick_s).denominator == 1
         return None if fits and not strangers else RateConflict(bound, rate, strangers, tick_s)
 
@@ -114,8 +118,3 @@ def _ticks(subsystems: Sequence[Subsystem]) -> Fraction:
     """Base ticks after which the timeline of some subsystems repeats."""
     rates = [s.rate_hz for s in subsystems]
     return 1 / base_tick(rates) / base_tick(1 / rate for rate in rates)
-
-
-def _divides(one: Fraction, other: Fraction) -> bool:
-    """Whether one of two rates is a whole multiple of the other."""
-    return (one / other).denominator == 1 or (other / one).denominator == 1

@@ -166,23 +166,19 @@ def _part_of_action(
     return MessagePart("scalar" if is_given_back else "message")
 
 
-def _part_of_tf(binding: Binding, type_: Type) -> MessagePart | MessageTypeMismatch:
-    wanted = Pose(*binding.tf)
-    if type_ == wanted:
-        return MessagePart("transform", frame="from", child="to")
-    return MessageTypeMismatch(
-        "E0521",
-        f"{type_} is not the transform from {binding.tf[0]} to {binding.tf[1]}",
-        f'make it "{wanted}", or name the frames that it is between',
-    )
-
-
 def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | MessageTypeMismatch:
     """The part of a binding's messages that is the element's value, or why none is."""
     if binding.action:
         return _part_of_action(binding, type_, commanded=commanded)
     if binding.tf:
-        return _part_of_tf(binding, type_)
+        wanted = Pose(*binding.tf)
+        if type_ == wanted:
+            return MessagePart("transform", frame="from", child="to")
+        return MessageTypeMismatch(
+            "E0521",
+            f"{type_} is not the transform from {binding.tf[0]} to {binding.tf[1]}",
+            f'make it "{wanted}", or name the frames that it is between',
+        )
     if binding.through:
         return MessagePart("message")
     message = short(binding.message)
@@ -197,31 +193,23 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
         )
     fitting = [p for p in parts if _carries(p, message, type_) and (p.sent or not commanded)]
     if not fitting:
-        return _unfit(message, type_, commanded=commanded)
+        verb = "sent as" if commanded else "read from"
+        return MessageTypeMismatch(
+            "E0521",
+            f"{type_} is not {verb} messages of type {message}",
+            f"make it {_wanted(message)}, or name a function under `through:` that converts",
+        )
     unit = type_.units[0] if len(type_.units) == 1 else None
     for part in fitting:
         if part.unit is None or unit is None or part.unit == unit:
             return part
-    return _another_unit(message, fitting, unit or DIMENSIONLESS)
-
-
-def _unfit(message: str, type_: Type, *, commanded: bool) -> MessageTypeMismatch:
-    verb = "sent as" if commanded else "read from"
-    return MessageTypeMismatch(
-        "E0521",
-        f"{type_} is not {verb} messages of type {message}",
-        f"make it {_wanted(message)}, or name a function under `through:` that converts",
-    )
-
-
-def _another_unit(message: str, parts: list[MessagePart], unit: Unit) -> MessageTypeMismatch:
     units: dict[str, list[str]] = {}
-    for part in parts:
-        units.setdefault(part.path, []).append(str(part.unit))
+    for each in fitting:
+        units.setdefault(each.path, []).append(str(each.unit))
     known = [f"{path} in {' or '.join(each)}".strip() for path, each in units.items()]
     return MessageTypeMismatch(
         "E0511",
-        f"numbers in {unit} are not those of {message}: it has {', '.join(known)}",
+        f"numbers in {unit or DIMENSIONLESS} are not those of {message}: it has {', '.join(known)}",
         "give the element the unit of REP 103, or name a function under `through:` that converts",
     )
 

@@ -145,7 +145,7 @@ class StateTiming:
     def _found(self, behaviour: Behaviour) -> _Ending | None:
         error, terminal = behaviour.error, behaviour.terminal
         either = joined("or", (error.when, terminal.when))
-        for periods in self._candidates(either):
+        for periods in sorted({1, *sorted(self._prover.timer.turning(either))[:_MOST_TURNS]}):
             now = self._prover.timer.lasted("==", periods)
             if self._prover.implies([now], either):
                 alone = self._prover.implies([now], error.when)
@@ -157,7 +157,3 @@ class StateTiming:
                     {cause: [*as_conditions(behaviour.ended(cause)), by_then] for cause in CAUSES},
                 )
         return None
-
-    def _candidates(self, ends: Expr) -> list[int]:
-        """The first period, and those at which time turns a part of what ends a state."""
-        return sorted({1, *sorted(self._prover.timer.turning(ends))[:_MOST_TURNS]})

@@ -197,7 +197,16 @@ class SuspiciousExpressions:
         if isinstance(expr, Builtin):
             yield from self._of_call(text, expr, FUNCTIONS[expr.name])
         if isinstance(expr, Compare):
-            yield from self._difference(text, expr)
+            # `abs(a - b) < 360[deg]`, or of a component of a difference.
+            through = self._numbering.looked_through
+            for side, limit in ((expr.left, expr.right), (expr.right, expr.left)):
+                size = through(side)
+                if isinstance(size, Builtin) and FUNCTIONS[size.name].is_size:
+                    difference = through(size.args[0])
+                    if isinstance(difference, Component):
+                        difference = through(difference.value)
+                    if isinstance(difference, Binary) and difference.op == "-":
+                        yield from self._turn(text, expr, difference, limit)
         if (why := failure(expr, self._value)) and self._is_surely_asked(text, expr):
             yield SuspiciousExpression("fails", expr, text, (expr,), (text, expr), why=why)
         yield from self._itself(text, expr, bound)
@@ -217,7 +226,11 @@ class SuspiciousExpressions:
         if function.picks:
             yield from self._clamp(text, call) or self._computed_clamp(text, call)
         if function.limits is not None:
-            yield from self._crossed(text, call, function.limits)
+            low, high = (call.args[place] for place in function.limits)
+            if self._exceeds(low, high):
+                end = self._value(high)
+                origin = (text, call) if end is None else self._origin(text, high)
+                yield SuspiciousExpression("bounds", call, text, (high, low), origin, end or 0.0)
         if function.neutral is not None:
             place, value, _ = function.neutral
             if self._value(call.args[place]) == value:
@@ -287,18 +300,6 @@ class SuspiciousExpressions:
                 "turn", asked, text, (limit,), self._origin(text, limit), value
             )
 
-    def _difference(self, text: ExpressionText, asked: Compare) -> Iterator[SuspiciousExpression]:
-        """`abs(a - b) < 360[deg]`, or of a component of a difference."""
-        through = self._numbering.looked_through
-        for side, limit in ((asked.left, asked.right), (asked.right, asked.left)):
-            size = through(side)
-            if isinstance(size, Builtin) and FUNCTIONS[size.name].is_size:
-                difference = through(size.args[0])
-                if isinstance(difference, Component):
-                    difference = through(difference.value)
-                if isinstance(difference, Binary) and difference.op == "-":
-                    yield from self._turn(text, asked, difference, limit)
-
     def _quaternion(
         self, text: ExpressionText, pose: Expr, quaternion: Expr
     ) -> Iterator[SuspiciousExpression]:
@@ -333,16 +334,6 @@ class SuspiciousExpressions:
                     )
                 ]
         return []
-
-    def _crossed(
-        self, text: ExpressionText, call: Builtin, limits: tuple[int, int]
-    ) -> Iterator[SuspiciousExpression]:
-        """`clamp(a, 2, 1)` is 1."""
-        low, high = (call.args[place] for place in limits)
-        if self._exceeds(low, high):
-            value = self._value(high)
-            origin = (text, call) if value is None else self._origin(text, high)
-            yield SuspiciousExpression("bounds", call, text, (high, low), origin, value or 0.0)
 
     def _computed_clamp(self, text: ExpressionText, outer: Builtin) -> list[SuspiciousExpression]:
         """`min(max(a, b + 1), b)` is b."""
@@ -428,7 +419,10 @@ class SuspiciousExpressions:
         """Whether two expressions have one value, and not by what constants happen to be."""
         if self._numbering.number(one, bound) != self._numbering.number(other, bound):
             return False
-        return self.varies(one) or (one == other and _refers(one))
+        return self.varies(one) or (
+            one == other
+            and any(isinstance(node, (ConstantRef, MemoryRef, LetRef)) for node in walk(one))
+        )
 
     def varies(self, expr: Expr) -> bool:
         """Whether an expression is known, and depends on more than constants."""
@@ -476,7 +470,3 @@ def _written(text: ExpressionText, node: Expr) -> tuple[Place, str, Offsets, typ
 def _picks(expr: Expr) -> int:
     """-1 for the least of some numbers, 1 for the greatest, 0 for what is neither."""
     return FUNCTIONS[expr.name].picks if isinstance(expr, Builtin) else 0
-
-
-def _refers(expr: Expr) -> bool:
-    return any(isinstance(node, (ConstantRef, MemoryRef, LetRef)) for node in walk(expr))

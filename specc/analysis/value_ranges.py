@@ -157,7 +157,8 @@ class MemoryBounds:
             if isinstance(part, Unary) and isinstance(part.operand, Compare):
                 part = opposite(part.operand)
             if isinstance(part, Compare):
-                for said in (part, _turned(part)):
+                op: Any = MIRRORED[part.op]
+                for said in (part, Compare(op, part.right, part.left, type=part.type)):
                     self._narrow(found, said)
         return found
 
@@ -195,11 +196,6 @@ def _widened(before: Range, after: Range, named: Sequence[float]) -> Range:
 
 def _names(values: Iterable[Expr]) -> Iterable[Expr]:
     return (part for value in values for part in walk(value) if isinstance(part, LetRef))
-
-
-def _turned(said: Compare) -> Compare:
-    op: Any = MIRRORED[said.op]
-    return Compare(op, said.right, said.left, type=said.type)
 
 
 def _parts(every: Iterable[Expr]) -> Iterable[Expr]:

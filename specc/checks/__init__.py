@@ -96,7 +96,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     conditions.conditions_vary,
     conditions.conditions_in_time,
     conditions.conditions_differ,
-    conditions.lists_end,
+    memory.lists_end,
     formulas.formulas_vary,
     formulas.names_say_more,
     formulas.windows_reach,
@@ -157,19 +157,6 @@ def run_checks(
     sound = sound and not broken and not faulty
     if sound and not any(stops(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
-    found = _in_all_uses(found, facts)
-    facts.release()
-    return found, facts
-
-
-_OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
-
-
-def _in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
-    """The findings, of dead parts only those that are dead in all uses of a description.
-
-    A row that one value of a parameter excludes is there for the other values.
-    """
     told = Counter(_said(finding) for finding in found if finding.code in _OF_DEAD_PARTS)
     uses: Counter[Place] = Counter()
     for machine in facts.machines if told else ():
@@ -177,7 +164,12 @@ def _in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
         uses.update({state.place for state in subsystem.states})
         uses.update({row.place for row in subsystem.transitions})
     alive = {said for said, count in told.items() if count < uses[said[1]]}
-    return [finding for finding in found if _said(finding) not in alive]
+    found = [finding for finding in found if _said(finding) not in alive]
+    facts.release()
+    return found, facts
+
+
+_OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
 
 
 def _said(finding: Diagnostic) -> tuple[str, Place, str]:

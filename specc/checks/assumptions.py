@@ -90,9 +90,12 @@ def _useless(machine: Machine) -> Iterator[Diagnostic]:
         # Each question looks at all assumptions, for each state and cause.
         if not spend("proof", 10 * len(axioms) * len(states)):
             return
-        if not _is_needed(machine, index) and not any(
-            _is_about(machine, state, cause, index) for state, cause in wrong
-        ):
+        if not any(
+            _decided(machine, state.name, cause, None)
+            != _decided(machine, state.name, cause, index)
+            for state in machine.subsystem.states
+            for cause in CAUSES
+        ) and not any(_is_about(machine, state, cause, index) for state, cause in wrong):
             yield Diagnostic(
                 "W0610",
                 "nothing is proved with the help of this assumption",
@@ -115,15 +118,6 @@ def _is_about(machine: Machine, state: str, cause: Cause, index: int) -> bool:
     """Whether the axiom has to do with the rows of a state and cause, which may be too few."""
     rows = machine.subsystem.rows(state, cause)
     return not rows or machine.prover.is_related(state, cause, index)
-
-
-def _is_needed(machine: Machine, index: int) -> bool:
-    """Whether something about a state and cause would be decided otherwise without the axiom."""
-    return any(
-        _decided(machine, state.name, cause, None) != _decided(machine, state.name, cause, index)
-        for state in machine.subsystem.states
-        for cause in CAUSES
-    )
 
 
 def _decided(machine: Machine, state: str, cause: Cause, without: int | None) -> tuple[object, ...]:

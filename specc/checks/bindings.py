@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, RawNumbers, first_key, is_another_unit, raw_numbers
+from specc.analysis.plant import BoundElement, first_key, is_another_unit, raw_numbers
 from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
 from specc.diagnostics.phrases import counted, listed
 from specc.mjcf import Model, ModelError
@@ -47,7 +47,15 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     if topic := first_key(bound.binding, _OF_TOPICS):
         return f"`{topic}` is for plants behind ROS 2", f"delete `{topic}`"
     if bound.plant == "python":
-        return _in_python(bound)
+        name = bound.element.name
+        modelled = first_key(bound.binding, _OF_A_MODEL)
+        if modelled:
+            return (
+                f"`{modelled}` is for MuJoCo models; the plant in Python "
+                f"{'takes' if bound.is_commanded else 'gives'} `{name}` itself",
+                f"delete `{modelled}`",
+            )
+        return _command_measured(bound, _OF_SAMPLES)
     return _moving(bound) if bound.is_commanded else _reporting(bound)
 
 
@@ -61,19 +69,6 @@ def _sampled(binding: Binding) -> tuple[str, str] | None:
     if binding.max_gap_s is not None and not binding.sporadic:
         return "`max_gap` is for sporadic devices", "add `sporadic: true`, or delete `max_gap`"
     return None
-
-
-def _in_python(bound: BoundElement) -> tuple[str, str] | None:
-    """A plant in Python gives and takes the elements themselves."""
-    name = bound.element.name
-    modelled = first_key(bound.binding, _OF_A_MODEL)
-    if modelled:
-        return (
-            f"`{modelled}` is for MuJoCo models; the plant in Python "
-            f"{'takes' if bound.is_commanded else 'gives'} `{name}` itself",
-            f"delete `{modelled}`",
-        )
-    return _command_measured(bound, _OF_SAMPLES)
 
 
 def _moving(bound: BoundElement) -> tuple[str, str] | None:
@@ -149,7 +144,19 @@ def model_names_known(facts: Facts) -> Iterator[Diagnostic]:
         for kind, names, known in _names_of(binding, model):
             for index, name in enumerate(names):
                 if name not in known and binding not in unfit:
-                    yield _unknown_name(_place_of(binding, kind, index), kind, name, known)
+                    place = _place_of(binding, kind, index)
+                    close = nearest(name, known)
+                    if close:
+                        hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
+                    else:
+                        hint = "it has " + (
+                            ", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s"
+                        )
+                    meant = surely_meant(name, close)
+                    fix = renaming(place, name, meant)
+                    yield Diagnostic(
+                        "E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix
+                    )
 
 
 def _names_of(
@@ -167,17 +174,6 @@ def _place_of(binding: Binding, kind: str, index: int) -> Place:
     return binding.place.below(f"{kind}s", index)
 
 
-def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object]) -> Diagnostic:
-    close = nearest(name, known)
-    if close:
-        hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
-    else:
-        hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
-    meant = surely_meant(name, close)
-    fix = renaming(place, name, meant)
-    return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)
-
-
 # A binding names what measures or takes the element's quantity, each once.
 
 
@@ -190,25 +186,21 @@ def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
     for bound in facts.bindings:
         if _wrong_kind(bound):
             continue
-        yield from _named_twice(bound)
+        # An actuator that is commanded twice is `actuators_driven_once`'s matter.
+        for kind in _LISTS[:2] if bound.is_commanded else _LISTS:
+            names = getattr(bound.binding, kind)
+            for index, name in enumerate(names):
+                if name in names[:index]:
+                    first = bound.binding.place.below(kind, names.index(name))
+                    yield Diagnostic(
+                        "E0512",
+                        f"{kind.removesuffix('s')} `{name}` is listed twice",
+                        bound.binding.place.below(kind, index),
+                        related=(Related(first, "listed here already"),),
+                        help="name another one, or delete it",
+                    )
         if isinstance(model, Model):
             yield from _units_differ(bound, model)
-
-
-def _named_twice(bound: BoundElement) -> Iterator[Diagnostic]:
-    """An actuator that is commanded twice is `actuators_driven_once`'s matter."""
-    for kind in _LISTS[:2] if bound.is_commanded else _LISTS:
-        names = getattr(bound.binding, kind)
-        for index, name in enumerate(names):
-            if name in names[:index]:
-                first = bound.binding.place.below(kind, names.index(name))
-                yield Diagnostic(
-                    "E0512",
-                    f"{kind.removesuffix('s')} `{name}` is listed twice",
-                    bound.binding.place.below(kind, index),
-                    related=(Related(first, "listed here already"),),
-                    help="name another one, or delete it",
-                )
 
 
 def _units_differ(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
@@ -221,21 +213,17 @@ def _units_differ(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
             return
         for unit, other in zip(wanted[start:], raw.units, strict=False):
             if other is not None and is_another_unit(raw, other, unit):
-                yield _another_unit(bound, raw, unit, other)
+                verb = "takes" if bound.is_commanded else "gives"
+                kind = raw.kind.removesuffix("s")
+                yield Diagnostic(
+                    "E0511",
+                    f"`{bound.element.name}` is in {unit}, and {kind} `{raw.name}` {verb} {other}",
+                    bound.binding.place.below(raw.kind, raw.place),
+                    related=(Related(bound.element.place, f"`{bound.element.type}`"),),
+                    help="name another one, or a function under `through:` that converts",
+                )
                 break
         start += len(raw.units)
-
-
-def _another_unit(bound: BoundElement, raw: RawNumbers, unit: Unit, other: Unit) -> Diagnostic:
-    verb = "takes" if bound.is_commanded else "gives"
-    kind = raw.kind.removesuffix("s")
-    return Diagnostic(
-        "E0511",
-        f"`{bound.element.name}` is in {unit}, and {kind} `{raw.name}` {verb} {other}",
-        bound.binding.place.below(raw.kind, raw.place),
-        related=(Related(bound.element.place, f"`{bound.element.type}`"),),
-        help="name another one, or a function under `through:` that converts",
-    )
 
 
 # A distance that is measured is a number also where there is nothing to measure.
@@ -395,7 +383,23 @@ def elements_in_one_order(facts: Facts) -> Iterator[Diagnostic]:
             places = one.binding.place, other.binding.place
             if first != second and sorted(first) == sorted(second) and places not in found:
                 found.add(places)
-                yield _two_orders(one, first, other, second)
+                binding = other.binding
+                names = [name for kind in _KINDS for name in getattr(binding, kind)]
+                kinds = [kind for kind in _KINDS if getattr(binding, kind)]
+                if other.is_commanded:
+                    names, kinds = [*binding.actuators], ["actuators"]
+                help = "list them in one order"
+                if len(kinds) == 1:
+                    wanted = ", ".join(names[second.index(joint)] for joint in first)
+                    help += f": `{kinds[0]}: [{wanted}]`"
+                yield Diagnostic(
+                    "W0513",
+                    f"`{one.element.name}` has the joints in the order `{', '.join(first)}`, "
+                    f"and `{other.element.name}` has them as `{', '.join(second)}`",
+                    binding.place.below(kinds[0]),
+                    related=(Related(one.binding.place, f"in the order `{', '.join(first)}`"),),
+                    help=help,
+                )
 
 
 def _joints(bound: BoundElement, model: Model) -> list[str]:
@@ -408,30 +412,6 @@ def _joints(bound: BoundElement, model: Model) -> list[str]:
     found += [model.driven(name) for name in binding.actuators]
     single = all(model.joint_kind(joint) in ("hinge", "slide") for joint in found)
     return found if single and not binding.through and len(set(found)) == len(found) > 1 else []
-
-
-def _two_orders(
-    one: BoundElement, first: list[str], other: BoundElement, second: list[str]
-) -> Diagnostic:
-    """The element of which another one has the joints in another order."""
-    binding = other.binding
-    names = [name for kind in _KINDS for name in getattr(binding, kind)]
-    kinds = [kind for kind in _KINDS if getattr(binding, kind)]
-    if other.is_commanded:
-        names, kinds = [*binding.actuators], ["actuators"]
-    help = "list them in one order"
-    if len(kinds) == 1:
-        wanted = ", ".join(names[second.index(joint)] for joint in first)
-        help += f": `{kinds[0]}: [{wanted}]`"
-    both = f"`{one.element.name}`", f"`{other.element.name}`"
-    return Diagnostic(
-        "W0513",
-        f"{both[0]} has the joints in the order `{', '.join(first)}`, and {both[1]} has "
-        f"them as `{', '.join(second)}`",
-        binding.place.below(kinds[0]),
-        related=(Related(one.binding.place, f"in the order `{', '.join(first)}`"),),
-        help=help,
-    )
 
 
 _KINDS = ("joints", "sensors", "actuators")

@@ -11,7 +11,7 @@ from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED, show
 from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import Binary, Builtin, Choice, Lag, Logic, walk
-from specc.model.fsm import Assignment, Behaviour
+from specc.model.fsm import Assignment
 from specc.model.requirement import expressions
 from specc.model.system import Constant, Let, Memory, Outside, Subsystem
 from specc.source import Place
@@ -200,18 +200,22 @@ def one_writer(facts: Facts) -> Iterator[Diagnostic]:
             for assignment in behaviour.assignments:
                 target = assignment.peer, assignment.name
                 if target in first:
-                    yield _twice(behaviour, assignment, first[target])
+                    earlier = first[target]
+                    writers = [
+                        Related(earlier.place, "here"),
+                        Related(assignment.place, "and here"),
+                    ]
+                    if earlier is assignment:
+                        writers = [
+                            Related(
+                                assignment.place, f"`{behaviour.name}` names the function twice"
+                            )
+                        ]
+                    yield Diagnostic(
+                        "E0608",
+                        f"behaviour `{behaviour.name}` writes `{assignment.target}` twice",
+                        behaviour.place.below("functions"),
+                        related=tuple(writers),
+                        help="keep one of the two, or give the functions to different behaviours",
+                    )
                 first.setdefault(target, assignment)
-
-
-def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) -> Diagnostic:
-    writers = [Related(earlier.place, "here"), Related(assignment.place, "and here")]
-    if earlier is assignment:
-        writers = [Related(assignment.place, f"`{behaviour.name}` names the function twice")]
-    return Diagnostic(
-        "E0608",
-        f"behaviour `{behaviour.name}` writes `{assignment.target}` twice",
-        behaviour.place.below("functions"),
-        related=tuple(writers),
-        help="keep one of the two, or give the functions to different behaviours",
-    )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from fractions import Fraction
 from itertools import combinations, islice
 
 from specc.analysis import Facts
@@ -72,12 +71,11 @@ def _in_all_copies(item: Requirement, found: list[Diagnostic]) -> list[Diagnosti
     copies = Counter(_place(item, part) for part in _parts(item.formula))
     alike = Counter(each.primary for each in found)
     kept = (each for each in found if alike[each.primary] >= copies[each.primary])
-    return [each for each in dict.fromkeys(kept) if not _is_elsewhere(item, each.primary)]
-
-
-def _is_elsewhere(item: Requirement, place: Place) -> bool:
-    """Whether what is found there is that of a name, which is told where it is defined."""
-    return item.text[place.start : place.end] in item.names
+    return [
+        each
+        for each in dict.fromkeys(kept)
+        if item.text[each.primary.start : each.primary.end] not in item.names
+    ]
 
 
 def _parts(formula: TemporalFormula) -> Iterator[TemporalFormula | Expr]:
@@ -126,41 +124,39 @@ class _Constant:
         asked = self._ticks.formula_at(formula)
         never = not self._ticks.is_possible(asked)
         if never or self._ticks.follows(asked):
-            yield self._told(formula, "never" if never else "always")
+            word = "never" if never else "always"
+            item, root = self._item, formula == self._item.formula
+            never_asked = word == "never" and any(
+                each == formula for each in _premises(item.formula)
+            )
+            help = "correct it, or leave it out"
+            if never_asked:
+                help = "correct what is asked before `implies`, or delete the requirement"
+            elif word == "never":
+                help = "correct it, or leave out what it decides"
+            label = "so nothing is ever asked of a run" if never_asked else ""
+            text = item.part(formula)
+            yield Diagnostic(
+                "W0613" if root else "W0617",
+                f"`{text}` {word} holds",
+                _place(item, formula),
+                label,
+                help=help,
+            )
         elif isinstance(formula, Junction) and formula.premise is not None:
-            yield from self._conclusion(formula, formula.premise)
+            conclusion, ticks = formula.operands[1], self._ticks
+            if not ticks.is_possible(
+                ticks.formula_at(formula.premise), ticks.formula_at(conclusion)
+            ):
+                before = self._item.part(formula.premise)
+                yield Diagnostic(
+                    "W0617",
+                    f"`{self._item.part(conclusion)}` never holds where `{before}` does",
+                    _place(self._item, conclusion),
+                    help=f"correct it, or require `not ({before})`",
+                )
         elif isinstance(formula, Junction):
             yield from self._needless(formula)
-
-    def _told(self, formula: TemporalFormula, word: str) -> Diagnostic:
-        item, root = self._item, formula == self._item.formula
-        never_asked = word == "never" and any(each == formula for each in _premises(item.formula))
-        help = "correct it, or leave it out"
-        if never_asked:
-            help = "correct what is asked before `implies`, or delete the requirement"
-        elif word == "never":
-            help = "correct it, or leave out what it decides"
-        label = "so nothing is ever asked of a run" if never_asked else ""
-        text = item.part(formula)
-        return Diagnostic(
-            "W0613" if root else "W0617",
-            f"`{text}` {word} holds",
-            _place(item, formula),
-            label,
-            help=help,
-        )
-
-    def _conclusion(self, formula: Junction, premise: TemporalFormula) -> Iterator[Diagnostic]:
-        """A conclusion that excludes its premise says only that this never holds."""
-        conclusion, ticks = formula.operands[1], self._ticks
-        if not ticks.is_possible(ticks.formula_at(premise), ticks.formula_at(conclusion)):
-            before = self._item.part(premise)
-            yield Diagnostic(
-                "W0617",
-                f"`{self._item.part(conclusion)}` never holds where `{before}` does",
-                _place(self._item, conclusion),
-                help=f"correct it, or require `not ({before})`",
-            )
 
     def _needless(self, formula: Junction) -> Iterator[Diagnostic]:
         """An operand that follows from the others, or from which they follow."""
@@ -264,45 +260,33 @@ def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
     for item in _formulas(facts):
         owners = {r.name: r.subsystem for r in item.readings}
         for part in _parts(item.formula):
-            if isinstance(part, Temporal) and not item.is_named(part):
-                yield from _window(item, part, facts.rates.tick_s, periods, owners)
-
-
-def _window(
-    item: Requirement,
-    part: Temporal,
-    tick: Fraction,
-    periods: dict[str, Fraction],
-    owners: dict[str, str],
-) -> Iterator[Diagnostic]:
-    if part.op == "since" or part.span is None:
-        return
-    (operand,) = part.operands
-    if part.span_s < tick:
-        message = f"`{part.op}` reaches over {_time(part.span_s)}, less than one tick of {ms(tick)}"
-        help = "write a longer time, or leave the operator out"
-        yield Diagnostic("W0336", message, _place(item, part.span), help=help)
-    elif isinstance(operand, Temporal) and operand.op == part.op:
-        total = float(part.span_s + operand.span_s)
-        inner = item.part(operand.operands[0])
-        message = f"`{part.op}` of `{operand.op}` is one that reaches over both times"
-        help = f"write `{part.op}({total:g}[s], {inner})`, or correct it"
-        yield Diagnostic("W0336", message, _place(item, part), help=help)
-    elif part.op == "within":
-        nodes = (node for each in expressions(operand) for node in walk(each))
-        named = dict.fromkeys(owners.get(n.name) for n in nodes if isinstance(n, MemoryRef))
-        stepped = [periods.get(owner or "") for owner in named]
-        known = [period for period in stepped if period is not None]
-        if known and len(known) == len(stepped) and part.span_s < min(known):
-            names = listed([f"`{owner}`" for owner in named], "and")
-            message = f"nothing of it may change within {_time(part.span_s)}"
-            label = f"{names} {'is' if len(named) == 1 else 'are'} stepped every {ms(min(known))}"
-            help = "allow one period at least"
-            yield Diagnostic("W0336", message, _place(item, part.span), label, help=help)
-
-
-def _time(span_s: Fraction) -> str:
-    return ms(span_s) if span_s else "no time"
+            if not isinstance(part, Temporal) or item.is_named(part):
+                continue
+            if part.op == "since" or part.span is None:
+                continue
+            (operand,) = part.operands
+            tick, span = facts.rates.tick_s, ms(part.span_s) if part.span_s else "no time"
+            if part.span_s < tick:
+                message = f"`{part.op}` reaches over {span}, less than one tick of {ms(tick)}"
+                help = "write a longer time, or leave the operator out"
+                yield Diagnostic("W0336", message, _place(item, part.span), help=help)
+            elif isinstance(operand, Temporal) and operand.op == part.op:
+                total = float(part.span_s + operand.span_s)
+                inner = item.part(operand.operands[0])
+                message = f"`{part.op}` of `{operand.op}` is one that reaches over both times"
+                help = f"write `{part.op}({total:g}[s], {inner})`, or correct it"
+                yield Diagnostic("W0336", message, _place(item, part), help=help)
+            elif part.op == "within":
+                nodes = (node for each in expressions(operand) for node in walk(each))
+                named = dict.fromkeys(owners.get(n.name) for n in nodes if isinstance(n, MemoryRef))
+                known = [periods[owner] for owner in named if owner in periods]
+                if known and len(known) == len(named) and part.span_s < min(known):
+                    names = listed([f"`{owner}`" for owner in named], "and")
+                    verb = "is" if len(named) == 1 else "are"
+                    message = f"nothing of it may change within {span}"
+                    label = f"{names} {verb} stepped every {ms(min(known))}"
+                    help = "allow one period at least"
+                    yield Diagnostic("W0336", message, _place(item, part.span), label, help=help)
 
 
 # No two requirements are the same, or exclude each other.

@@ -150,7 +150,18 @@ class _Relay:
             states = [
                 state for state in self._reads.reachable_states if self._sources(state, output)
             ]
-            while left := [state for state in states if not self._may_stay(state, states)]:
+            while left := [
+                state
+                for state in states
+                if not all(
+                    self._missing_for(step)
+                    or (
+                        step.row.cause == "error"
+                        and self._is_measured(state.behaviour.ending("error"))
+                    )
+                    for step in self._ways_out(state, states)
+                )
+            ]:
                 states = [state for state in states if state not in left]
             if states:
                 yield output, states
@@ -170,14 +181,6 @@ class _Relay:
         names = {each.name for each in states}
         steps = self._machine.successors.get(state.name, ())
         return [step for step in steps if step.row.target not in names]
-
-    def _may_stay(self, state: State, states: list[State]) -> bool:
-        """Whether every way out of some states needs what does not come, or is an accident."""
-        return all(
-            self._missing_for(step)
-            or (step.row.cause == "error" and self._is_measured(state.behaviour.ending("error")))
-            for step in self._ways_out(state, states)
-        )
 
     def _missing_for(self, step: RowEdge) -> InputNames:
         """The inputs of which a row needs what they do not have."""
@@ -216,7 +219,11 @@ class _Relay:
                     remembered.add(part.name)
                     value = assigned.get(("", part.name), part)
                     if part in self._results(value):
-                        found |= self._stored_inputs(part.name) & {self._origin}
+                        written = self._machine.subsystem.written.get(("", part.name), {})
+                        values = [value for several in written.values() for value in several]
+                        found |= frozenset(
+                            read.input for value in values for read in self._reads.of(value)
+                        ) & {self._origin}
                     pending += [value] if value is not part else []
         return frozenset(found) if self._origin in found else frozenset()
 
@@ -252,12 +259,6 @@ class _Relay:
                 is_constant = ("", name) not in assigned
                 return not is_position(part.type) and (is_constant or is_motion(part.type))
         return True
-
-    def _stored_inputs(self, memory: str) -> InputNames:
-        """The inputs that some state puts into memory."""
-        written = self._machine.subsystem.written.get(("", memory), {})
-        values = [value for several in written.values() for value in several]
-        return frozenset(read.input for value in values for read in self._reads.of(value))
 
 
 # A state without an output whose last value a device keeps, and the state that may send it last.
@@ -334,7 +335,11 @@ class RetainedOutputs:
         if path is None:
             return
         ends = {output, *((peer, name) for name in path.interrupting)}
-        passing = {s.name for s in self._states if ends.isdisjoint(_sent(s))}
+        passing = {
+            s.name
+            for s in self._states
+            if ends.isdisjoint({(item.peer, item.name) for item in s.behaviour.assignments})
+        }
         following = grouped((step.row.source, step.row.target) for step in self._machine.edges)
 
         def onward(name: str) -> list[str]:
@@ -345,10 +350,6 @@ class RetainedOutputs:
             if before.behaviour.name in moving and state.name in reachable(ways, onward):
                 yield RetainedOutput(state, output, before, path)
                 return
-
-
-def _sent(state: State) -> set[InputName]:
-    return {(item.peer, item.name) for item in state.behaviour.assignments}
 
 
 # What moves a device is sent in every state, or held on purpose.
@@ -397,20 +398,19 @@ def held_outputs_sent(facts: Facts) -> Iterator[Diagnostic]:
     for machine in facts.complete_machines:
         for state in machine.subsystem.states:
             for index, output in enumerate(state.holds):
-                yield from _without_effect(machine.subsystem, state, output, index)
-
-
-def _without_effect(
-    subsystem: Subsystem, state: State, output: InputName, index: int
-) -> Iterator[Diagnostic]:
-    name = f"`y.{output[0]}.{output[1]}`"
-    sent = [a for a in state.behaviour.assignments if (a.peer, a.name) == output]
-    if sent:
-        message = f"state `{state.name}` holds {name} and sends it"
-        related = tuple(Related(item.place, "sent here") for item in sent)
-    elif output not in subsystem.written:
-        message, related = f"state `{state.name}` holds {name}, which no state sends", ()
-    else:
-        return
-    place = state.place.below("holds", index)
-    yield Diagnostic("W0421", message, place, "holds nothing", related, "delete it here")
+                name = f"`y.{output[0]}.{output[1]}`"
+                sent = [a for a in state.behaviour.assignments if (a.peer, a.name) == output]
+                if sent:
+                    message = f"state `{state.name}` holds {name} and sends it"
+                    related = tuple(Related(item.place, "sent here") for item in sent)
+                elif output not in machine.subsystem.written:
+                    message, related = (
+                        f"state `{state.name}` holds {name}, which no state sends",
+                        (),
+                    )
+                else:
+                    continue
+                place = state.place.below("holds", index)
+                yield Diagnostic(
+                    "W0421", message, place, "holds nothing", related, "delete it here"
+                )

@@ -324,11 +324,33 @@ def commands_obeyed(facts: Facts) -> Iterator[Diagnostic]:
     """W0525, once for each place that such a number comes from."""
     found: dict[Place, list[_Beyond]] = {}
     machines = {machine.subsystem.qualified_name: machine for machine in facts.machines}
-    for bound in facts.bindings:
-        for beyond in _of_element(bound, facts, machines):
+    for element in facts.bindings:
+        for beyond in _of_element(element, facts, machines):
             found.setdefault(beyond.place, []).append(beyond)
     for place, alike in found.items():
-        yield _cut(place, alike)
+        first = alike[0]
+        name = first.bound.binding.actuators[first.index]
+        what, (least, greatest) = first.limit
+        units = first.bound.units or ()
+        unit = "" if not units or str(units[0]) == "1" else f" {units[0]}"
+        low, high = first.values
+        is_more = low > greatest
+        end = low if is_more else high
+        bound = "" if low == high else "at least " if is_more else "at most "
+        word = "more" if is_more else "less"
+        related = {first.sent: "sent to the device here"} if first.sent != place else {}
+        for each in alike[:_LISTED]:
+            at = each.bound.binding.place.below("actuators", each.index)
+            related.setdefault(at, "obeys it")
+        yield Diagnostic(
+            "W0525",
+            f"{bound}{end:.6g}{unit} is {word} than actuator `{name}` can do: "
+            f"{least:.6g} to {greatest:.6g}{unit}, its {what}",
+            place,
+            related=tuple(Related(at, words) for at, words in related.items()),
+            help="the model cuts what is beyond and says nothing: "
+            "send what it can do, or change it",
+        )
 
 
 def _of_element(
@@ -344,7 +366,13 @@ def _of_element(
         for definition in _sent(bound, at, facts) if limits else ():
             if isinstance(definition, ScalarExpr):
                 reaching = ScalarRanges(facts.definitions, machines.__getitem__).of(definition)
-                yield from _beyond(bound, index, definition, reaching, limits)
+                sent = definition.text.place(definition.expr)
+                for origin, every in reaching.items():
+                    pairs = ((range_, limit) for range_ in every for limit in limits)
+                    for range_, limit in pairs:
+                        if _is_outside(range_, limit[1]):
+                            yield _Beyond(bound, index, origin, sent, range_, limit)
+                            break
 
 
 def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[ScalarDefinition]:
@@ -361,46 +389,6 @@ def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[Scal
                 yield ScalarExpr("", value if index is None else component(value, index), text)
 
 
-def _beyond(
-    bound: BoundElement,
-    index: int,
-    definition: ScalarExpr,
-    reaching: Mapping[ScalarExpr, tuple[Range, ...]],
-    limits: list[Limit],
-) -> Iterator[_Beyond]:
-    sent = definition.text.place(definition.expr)
-    for origin, every in reaching.items():
-        pairs = ((range_, limit) for range_ in every for limit in limits)
-        for range_, limit in pairs:
-            if _is_outside(range_, limit[1]):
-                yield _Beyond(bound, index, origin, sent, range_, limit)
-                break
-
-
 def _is_outside(range_: Range, limit: Range) -> bool:
     near = _ROUNDING * (limit[1] - limit[0])
     return range_[0] > limit[1] + near or range_[1] < limit[0] - near
-
-
-def _cut(place: Place, alike: list[_Beyond]) -> Diagnostic:
-    first = alike[0]
-    name = first.bound.binding.actuators[first.index]
-    what, (least, greatest) = first.limit
-    units = first.bound.units or ()
-    unit = "" if not units or str(units[0]) == "1" else f" {units[0]}"
-    low, high = first.values
-    is_more = low > greatest
-    end = low if is_more else high
-    least_said = "" if low == high else "at least " if is_more else "at most "
-    related = {first.sent: "sent to the device here"} if first.sent != place else {}
-    for each in alike[:_LISTED]:
-        at = each.bound.binding.place.below("actuators", each.index)
-        related.setdefault(at, "obeys it")
-    return Diagnostic(
-        "W0525",
-        f"{least_said}{end:.6g}{unit} is {'more' if is_more else 'less'} than actuator `{name}` "
-        f"can do: {least:.6g} to {greatest:.6g}{unit}, its {what}",
-        place,
-        related=tuple(Related(at, said) for at, said in related.items()),
-        help="the model cuts what is beyond and says nothing: send what it can do, or change it",
-    )

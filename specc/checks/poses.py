@@ -44,7 +44,9 @@ _WAY = (
 
 def _of_pose(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
     binding, name = bound.binding, bound.element.name
-    parts = [_part(raw, model) for raw in raw_numbers(bound, model)]
+    parts = [
+        model.parts.get((raw.kind.removesuffix("s"), raw.name)) for raw in raw_numbers(bound, model)
+    ]
     kinds = [part.kind for part in parts if part is not None]
     if not parts or len(kinds) < len(parts):
         return  # nothing is known of them, or they are not there
@@ -72,10 +74,6 @@ def _of_pose(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
         message = f"the sensors give the pose of {object_} in {reference}, not the other way round"
         help = f"make the type `pose[{type_.child}, {type_.parent}]`, and `inverse` it in its uses"
         yield Diagnostic("E0524", message, binding.place, related=related, help=help)
-
-
-def _part(raw: RawNumbers, model: Model) -> ModelPart | None:
-    return model.parts.get((raw.kind.removesuffix("s"), raw.name))
 
 
 def _shown(part: ModelPart, of: str) -> str:

@@ -77,7 +77,23 @@ def _without_input(machine: Machine) -> Iterator[Diagnostic]:
     for absence in absences(machine):
         if (absence.code, absence.place) not in told:
             told.add((absence.code, absence.place))
-            yield _absent(absence, machine)
+            peer, element = absence.reading.input.key
+            name = f"x.{peer}.{element}"
+            related = []
+            if absence.reading.let is not None:
+                related.append(Related(absence.use.text.part, f"{absence.what} refers to it"))
+            port = machine.subsystem.port("x", peer)
+            declared = port.element(element) if port else None
+            if declared is not None:
+                related.append(Related(declared.place, "has no initial value"))
+            yield Diagnostic(
+                absence.code,
+                f"`{name}` may have no value {absence.where}, where {absence.what} reads it",
+                absence.place,
+                _why(absence, machine),
+                tuple(related),
+                _way_out(name, absence.state, machine.subsystem),
+            )
 
 
 def _remainders(machine: Machine) -> Callable[[Evaluation], bool]:
@@ -110,26 +126,6 @@ def _absences(machine: Machine) -> Iterator[Absence]:
         if key not in known:
             known[key] = list(presence.unguarded(use.text.expr, key[1]))
         yield from (Absence(reading, use) for reading in known[key])
-
-
-def _absent(absence: Absence, machine: Machine) -> Diagnostic:
-    peer, element = absence.reading.input.key
-    name = f"x.{peer}.{element}"
-    related = []
-    if absence.reading.let is not None:
-        related.append(Related(absence.use.text.part, f"{absence.what} refers to it"))
-    port = machine.subsystem.port("x", peer)
-    declared = port.element(element) if port else None
-    if declared is not None:
-        related.append(Related(declared.place, "has no initial value"))
-    return Diagnostic(
-        absence.code,
-        f"`{name}` may have no value {absence.where}, where {absence.what} reads it",
-        absence.place,
-        _why(absence, machine),
-        tuple(related),
-        _way_out(name, absence.state, machine.subsystem),
-    )
 
 
 def _why(absence: Absence, machine: Machine) -> str:
@@ -182,7 +178,11 @@ def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) 
     optional = isinstance(need.sure.value.type, OptionalOf)
     lacking = "may be None" if optional else "may be empty"
     where = f" in state `{use.state.name}`" if use.state else ""
-    what = _numbered(use.owner, machine) if isinstance(use.owner, Axiom) else _named(use.owner)
+    what = (
+        f"assumption {machine.subsystem.axioms.index(use.owner) + 1}"
+        if isinstance(use.owner, Axiom)
+        else _named(use.owner)
+    )
     related: tuple[Related, ...] = ()
     if need.let is not None:
         related = (Related(use.text.part, f"{what} refers to it{where}"),)
@@ -198,7 +198,3 @@ def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) 
         related,
         f"{enter}write `... if {test} else ...`",
     )
-
-
-def _numbered(axiom: Axiom, machine: Machine) -> str:
-    return f"assumption {machine.subsystem.axioms.index(axiom) + 1}"

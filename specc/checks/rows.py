@@ -13,7 +13,7 @@ from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.lang import show
 from specc.model.expr import Call, Expr, walk, written
-from specc.model.fsm import OTHERWISE, Behaviour, Cause, State, Transition
+from specc.model.fsm import OTHERWISE, Behaviour, Cause, State
 from specc.model.system import Subsystem
 from specc.proof import Witness
 
@@ -278,22 +278,18 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
     examples = cache(partial(_search, facts))
     for decided in unmet:
         if any(row.source == decided.state.name for row in decided.subsystem.transitions):
-            yield _no_row(decided, examples)
-
-
-def _no_row(decided: RowVerdictAt, examples: Callable[[], Examples]) -> Diagnostic:
-    state, cause = decided.state, decided.cause
-    condition = state.behaviour.ending(cause)
-    ended = Witness((), answers=((condition.when, True),))
-    return Diagnostic(
-        "E0603",
-        f"state `{state.name}` has no row for its {cause} condition",
-        state.place,
-        f"can end {ending(state.behaviour, cause)}",
-        (Related(condition.place, f"the {cause} condition"),),
-        f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
-        example=examples().text(decided, ended, ""),
-    )
+            state, cause = decided.state, decided.cause
+            condition = state.behaviour.ending(cause)
+            ended = Witness((), answers=((condition.when, True),))
+            yield Diagnostic(
+                "E0603",
+                f"state `{state.name}` has no row for its {cause} condition",
+                state.place,
+                f"can end {ending(state.behaviour, cause)}",
+                (Related(condition.place, f"the {cause} condition"),),
+                f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
+                example=examples().text(decided, ended, ""),
+            )
 
 
 def _unfinished(subsystem: Subsystem, ends: list[State]) -> Iterator[Diagnostic]:
@@ -332,39 +328,35 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
             continue
         for row, possible in zip(rows, satisfiable, strict=True):
             if not possible:
-                yield from _dead(row, decided)
-
-
-def _dead(row: Transition, decided: RowVerdictAt) -> Iterator[Diagnostic]:
-    machine, state, behaviour = decided.machine, decided.state, decided.state.behaviour
-    occurs = decided.verdict.decision.possible
-    end = behaviour.ending(decided.cause)
-    if machine.constant_value(end) is False or (
-        not occurs and machine.constant_value(behaviour.error)
-    ):
-        return
-    if occurs and row.remainder:
-        words = f"the other rows of state `{state.name}` leave nothing to `otherwise`"
-        hint = "delete the row, or give another row a stricter condition"
-        yield Diagnostic("W0605", words, row.place, "never taken", help=hint)
-        return
-    if occurs and machine.constant_value(row.condition) is not None:
-        return
-    code, about, named = "W0604", behaviour.place, f"behaviour `{behaviour.name}`"
-    words = f"state `{state.name}` never ends {ending(behaviour, decided.cause)}"
-    if occurs:
-        code, about, named = "W0605", row.condition.place, f"`{row.condition.name}`"
-        when = f"when state `{state.name}` ends {ending(behaviour, decided.cause)}"
-        words = f"{named} never holds {when}"
-    excluded = machine.dwell_times.excludes_row(row)
-    yield Diagnostic(
-        code,
-        words,
-        row.place,
-        "never taken: the times rule it out" if excluded else "never taken",
-        (Related(about, named),),
-        "delete the row, or change the condition",
-    )
+                machine, state, behaviour = decided.machine, decided.state, decided.state.behaviour
+                occurs = decided.verdict.decision.possible
+                end = behaviour.ending(decided.cause)
+                if machine.constant_value(end) is False or (
+                    not occurs and machine.constant_value(behaviour.error)
+                ):
+                    continue
+                if occurs and row.remainder:
+                    words = f"the other rows of state `{state.name}` leave nothing to `otherwise`"
+                    hint = "delete the row, or give another row a stricter condition"
+                    yield Diagnostic("W0605", words, row.place, "never taken", help=hint)
+                    continue
+                if occurs and machine.constant_value(row.condition) is not None:
+                    continue
+                code, about, named = "W0604", behaviour.place, f"behaviour `{behaviour.name}`"
+                words = f"state `{state.name}` never ends {ending(behaviour, decided.cause)}"
+                if occurs:
+                    code, about, named = "W0605", row.condition.place, f"`{row.condition.name}`"
+                    when = f"when state `{state.name}` ends {ending(behaviour, decided.cause)}"
+                    words = f"{named} never holds {when}"
+                excluded = machine.dwell_times.excludes_row(row)
+                yield Diagnostic(
+                    code,
+                    words,
+                    row.place,
+                    "never taken: the times rule it out" if excluded else "never taken",
+                    (Related(about, named),),
+                    "delete the row, or change the condition",
+                )
 
 
 # What cannot be proved of rows is said, because it is then checked in every run.

@@ -101,7 +101,11 @@ def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
     Whether one is useless is seen once its control subsystem has states.
     """
     for agent in facts.system.agents:
-        if _is_unsure(agent, facts):
+        known = {subsystem.qualified_name for subsystem in agent.subsystems}
+        control = f"{agent.name}.c"
+        lost = {n for n in facts.broken if n.startswith(f"{agent.name}.") and n not in known}
+        devices = {device.qualified_name for device in agent.devices}
+        if control not in known or control in facts.broken or bool(lost - devices):
             continue
         kind = _derived(agent, facts)
         if kind == "C" and not all(subsystem.begun for subsystem in agent.subsystems):
@@ -125,15 +129,6 @@ def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _is_unsure(agent: Agent, facts: Facts) -> bool:
-    """Whether parts are unknown that may add letters: whom it talks to, subsystems left out."""
-    known = {subsystem.qualified_name for subsystem in agent.subsystems}
-    control = f"{agent.name}.c"
-    lost = {n for n in facts.broken if n.startswith(f"{agent.name}.") and n not in known}
-    devices = {device.qualified_name for device in agent.devices}
-    return control not in known or control in facts.broken or bool(lost - devices)
-
-
 def _derived(agent: Agent, facts: Facts) -> str:
     """The letters of 2.2 in the order C, E, R, T."""
     kinds: set[str] = {subsystem.kind for subsystem in agent.subsystems}
@@ -142,14 +137,10 @@ def _derived(agent: Agent, facts: Facts) -> str:
     own = f"{agent.name}.c"
     wires = [wire for s in agent.subsystems if s.name == "c" for wire in facts.wires.of(s)]
     talks = any(
-        wire.subsystem.kind == "control" and _agent(wire.name) != wire.subsystem.agent
+        wire.subsystem.kind == "control" and wire.name.partition(".")[0] != wire.subsystem.agent
         for wire in (*wires, *facts.wires.at(own))
     )
     return "C" + "E" * ("effector" in ends) + "R" * ("receptor" in ends) + "T" * talks
-
-
-def _agent(qualified_name: str) -> str:
-    return qualified_name.partition(".")[0]
 
 
 # Connected buffers have exactly the same structure at both ends.

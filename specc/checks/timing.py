@@ -14,8 +14,8 @@ from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import ms
 from specc.mjcf import Model
 from specc.model.fsm import State
-from specc.model.system import Device, Element, Subsystem
-from specc.model.types import Opaque, Type
+from specc.model.system import Element, Subsystem
+from specc.model.types import Opaque, Type, within
 from specc.source import Place
 
 # All periods are whole multiples of a base tick, and the timeline repeats within reason.
@@ -145,7 +145,8 @@ def _ms(rate: Fraction) -> str:
 def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
     """W0418, where the age is not limited either; a sender that is faster is seen in any period."""
     for reader, node, element in _asked(facts):
-        sender = _sender(node, facts)
+        sent = facts.ages.sources.origin(node)
+        sender = sent.sender if isinstance(sent, Sent) and sent.silent_state is None else None
         if sender is None or element.max_age_s is not None:
             continue
         ratio = reader.rate_hz / sender.rate_hz
@@ -165,12 +166,6 @@ def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _sender(node: InputNode, facts: Facts) -> Subsystem | None:
-    """Who sends an element in every period."""
-    sent = facts.ages.sources.origin(node)
-    return sent.sender if isinstance(sent, Sent) and sent.silent_state is None else None
-
-
 def _with_rate(subsystem: Subsystem) -> Related:
     words = f"`{subsystem.qualified_name}`, {_rate(subsystem)}"
     return Related(subsystem.place.below("rate"), words)
@@ -186,13 +181,17 @@ def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
     for node, element in _bounded(facts):
         oldest, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(oldest, AgeChain) and allowed is not None and oldest.age_s > allowed:
+            scale = 1000
+            while oldest.age_s * scale < 100 and (oldest.age_s * scale).denominator != 1:
+                scale *= 10
+            enough = ms(Fraction(ceil(oldest.age_s * scale), scale))
             yield Diagnostic(
                 "E0410",
                 f"`{node.short}` can be {ms(oldest.age_s)} old",
                 element.place.below("max_age"),
                 f"may be at most {ms(allowed)} old",
                 tuple(_way(oldest, facts)),
-                f"{_shorten(oldest, facts)}, which adds most, or allow {_at_least(oldest.age_s)}",
+                f"{_shorten(oldest, facts)}, which adds most, or allow {enough}",
             )
 
 
@@ -225,14 +224,6 @@ def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
         if hop is not oldest:
             words += f" and sends a result, seen from {ms(read_s + 1 / reader.rate_hz)} on"
         yield Related(reader.place.below("rate"), words)
-
-
-def _at_least(age_s: Fraction) -> str:
-    """A duration that is not less and has few digits."""
-    scale = 1000
-    while age_s * scale < 100 and (age_s * scale).denominator != 1:
-        scale *= 10
-    return ms(Fraction(ceil(age_s * scale), scale))
 
 
 def _shorten(oldest: AgeChain, facts: Facts) -> str:
@@ -317,7 +308,13 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
         place = misfit.bound.binding.place.below("rate")
         if not misfit.readers and tick is not None:
             message = f"its period is not a whole number of base ticks of {float(tick):g} s"
-            yield Diagnostic("E0509", message, place, help=_fitting(tick, rate))
+            ticks = max(1, round(1 / rate / tick))
+            yield Diagnostic(
+                "E0509",
+                message,
+                place,
+                help=f"the nearest period that fits is {float(1000 * ticks * tick):g} ms",
+            )
         for reader in misfit.readers:
             yield Diagnostic(
                 "E0509",
@@ -326,11 +323,6 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
                 related=(Related(reader.place.below("rate"), "reads it at this rate"),),
                 help="make one rate a whole multiple of the other",
             )
-
-
-def _fitting(tick: Fraction, rate: Fraction) -> str:
-    ticks = max(1, round(1 / rate / tick))
-    return f"the nearest period that fits is {float(1000 * ticks * tick):g} ms"
 
 
 # A step is over before the next one is due.
@@ -357,33 +349,23 @@ def budgets_fit(facts: Facts) -> Iterator[Diagnostic]:
 def values_cross(facts: Facts) -> Iterator[Diagnostic]:
     """W0419, for each type without a codec, where it crosses first."""
     for subsystem in facts.rates.timed:
-        if _is_apart(subsystem, facts):
-            told: set[str] = set()
-            for name, type_, place in _crossing(subsystem, facts):
-                for opaque in _uncodable(type_):
-                    if opaque.name not in told:
-                        told.add(opaque.name)
-                        yield _finding(subsystem, name, opaque, place)
-
-
-def _finding(subsystem: Subsystem, name: str, opaque: Opaque, place: Place) -> Diagnostic:
-    return Diagnostic(
-        "W0419",
-        f"values of `{opaque.name}` cannot cross to the process of `{subsystem.qualified_name}`",
-        place,
-        f"`{name}` has values of an opaque type without a codec",
-        (
-            Related(
-                subsystem.place.below("budget"), "computes in a process of its own in real time"
-            ),
-        ),
-        f"give `{opaque.name}` a `codec`, or the subsystem no `budget`",
-    )
-
-
-def _is_apart(subsystem: Subsystem, facts: Facts) -> bool:
-    """Whether its budget is longer than the base tick, in which all others have to be done."""
-    return subsystem.budget_s is not None and subsystem.budget_s > facts.rates.tick_s
+        if subsystem.budget_s is None or subsystem.budget_s <= facts.rates.tick_s:
+            continue
+        first: dict[str, tuple[str, Place]] = {}
+        for name, type_, place in _crossing(subsystem, facts):
+            for part in within([type_]):
+                if isinstance(part, Opaque) and not part.codec:
+                    first.setdefault(part.name, (name, place))
+        words = "computes in a process of its own in real time"
+        for opaque, (name, place) in first.items():
+            yield Diagnostic(
+                "W0419",
+                f"values of `{opaque}` cannot cross to the process of `{subsystem.qualified_name}`",
+                place,
+                f"`{name}` has values of an opaque type without a codec",
+                (Related(subsystem.place.below("budget"), words),),
+                f"give `{opaque}` a `codec`, or the subsystem no `budget`",
+            )
 
 
 def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, Place]]:
@@ -398,14 +380,6 @@ def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, P
             yield memory.name, memory.type, memory.place
 
 
-def _uncodable(type_: Type) -> Iterator[Opaque]:
-    """The opaque types without a codec among the parts of a type."""
-    if isinstance(type_, Opaque) and not type_.codec:
-        yield type_
-    for inner in type_.parts:
-        yield from _uncodable(inner)
-
-
 # An agent may be silent for some time before a device gets its safe outputs.
 
 
@@ -415,26 +389,26 @@ def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
         if device.silence_s is None or device.qualified_name in facts.broken:
             continue
         if device.safe:
-            yield from _too_short(device, facts)
+            assert device.silence_s is not None
+            for subsystem in (
+                wire.subsystem for wire in facts.wires.at(device.qualified_name, "y")
+            ):
+                period_s = 1 / subsystem.rate_hz
+                if device.silence_s <= period_s:
+                    yield Diagnostic(
+                        "E0415",
+                        f"a silence of {ms(device.silence_s)} is not longer than the period of "
+                        f"`{subsystem.qualified_name}`, {ms(period_s)}",
+                        device.place.below("silence"),
+                        related=(
+                            Related(subsystem.place.below("rate"), "which commands the device"),
+                        ),
+                        help=f"`silence: {ms(2 * period_s)}` bears one period that is skipped",
+                    )
         else:
             yield Diagnostic(
                 "E0416",
                 f"`{device.qualified_name}` has no safe output that it could get after a silence",
                 device.place.below("silence"),
                 help="declare one, `x: {u: {type: ..., safe: ...}}`, or delete `silence`",
-            )
-
-
-def _too_short(device: Device, facts: Facts) -> Iterator[Diagnostic]:
-    assert device.silence_s is not None
-    for subsystem in (wire.subsystem for wire in facts.wires.at(device.qualified_name, "y")):
-        period_s = 1 / subsystem.rate_hz
-        if device.silence_s <= period_s:
-            yield Diagnostic(
-                "E0415",
-                f"a silence of {ms(device.silence_s)} is not longer than the period of "
-                f"`{subsystem.qualified_name}`, {ms(period_s)}",
-                device.place.below("silence"),
-                related=(Related(subsystem.place.below("rate"), "which commands the device"),),
-                help=f"`silence: {ms(2 * period_s)}` bears one period that is skipped",
             )

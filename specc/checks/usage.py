@@ -92,9 +92,9 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     # Nothing can name these in an expression, which is an error of its own.
     start += [part for part in named.values() if part.name in RESERVED]
     used = reachable(map(id, start), lambda one: map(id, _needed(parts.get(one), named)))
-    left = {_label(part): part for key, part in parts.items() if key not in used}
-    edges = {label: set(map(_label, _needed(part, named))) for label, part in left.items()}
-    yield from _unused("W0611", {label: part.place for label, part in left.items()}, edges, _NONE)
+    unused = {_label(part): part for key, part in parts.items() if key not in used}
+    edges = {label: set(map(_label, _needed(part, named))) for label, part in unused.items()}
+    yield from _unused("W0611", {label: p.place for label, p in unused.items()}, edges, _NONE)
 
 
 def _label(part: SubsystemPart) -> str:
