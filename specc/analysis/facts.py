@@ -174,7 +174,8 @@ class Facts:
     def ages(self) -> Ages:
         """How old values are where they are read."""
         sources = DataFlow(self.wires, self._machines, self.bindings)
-        return Ages(sources, {s.qualified_name: 1 / s.rate_hz for s in self.subsystems})
+        periods_s = {s.qualified_name: 1 / s.rate_hz for s in self.subsystems}
+        return Ages(sources, periods_s, [node for node, _ in self.inputs()])
 
     @cached_property
     def assumption_checker(self) -> AssumptionChecker:
