@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import combinations, islice
 
 from specc.analysis import Facts
@@ -22,7 +22,6 @@ from specc.model.requirement import (
     span_of,
 )
 from specc.model.types import Bool
-from specc.proof import Ticks
 from specc.source import Place
 
 MOST_PARTS = 200
@@ -60,8 +59,8 @@ def formulas_vary(facts: Facts) -> Iterator[Diagnostic]:
                     help="name a value of an agent or of the plant, or delete it",
                 )
             continue
-        found = _in_all_copies(item, list(_Constant(item, facts).parts(item.formula)))
-        yield from found or _at_the_beginning(item, facts)
+        found = _in_all_copies(item, list(_ConstantParts(item, facts).find(item.formula)))
+        yield from found or _at_first_tick(item, facts)
 
 
 def _in_all_copies(item: Requirement, found: list[Diagnostic]) -> list[Diagnostic]:
@@ -91,80 +90,65 @@ def _parts(formula: TemporalFormula) -> Iterator[TemporalFormula | Expr]:
         yield from _parts(operand)
 
 
-class _Constant:
+class _ConstantParts:
     """Finds the innermost parts of one formula that always or never hold."""
 
     def __init__(self, item: Requirement, facts: Facts) -> None:
         self._item = item
         self._ticks = facts.ticks
-        self._misfits = facts.suspicious
+        self._suspicious = facts.suspicious
 
-    def parts(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
+    def find(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
         """What is found in a formula, or else of it."""
         if isinstance(formula, TickCondition):
             yield from self._of_condition(formula.that)
             return
-        found = [told for operand in formula.operands for told in self.parts(operand)]
-        yield from found or self._whole(formula)
+        found = [each for operand in formula.operands for each in self.find(operand)]
+        yield from found or self._of_formula(formula)
 
     def _of_condition(self, expr: Expr) -> Iterator[Diagnostic]:
-        found = [told for child in children(expr) for told in self._of_condition(child)]
+        found = [each for child in children(expr) for each in self._of_condition(child)]
         if found or not isinstance(expr.type, Bool):
             yield from found
-        elif not self._misfits.is_in(expr):
-            yield from self._whole(TickCondition(expr))
+        elif not self._suspicious.is_in(expr):
+            yield from self._of_formula(TickCondition(expr))
 
-    def _whole(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
+    def _of_formula(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
         nodes = [node for part in expressions(formula) for node in walk(part)]
-        meant = any(isinstance(node, Truth) for node in nodes)
-        spoilt = any(map(self._misfits.is_in, expressions(formula)))
+        is_intended = any(isinstance(node, Truth) for node in nodes)
+        is_suspicious = any(map(self._suspicious.is_in, expressions(formula)))
         varies = any(isinstance(node, BoundVariable | MemoryRef) for node in nodes)
-        if meant or spoilt or not varies:
+        if is_intended or is_suspicious or not varies:
             return
-        asked = self._ticks.formula_at(formula)
-        never = not self._ticks.is_possible(asked)
-        if never or self._ticks.follows(asked):
-            word = "never" if never else "always"
-            item, root = self._item, formula == self._item.formula
-            never_asked = word == "never" and any(
-                each == formula for each in _premises(item.formula)
-            )
-            help = "correct it, or leave it out"
-            if never_asked:
+        item, ticks, place = self._item, self._ticks, _place(self._item, formula)
+        at_tick, text = ticks.formula_at(formula), item.part(formula)
+        if not ticks.is_possible(at_tick):
+            label, help = "", "correct it, or leave out what it decides"
+            if any(each == formula for each in _premises(item.formula)):
+                label = "so nothing is ever asked of a run"
                 help = "correct what is asked before `implies`, or delete the requirement"
-            elif word == "never":
-                help = "correct it, or leave out what it decides"
-            label = "so nothing is ever asked of a run" if never_asked else ""
-            text = item.part(formula)
-            yield Diagnostic(
-                "W0613" if root else "W0617",
-                f"`{text}` {word} holds",
-                _place(item, formula),
-                label,
-                help=help,
-            )
-        elif isinstance(formula, Junction) and formula.premise is not None:
-            conclusion, ticks = formula.operands[1], self._ticks
-            if not ticks.is_possible(
-                ticks.formula_at(formula.premise), ticks.formula_at(conclusion)
-            ):
-                before = self._item.part(formula.premise)
-                yield Diagnostic(
-                    "W0617",
-                    f"`{self._item.part(conclusion)}` never holds where `{before}` does",
-                    _place(self._item, conclusion),
-                    help=f"correct it, or require `not ({before})`",
-                )
+            code = "W0613" if formula == item.formula else "W0617"
+            yield Diagnostic(code, f"`{text}` never holds", place, label, help=help)
+        elif ticks.follows(at_tick):
+            code = "W0613" if formula == item.formula else "W0617"
+            help = "correct it, or leave it out"
+            yield Diagnostic(code, f"`{text}` always holds", place, help=help)
+        elif isinstance(formula, Junction) and (premise := formula.premise) is not None:
+            conclusion, before = formula.operands[1], item.part(premise)
+            if not ticks.is_possible(ticks.formula_at(premise), ticks.formula_at(conclusion)):
+                message = f"`{item.part(conclusion)}` never holds where `{before}` does"
+                help = f"correct it, or require `not ({before})`"
+                yield Diagnostic("W0617", message, _place(item, conclusion), help=help)
         elif isinstance(formula, Junction):
-            yield from self._needless(formula)
+            yield from self._redundant(formula)
 
-    def _needless(self, formula: Junction) -> Iterator[Diagnostic]:
-        """An operand that follows from the others, or from which they follow."""
+    def _redundant(self, formula: Junction) -> Iterator[Diagnostic]:
+        """A redundant operand: it is implied by the rest, or implies it."""
         operands, ticks = formula.operands, self._ticks
-        asked = [ticks.formula_at(operand) for operand in operands]
+        at_tick = [ticks.formula_at(operand) for operand in operands]
         spans = {span_of(operand) for operand in operands}
         if len(operands) > 1 and len(spans) == 1:  # written out for the members of a group
-            if len(set(asked)) == 1:
+            if len(set(at_tick)) == 1:
                 yield Diagnostic(
                     "W0336",
                     f"`{self._item.part(operands[0])}` says the same of each of {len(operands)}",
@@ -175,12 +159,12 @@ class _Constant:
         if not 2 <= len(operands) <= 8 or len(spans) < len(operands):
             return
         for index in reversed(range(len(operands))):
-            others = [each for i, each in enumerate(asked) if i != index and each is not None]
+            others = [each for i, each in enumerate(at_tick) if i != index and each is not None]
             if formula.op == "and":
-                needless = ticks.follows(asked[index], *others)
+                is_redundant = ticks.follows(at_tick[index], *others)
             else:
-                needless = ticks.follows(ticks.make.disjunction(others), asked[index])
-            if needless:
+                is_redundant = ticks.follows(ticks.make.disjunction(others), at_tick[index])
+            if is_redundant:
                 yield Diagnostic(
                     "W0617",
                     f"`{self._item.part(operands[index])}` adds nothing to the rest of "
@@ -203,7 +187,7 @@ def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
 # What is asked of the first tick alone is open there.
 
 
-def _at_the_beginning(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
+def _at_first_tick(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
     """W0336, about formulas without `always`: what the first states say of them."""
     if item.lasts or item not in facts.system.requirements:
         return
@@ -293,44 +277,35 @@ def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def requirements_differ(facts: Facts) -> Iterator[Diagnostic]:
-    """W0337."""
-    ticks = facts.ticks
-    required = [r for r in facts.system.requirements if _size(r.formula) <= MOST_PARTS]
-    varied = [r for r in required if r.readings and _varies(ticks, r)]
-    same = {id(other): (one, other) for one, other in _the_same(ticks, varied)}
-    rest = [item for item in varied if id(item) not in same]
-    for one, other in (*same.values(), *islice(_alike(rest), _MOST_PAIRS)):
-        first, second = ticks.formula_at(one.formula), ticks.formula_at(other.formula)
+    """W0337, of requirements that are not constant."""
+    ticks, rest = facts.ticks, list[Requirement]()
+    pairs, first = list[tuple[Requirement, Requirement]](), dict[object, Requirement]()
+    for item in facts.system.requirements:
+        if not item.readings or _size(item.formula) > MOST_PARTS:
+            continue
+        at_tick = ticks.formula_at(item.formula)
+        if ticks.is_possible(at_tick) and not ticks.follows(at_tick):
+            earlier = first.setdefault((item.lasts, at_tick), item)
+            if earlier is item:
+                rest.append(item)
+            else:
+                pairs.append((earlier, item))
+    # Those that are asked at the same ticks, of the same values in part.
+    names = {id(each): {r.name for r in each.readings} for each in rest}
+    alike = (
+        (one, other)
+        for one, other in combinations(rest, 2)
+        if one.lasts == other.lasts and not names[id(one)].isdisjoint(names[id(other)])
+    )
+    for one, other in (*pairs, *islice(alike, _MOST_PAIRS)):
+        mine, theirs = ticks.formula_at(one.formula), ticks.formula_at(other.formula)
         related = (Related(one.place, "the other one"),)
-        if ticks.follows(first, second) and ticks.follows(second, first):
+        if ticks.follows(mine, theirs) and ticks.follows(theirs, mine):
             message = "this requirement says the same as another one"
             help = "delete one of the two, or correct it"
-        elif not ticks.is_possible(first, second):
+        elif not ticks.is_possible(mine, theirs):
             message = "no run meets this requirement and another one"
             help = "correct one of the two"
         else:
             continue
         yield Diagnostic("W0337", message, other.place, related=related, help=help)
-
-
-def _the_same(
-    ticks: Ticks, required: Sequence[Requirement]
-) -> Iterator[tuple[Requirement, Requirement]]:
-    first: dict[object, Requirement] = {}
-    for item in required:
-        earlier = first.setdefault((item.lasts, ticks.formula_at(item.formula)), item)
-        if earlier is not item:
-            yield earlier, item
-
-
-def _varies(ticks: Ticks, item: Requirement) -> bool:
-    asked = ticks.formula_at(item.formula)
-    return ticks.is_possible(asked) and not ticks.follows(asked)
-
-
-def _alike(required: Sequence[Requirement]) -> Iterator[tuple[Requirement, Requirement]]:
-    """Pairs that are asked at the same ticks, of the same values in part."""
-    names = {id(each): {r.name for r in each.readings} for each in required}
-    for one, other in combinations(required, 2):
-        if one.lasts == other.lasts and not names[id(one)].isdisjoint(names[id(other)]):
-            yield one, other

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.model.system import Agent, Device, Element, Port, Shared, Subsystem, System
+from specc.model.system import Agent, Device, Element, Port, Shared, Subsystem
 from specc.model.types import Enum, Opaque, Record, Type
 from specc.model.wires import Wire
 from specc.source import Place
@@ -41,21 +41,16 @@ def devices_owned(facts: Facts) -> Iterator[Diagnostic]:
         owners = [(wire.subsystem, wire.port) for wire in facts.wires.owners(device)]
         for subsystem, port in owners[1:]:
             first, its_port = owners[0]
+            is_own = subsystem.kind == "control" or subsystem.name == device.name
+            claim = port.place if is_own else subsystem.place.below("uses")
             yield Diagnostic(
                 "E0406",
                 f"`{device.qualified_name}` belongs to `{first.qualified_name}` already",
-                _claim(device, subsystem, port),
+                claim,
                 f"`{subsystem.qualified_name}` uses it too",
                 (Related(its_port.place, "used here"), Related(device.place, "the device")),
                 "let one subsystem work with it and pass the data on",
             )
-
-
-def _claim(device: Device, subsystem: Subsystem, port: Port) -> Place:
-    """Where a subsystem says that it works with a device."""
-    if subsystem.kind == "control" or subsystem.name == device.name:
-        return port.place
-    return subsystem.place.below("uses")
 
 
 # Every real effector and receptor is used by a subsystem.
@@ -67,21 +62,17 @@ def devices_used(facts: Facts) -> Iterator[Diagnostic]:
     for device in facts.system.devices:
         if not facts.wires.at(device.qualified_name) and device.agent not in unsure:
             kind = "effector" if device.kind == "real_effector" else "receptor"
+            help = f"add a virtual {kind} `{device.name}`, or delete the device"
+            if f"{device.agent}.{device.name}" in facts.wires.subsystems:
+                # Its own virtual effector or receptor lacks the buffers.
+                key = kind[0].upper()
+                help = f"add `{key}: {{...}}` under the `x:` and `y:` of `{device.name}`"
             yield Diagnostic(
                 "O0404",
                 f"no subsystem uses the real {kind} `{device.name}`",
                 device.place,
-                help=_way_out(device, kind, facts.system),
+                help=help,
             )
-
-
-def _way_out(device: Device, kind: str, system: System) -> str:
-    """Its own virtual effector or receptor, if there is one, lacks the buffers."""
-    names = {subsystem.qualified_name for subsystem in system.subsystems}
-    if f"{device.agent}.{device.name}" in names:
-        letter = kind[0].upper()
-        return f"add `{letter}: {{...}}` under the `x:` and `y:` of `{device.name}`"
-    return f"add a virtual {kind} `{device.name}`, or delete the device"
 
 
 # The kind of an agent is that of its structure, and one of the seven useful ones (2.2).
