@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
@@ -10,15 +10,15 @@ from typing import Any, TypeVar
 from specc.analysis.definite_assignment import Availability, DefiniteAssignment, PresentValues
 from specc.analysis.graph import CAUSES, RowEdge, find_edges, reachable_from
 from specc.analysis.must_may import MustMayAnalysis, is_incomplete
-from specc.analysis.reactions import Reactions
 from specc.analysis.reads import Dependences
 from specc.analysis.state_timing import StateTiming
 from specc.analysis.suspicious_expressions import SuspiciousExpressions
 from specc.analysis.value_ranges import ValueRanges
-from specc.model.expr import Expr, Truth, has_unknown
+from specc.model.expr import Expr, Input, Truth, children, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
-from specc.proof import Prover, RowVerdict, Witness
+from specc.model.types import Bool, Enum
+from specc.proof import InputName, Prover, RowVerdict, Witness
 from specc.proof.decide import Sessions
 from specc.reachable import grouped
 
@@ -153,10 +153,31 @@ class Machine:
         """What expressions depend on."""
         return Dependences({let.name: let.value for let in self.subsystem.lets})
 
-    @cached_property
-    def reactions(self) -> Reactions:
-        """To which members of the enums of inputs it reacts."""
-        return Reactions(self.subsystem, self.prover, self.dependences)
+    def reactions(self, exprs: Iterable[Expr], key: InputName) -> frozenset[str]:
+        """The members of an input's enum to which some expressions react.
+
+        They do if one of them may be different because the member came. What reads the value other
+        than in a condition reacts to all of them.
+        """
+        type_ = self.subsystem.inputs[key].type
+        if not isinstance(type_, Enum):
+            return frozenset()
+        parts = [part for expr in exprs for part in self._conditions_on(expr, key)]
+        if not all(isinstance(part.type, Bool) for part in parts):
+            return frozenset(type_.members)
+        element, reacts = Input(*key, type=type_), self.prover.reacts
+        return frozenset(m for m in type_.members if any(reacts(p, element, m) for p in parts))
+
+    def _conditions_on(self, expr: Expr, key: InputName) -> Iterator[Expr]:
+        """The conditions in an expression that depend on an input, and the input outside of any."""
+        if key not in self.dependences.of(expr).inputs:
+            return
+        if isinstance(expr.type, Bool) or isinstance(expr, Input):
+            yield expr
+        else:
+            whole = self.prover.numbering.looked_through(expr)
+            for part in children(expr) if whole is expr else (whole,):
+                yield from self._conditions_on(part, key)
 
     @cached_property
     def dwell_times(self) -> StateTiming:

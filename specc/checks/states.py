@@ -9,11 +9,11 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 
 from specc.analysis import Facts, Machine
-from specc.analysis.graph import RowEdge, StrongComponent, all_lead_to, components, reachable_from
+from specc.analysis.graph import RowEdge, all_lead_to, components, reachable_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.lang.dependence_order import InOrder
-from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
+from specc.model.expr import FALSE, Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
 from specc.model.system import Subsystem
 from specc.model.wires import Wire
@@ -117,44 +117,29 @@ def states_left(facts: Facts) -> Iterator[Diagnostic]:
             continue
         names = [state.name for state in subsystem.states if state.name in reached]
         found = components(names, edges)
-        cycles = [part for part in found if len(part.states) > 1]
+        cycles = sum(len(part.states) > 1 for part in found)
         for part in found:
-            if not part.has_exit and _is_trap(part, cycles, set(edges)):
-                states = {state.name: state for state in subsystem.states}
-                rows = [row for row in subsystem.transitions if row.source in part.states]
-                one = len(part.states) == 1
-                named = listed([f"`{name}`" for name in part.states], "and")
-                yield Diagnostic(
-                    "W0612",
-                    f"{'state' if one else 'states'} {named} cannot be left once entered",
-                    states[part.states[0]].place,
-                    "no row leads out",
-                    tuple(Related(row.place, "does not lead out") for row in rows[:4]),
-                    _way_out(states[part.states[0]], one),
-                )
-
-
-def _is_trap(
-    part: StrongComponent[str], cycles: list[StrongComponent[str]], edges: set[tuple[str, str]]
-) -> bool:
-    """Several states are a trap if other states form a cycle, which is then left for good.
-
-    Otherwise the others are the steps that lead to the work. A single state is the end if nothing
-    ends it.
-    """
-    first = part.states[0]
-    if len(part.states) > 1:
-        return len(cycles) > 1
-    return (first, first) in edges
-
-
-def _way_out(state: State, one: bool) -> str:
-    if one:
-        return (
-            f"add a row that leads on, or make `{state.name}` an intended end with a behaviour "
-            "that has `terminal: never`"
-        )
-    return "add a row that leads back to the other states"
+            # Several states are a trap if other states form a cycle, which is then left for good.
+            # Otherwise the others are the steps that lead to the work. A single state is the end if
+            # nothing ends it.
+            first, is_one = subsystem.state(part.states[0]), len(part.states) == 1
+            is_trap = (first.name, first.name) in edges if is_one else cycles > 1
+            if part.has_exit or not is_trap:
+                continue
+            named = listed([f"`{name}`" for name in part.states], "and")
+            rows = [row for row in subsystem.transitions if row.source in part.states]
+            help = "add a row that leads back to the other states"
+            if is_one:
+                help = f"add a row that leads on, or make `{first.name}` an intended end "
+                help += "with a behaviour that has `terminal: never`"
+            yield Diagnostic(
+                "W0612",
+                f"{'state' if is_one else 'states'} {named} cannot be left once entered",
+                first.place,
+                "no row leads out",
+                tuple(Related(row.place, "does not lead out") for row in rows[:4]),
+                help,
+            )
 
 
 # Implicants of a condition in terms of freshness: sets of inputs, all of one of which must be fresh
@@ -256,14 +241,14 @@ class Waiting:
 
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
-        self._moves: dict[str, RowNeeds] = {}
+        self._needs: dict[str, RowNeeds] = {}
         self._waits: dict[tuple[str, str, frozenset[InputNames]], Wait] = {}
 
     def unserved(self, reader: Machine) -> Iterator[tuple[State, InputNames, RestingState]]:
         """States with what every way out of them needs of one sender, and where that may rest."""
-        moves = self._moves_of(reader)
+        rows = self._needs_of(reader)
         for state in reader.subsystem.states:
-            found = moves.ways_out(state.name) if state.name in reader.reachable_states else FREE
+            found = rows.ways_out(state.name) if state.name in reader.reachable_states else FREE
             for wire in self._facts.wires.of(reader.subsystem) if found and all(found) else ():
                 peer = wire.port.peer
                 needs = frozenset(frozenset(n for n in each if n[0] == peer) for each in found)
@@ -273,11 +258,11 @@ class Waiting:
                     if rest is not None:
                         yield state, frozenset().union(*needs), rest
 
-    def _moves_of(self, machine: Machine) -> RowNeeds:
+    def _needs_of(self, machine: Machine) -> RowNeeds:
         name = machine.subsystem.qualified_name
-        if name not in self._moves:
-            self._moves[name] = RowNeeds(machine)
-        return self._moves[name]
+        if name not in self._needs:
+            self._needs[name] = RowNeeds(machine)
+        return self._needs[name]
 
     def _wait(self, reader: Machine, wire: Wire, needs: frozenset[InputNames]) -> Wait | None:
         """What many states may wait for, which is looked into once."""
@@ -285,10 +270,10 @@ class Waiting:
         if key not in self._waits:
             if wire.other is None or wire.end is None:
                 return None
-            moves = self._moves_of(reader), self._moves_of(self._facts.of(wire.other))
+            ends = self._needs_of(reader), self._needs_of(self._facts.of(wire.other))
             senders = self._facts.wires.at(wire.subsystem.qualified_name, "x")
             back = next((w for w in senders if w.subsystem is wire.other), None)
-            self._waits[key] = Wait(*moves, wire, back, needs)
+            self._waits[key] = Wait(*ends, wire, back, needs)
         return self._waits[key]
 
 
@@ -373,18 +358,13 @@ class Wait:
         """States from which the sender can reach neither a sending state nor a declared end."""
         sources = grouped((step.row.target, step.row.source) for step in steps)
         states = self.sender.subsystem.states
-        ends = (s.name for s in states if _is_end(s))
+        ends = (s.name for s in states if s.behaviour.terminal.when == FALSE)
         active = reachable((*self._serving, *ends), lambda name: sources.get(name, ()))
         return frozenset(s.name for s in states if s.name not in active)
 
 
 def _first(names: frozenset[str], subsystem: Subsystem) -> State:
     return next(state for state in subsystem.states if state.name in names)
-
-
-def _is_end(state: State) -> bool:
-    when = state.behaviour.terminal.when
-    return isinstance(when, Truth) and not when.value
 
 
 def _gives_up_work(

@@ -181,9 +181,9 @@ def published_known(facts: Facts) -> Iterator[Diagnostic]:
     plant = facts.system.plant
     for published in plant.published if plant else ():
         found: object = MessageTypeMismatch(
-            "E0523",
             "nobody can watch it: there is no node of ROS 2",
             "say under `plant` which node there is: `ros2: {node: NAME}`, or delete it",
+            "E0523",
         )
         if plant is not None and plant.ros2 is not None:
             found = published_value(published, facts.system)

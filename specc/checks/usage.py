@@ -239,7 +239,7 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
                 break
             if all(key in state.ignores for state in wire.subsystem.states):
                 break  # it says that it means to miss members
-            heard |= machine.reactions.members(_in_use(wire.subsystem), key)
+            heard |= machine.reactions(_in_use(wire.subsystem), key)
             sent |= _members_sent(facts, wire, element.name)
         else:
             yield from _unheard(*readers[0], {m: sent[m] for m in sent if m not in heard})

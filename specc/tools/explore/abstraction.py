@@ -120,7 +120,7 @@ def _members(
     for key, element in kept.subsystem.inputs.items():
         if element.event and isinstance(element.type, Enum):
             reactions = kept.machine.reactions
-            yield key, reactions.members(conditions, key), reactions.members(values, key)
+            yield key, reactions(conditions, key), reactions(values, key)
 
 
 class Abstraction:
