@@ -225,16 +225,17 @@ class Machine:
 
         Where conditions are unknown, what they say holds whatever these are.
         """
-        every = ((state, cause) for state in self.subsystem.states for cause in CAUSES)
-        found = ((state, cause, self._certain_verdict(state, cause)) for state, cause in every)
-        return tuple([RowVerdictAt(self, s, cause, v) for s, cause, v in found if v is not None])
-
-    def _certain_verdict(self, state: State, cause: Cause) -> RowVerdict | None:
-        """The verdict that does not depend on anything unknown; None if there is none."""
-        if not self.is_incomplete(state, cause):
-            return self.verdict(state.name, cause)
-        present = self.presence.in_conditions(state.name)
-        return self.must_may.verdict(state.name, cause, present)
+        found = []
+        for state in self.subsystem.states:
+            for cause in CAUSES:
+                if self.is_incomplete(state, cause):
+                    present = self.presence.in_conditions(state.name)
+                    verdict = self.must_may.verdict(state.name, cause, present)
+                else:
+                    verdict = self.verdict(state.name, cause)
+                if verdict is not None:
+                    found.append(RowVerdictAt(self, state, cause, verdict))
+        return tuple(found)
 
     def verdict(self, state: str, cause: Cause) -> RowVerdict:
         """The verdict about the rows of a state and cause, with what is known of presence.

@@ -150,12 +150,12 @@ class MustMayAnalysis:
 
     def edges(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken whatever is unknown."""
-        every = ((state.name, cause) for state in self._subsystem.states for cause in CAUSES)
-        return find_edges(self._subsystem, (self._must_verdict(*each) for each in every))
-
-    def _must_verdict(self, state: str, cause: Cause) -> RowVerdict:
-        decision = self._prover(must_view(cause)).prove_rows(state, cause).decision
-        return RowVerdict(_rows(self._subsystem, state, cause), decision)
+        verdicts = []
+        for state in (state.name for state in self._subsystem.states):
+            for cause in CAUSES:
+                decision = self._prover(must_view(cause)).prove_rows(state, cause).decision
+                verdicts.append(RowVerdict(_rows(self._subsystem, state, cause), decision))
+        return find_edges(self._subsystem, verdicts)
 
     def _prover(self, view: Approximation) -> Prover:
         if view not in self._provers:

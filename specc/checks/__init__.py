@@ -156,14 +156,7 @@ def run_checks(
     sound = sound and not broken and not faulty
     if sound and not any(stops(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
-    told = Counter(_said(finding) for finding in found if finding.code in _OF_DEAD_PARTS)
-    uses: Counter[Place] = Counter()
-    for machine in facts.machines if told else ():
-        subsystem = machine.subsystem
-        uses.update({state.place for state in subsystem.states})
-        uses.update({row.place for row in subsystem.transitions})
-    alive = {said for said, count in told.items() if count < uses[said[1]]}
-    found = [finding for finding in found if _said(finding) not in alive]
+    found = _dead_in_all_uses(found, facts)
     facts.release()
     return found, facts
 
@@ -171,5 +164,16 @@ def run_checks(
 _OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
 
 
-def _said(finding: Diagnostic) -> tuple[str, Place, str]:
-    return finding.code, finding.primary, finding.message
+def _dead_in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
+    """The findings, of dead parts only those that are dead in all uses of a description.
+
+    A row that one value of a parameter excludes is there for the other values.
+    """
+    keys = [(finding.code, finding.primary, finding.message) for finding in found]
+    dead = Counter(key for key in keys if key[0] in _OF_DEAD_PARTS)
+    uses: Counter[Place] = Counter()
+    for machine in facts.machines if dead else ():
+        uses.update({state.place for state in machine.subsystem.states})
+        uses.update({row.place for row in machine.subsystem.transitions})
+    pairs = zip(found, keys, strict=True)
+    return [finding for finding, key in pairs if key not in dead or dead[key] >= uses[key[1]]]

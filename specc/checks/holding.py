@@ -24,7 +24,7 @@ from specc.model.expr import (
     Present,
     Unused,
 )
-from specc.model.fsm import Condition, State
+from specc.model.fsm import State
 from specc.model.system import Device, Element, Subsystem
 from specc.model.types import ListOf, Type, within
 from specc.model.units import AMPERE, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND
@@ -150,19 +150,8 @@ class _Relay:
             states = [
                 state for state in self._reads.reachable_states if self._sources(state, output)
             ]
-            while left := [
-                state
-                for state in states
-                if not all(
-                    self._missing_for(step)
-                    or (
-                        step.row.cause == "error"
-                        and self._is_measured(state.behaviour.ending("error"))
-                    )
-                    for step in self._ways_out(state, states)
-                )
-            ]:
-                states = [state for state in states if state not in left]
+            while leaving := [state for state in states if self._must_leave(state, states)]:
+                states = [state for state in states if state not in leaving]
             if states:
                 yield output, states
 
@@ -182,17 +171,21 @@ class _Relay:
         steps = self._machine.successors.get(state.name, ())
         return [step for step in steps if step.row.target not in names]
 
+    def _must_leave(self, state: State, states: list[State]) -> bool:
+        """Whether a way out of some states needs nothing that does not come, and is no accident."""
+        on = self._machine.dependences.of(state.behaviour.error.when)
+        others = on.has_clock or on.has_lag or on.arrivals or on.memory
+        is_accident = bool(on.values) and not others and all(map(self._device, on.values))
+        return any(
+            not self._missing_for(step) and not (step.row.cause == "error" and is_accident)
+            for step in self._ways_out(state, states)
+        )
+
     def _missing_for(self, step: RowEdge) -> InputNames:
         """The inputs of which a row needs what they do not have."""
         ended = self._machine.subsystem.state(step.row.source).behaviour.ended(step.row.cause)
         tests = *ended, (step.row.condition.when, True)
         return frozenset[InputName]().union(*(self._implied.of(*test) for test in tests))
-
-    def _is_measured(self, condition: Condition) -> bool:
-        """Whether a condition follows from measurements alone."""
-        found = self._machine.dependences.of(condition.when)
-        others = found.has_clock or found.has_lag or found.arrivals or found.memory
-        return bool(found.values) and not others and all(map(self._device, found.values))
 
     def _device(self, key: InputName) -> bool:
         name = self._machine.subsystem.qualified_name
@@ -221,9 +214,8 @@ class _Relay:
                     if part in self._results(value):
                         written = self._machine.subsystem.written.get(("", part.name), {})
                         values = [value for several in written.values() for value in several]
-                        found |= frozenset(
-                            read.input for value in values for read in self._reads.of(value)
-                        ) & {self._origin}
+                        stored = {read.input for v in values for read in self._reads.of(v)}
+                        found |= stored & {self._origin}
                     pending += [value] if value is not part else []
         return frozenset(found) if self._origin in found else frozenset()
 
