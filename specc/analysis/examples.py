@@ -16,7 +16,7 @@ from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem
 from specc.model.types import Type, Vector
 from specc.proof import Witness
-from specc.proof.search import (
+from specc.search import (
     NO_VALUE,
     FreeVariables,
     Goal,
@@ -25,7 +25,7 @@ from specc.proof.search import (
     Situation,
     showing,
 )
-from specc.proof.search.example import Example, example, says_all
+from specc.search.example import Example, example, says_all
 
 # Finding values that show what was refuted of rows.
 

@@ -16,9 +16,8 @@ from specc.analysis.rates import Rates
 from specc.analysis.reaching import ReachingDefinitions
 from specc.analysis.reads import Dependences, nodes
 from specc.analysis.suspicious_expressions import SuspiciousExpressions, no_value
-from specc.answers import AnswerCache
 from specc.lang.evaluate import Environment, evaluate
-from specc.limits import MAX_VALUES, take
+from specc.limits import MAX_VALUES, spend_or_raise
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT
 from specc.model.expr import (
@@ -56,13 +55,10 @@ class Facts:
         system: System,
         broken: frozenset[str] = frozenset(),
         faulty: frozenset[str] = frozenset(),
-        kept: AnswerCache | None = None,
     ) -> None:
-        """`kept` has the machines of an earlier analysis."""
         self.system = system
         self.broken = broken | _named_twice(system)
         self.faulty = faulty
-        self._kept = kept or AnswerCache()
         self._sessions = Sessions()
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self.wires = Wires(system.agents)
@@ -75,22 +71,13 @@ class Facts:
         return {s.qualified_name: self._machine(s) for s in self.subsystems}
 
     def _machine(self, subsystem: Subsystem) -> Machine:
-        """The machine of a subsystem; the one that was there before if it is made of the same."""
-        name = subsystem.qualified_name
         arrivals = availability_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
-        faulty = name in self.faulty
+        faulty = subsystem.qualified_name in self.faulty
         # The constants that expressions of a subsystem name, directly or through others.
         named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
         found = reachable(named, self._named_by)
         constants = {name: constant for name, constant in self._constants.items() if name in found}
-        # The objects themselves, since what is equal may stand elsewhere in its text.
-        made_of = id(subsystem), tuple(map(id, constants.values())), arrivals, faulty
-        known: Machine | None = self._kept.answer(f"machine {name}", made_of)
-        if known is not None and known.is_repeatable:
-            return known
-        made = Machine(subsystem, constants, arrivals, faulty=faulty, sessions=self._sessions)
-        self._kept.keep(f"machine {name}", made_of, made)
-        return made
+        return Machine(subsystem, constants, arrivals, faulty=faulty, sessions=self._sessions)
 
     def of(self, subsystem: Subsystem) -> Machine:
         """The machine of a subsystem without errors."""
@@ -245,7 +232,7 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     """Each with the reason; what operators and files give is known when the system is built."""
     values: dict[str, Any] = {}
     sizes: dict[int, tuple[Any, int]] = {}
-    count = partial(take, "folding")
+    count = partial(spend_or_raise, "folding")
     for constant in constants:
         expr = constant.value
         given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))

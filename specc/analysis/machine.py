@@ -127,11 +127,6 @@ class Machine:
         self._provers.append(Prover(subsystem, values, self.availability.declared, self._sessions))
         return self._provers[-1]
 
-    @property
-    def is_repeatable(self) -> bool:
-        """Whether answers do not depend on earlier questions, as those of solvers may."""
-        return all(prover.is_repeatable for prover in self._provers)
-
     def release(self) -> None:
         """Let go of the memory of solvers."""
         for prover in self._provers:

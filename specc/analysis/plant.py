@@ -13,7 +13,7 @@ from specc.model.system import Element, Plant, System
 from specc.model.types import Pose, Type
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import grouped
-from specc.read import Reach
+from specc.read import AllowedPaths
 
 # What stands behind the elements of devices in the plant.
 
@@ -92,7 +92,7 @@ def plant_model(system: System) -> Model | ModelError | None:
     base = os.path.dirname(plant.place.file)
     try:
         path = os.path.normpath(os.path.join(base, plant.model))  # a folder may be to come
-        return read_model(path, Reach(system.folders))
+        return read_model(path, AllowedPaths(system.folders))
     except ModelError as error:
         return error
 

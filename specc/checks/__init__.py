@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 
 from specc.analysis import Facts
-from specc.answers import AnswerCache
 from specc.checks import (
     assumptions,
     bindings,
@@ -27,7 +26,7 @@ from specc.checks import (
     topics,
     usage,
 )
-from specc.diagnostics import Diagnostic, stops
+from specc.diagnostics import Diagnostic, blocks
 from specc.limits import is_used_up
 from specc.model.system import System
 from specc.source import Place
@@ -140,21 +139,20 @@ def run_checks(
     faulty: frozenset[str] = frozenset(),
     *,
     sound: bool = True,
-    kept: AnswerCache | None = None,
 ) -> tuple[list[Diagnostic], Facts]:
     """All findings about a system, and what was found out on the way.
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
-    anything else was wrong before. `kept` is what an earlier analysis found out. Nothing is found
-    of a system that is refused for its size, which the caller reports: the rest was not read.
+    anything else was wrong before. Nothing is found of a system that is refused for its size,
+    which the caller reports: the rest was not read.
     """
-    facts = Facts(system, broken, faulty, kept)
+    facts = Facts(system, broken, faulty)
     if is_used_up("parts"):
         return [], facts
     found = [finding for check in CHECKS for finding in check(facts)]
     sound = sound and not broken and not faulty
-    if sound and not any(stops(finding.code, "build") for finding in found):
+    if sound and not any(blocks(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
     found = _dead_in_all_uses(found, facts)
     facts.release()

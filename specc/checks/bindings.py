@@ -19,8 +19,8 @@ from specc.analysis.plant import (
 )
 from specc.analysis.reaching import ReportedScalar, ReportedScalars, ScalarExpr, component
 from specc.analysis.reads import ExpressionText, texts
-from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
-from specc.diagnostics.phrases import counted, listed
+from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
+from specc.diagnostics.phrases import counted, join_words
 from specc.lang import show
 from specc.lang.builtins import FUNCTIONS
 from specc.mjcf import Model, ModelError
@@ -168,7 +168,7 @@ def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object
     hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
     if not close:
         hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
-    fix = renaming(place, name, surely_meant(name, close))
+    fix = rename_fix(place, name, sole_correction(name, close))
     return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)
 
 
@@ -266,7 +266,7 @@ def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
         for index, unit in enumerate(binding.noise_units):
             measured = _measured(bound, facts.model, index)
             if measured and unit not in measured:
-                units = listed(dict.fromkeys(map(str, measured)), "and")
+                units = join_words(dict.fromkeys(map(str, measured)), "and")
                 yield Diagnostic(
                     "E0510",
                     f"noise of sensor `{binding.sensors[index]}` is in {unit}, but "

@@ -9,7 +9,7 @@ from specc.analysis import Facts, Machine
 from specc.analysis.reads import ExpressionText, text_of
 from specc.analysis.state_timing import OverdueExit
 from specc.diagnostics import Diagnostic, Related, first_at_each_place
-from specc.diagnostics.phrases import listed, ms
+from specc.diagnostics.phrases import in_ms, join_words
 from specc.lang import show
 from specc.lang.dependence_order import InOrder
 from specc.lang.ranges import ANY
@@ -223,7 +223,7 @@ def _constant(machine: Machine) -> Iterator[Diagnostic]:
         elif not machine.suspicious.is_in(when):
             word, label = "always" if value else "never", ""
             if machine.dwell_times.is_time_the_cause(negation(when) if value else when):
-                first = ms(1 / machine.subsystem.rate_hz)
+                first = in_ms(1 / machine.subsystem.rate_hz)
                 label = f"its times decide it; conditions are first evaluated after {first}"
             yield Diagnostic(
                 "W0613",
@@ -318,11 +318,11 @@ def _overdue_exit(exit: OverdueExit, subsystem: Subsystem) -> Diagnostic:
             (condition, behaviour),
             "error conditions are evaluated first: reverse the comparison, or use a later time",
         )
-    over, other = ms(exit.end_s), " or the other one" if len(ends) > 1 else ""
+    over, other = in_ms(exit.end_s), " or the other one" if len(ends) > 1 else ""
     message = f"state `{state.name}` has ended, after {over}, before `{late.name}` can hold"
     help = "change one of the two times"
     if not exit.is_timed:  # a condition without a time ends a state at once
-        named = listed([f"`{end.name}`" for end in ends], "or")
+        named = join_words([f"`{end.name}`" for end in ends], "or")
         message = f"{named} ends state `{state.name}` in its first period, {over}, before "
         message += f"`{late.name}` can hold"
         help = f"let the state last longer, or change `{late.name}`"

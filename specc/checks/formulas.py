@@ -9,10 +9,10 @@ from itertools import combinations, islice
 from specc.analysis import Facts
 from specc.analysis.facts import initial_state_of
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed, ms
+from specc.diagnostics.phrases import in_ms, join_words
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk
 from specc.model.requirement import (
-    Junction,
+    BoolOp,
     Requirement,
     Temporal,
     TemporalFormula,
@@ -39,7 +39,7 @@ def _size(formula: TemporalFormula) -> int:
 
 
 def _place(of: Requirement, part: TemporalFormula | Expr) -> Place:
-    span = span_of(part) if isinstance(part, TickCondition | Junction | Temporal) else part.span
+    span = span_of(part) if isinstance(part, TickCondition | BoolOp | Temporal) else part.span
     return of.place.within(*span)
 
 
@@ -84,7 +84,7 @@ def _parts(formula: TemporalFormula) -> Iterator[TemporalFormula | Expr]:
         return
     yield formula
     operands = formula.operands
-    if isinstance(formula, Junction) and formula.premise is not None:
+    if isinstance(formula, BoolOp) and formula.premise is not None:
         operands = formula.premise, operands[1]
     for operand in operands:
         yield from _parts(operand)
@@ -133,16 +133,16 @@ class _ConstantParts:
             code = "W0613" if formula == item.formula else "W0617"
             help = "correct it, or leave it out"
             yield Diagnostic(code, f"`{text}` always holds", place, help=help)
-        elif isinstance(formula, Junction) and (premise := formula.premise) is not None:
+        elif isinstance(formula, BoolOp) and (premise := formula.premise) is not None:
             conclusion, before = formula.operands[1], item.part(premise)
             if not ticks.is_possible(ticks.formula_at(premise), ticks.formula_at(conclusion)):
                 message = f"`{item.part(conclusion)}` never holds where `{before}` does"
                 help = f"correct it, or require `not ({before})`"
                 yield Diagnostic("W0617", message, _place(item, conclusion), help=help)
-        elif isinstance(formula, Junction):
+        elif isinstance(formula, BoolOp):
             yield from self._redundant(formula)
 
-    def _redundant(self, formula: Junction) -> Iterator[Diagnostic]:
+    def _redundant(self, formula: BoolOp) -> Iterator[Diagnostic]:
         """A redundant operand: it is implied by the rest, or implies it."""
         operands, ticks = formula.operands, self._ticks
         at_tick = [ticks.formula_at(operand) for operand in operands]
@@ -176,7 +176,7 @@ class _ConstantParts:
 
 
 def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
-    if isinstance(formula, Junction) and formula.premise is not None:
+    if isinstance(formula, BoolOp) and formula.premise is not None:
         yield formula.premise
         yield from _premises(formula.operands[1])
         return
@@ -249,9 +249,9 @@ def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
             if part.op == "since" or part.span is None:
                 continue
             (operand,) = part.operands
-            tick, span = facts.rates.tick_s, ms(part.span_s) if part.span_s else "no time"
+            tick, span = facts.rates.tick_s, in_ms(part.span_s) if part.span_s else "no time"
             if part.span_s < tick:
-                message = f"`{part.op}` reaches over {span}, less than one tick of {ms(tick)}"
+                message = f"`{part.op}` reaches over {span}, less than one tick of {in_ms(tick)}"
                 help = "write a longer time, or leave the operator out"
                 yield Diagnostic("W0336", message, _place(item, part.span), help=help)
             elif isinstance(operand, Temporal) and operand.op == part.op:
@@ -265,10 +265,10 @@ def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
                 named = dict.fromkeys(owners.get(n.name) for n in nodes if isinstance(n, MemoryRef))
                 known = [periods[owner] for owner in named if owner in periods]
                 if known and len(known) == len(named) and part.span_s < min(known):
-                    names = listed([f"`{owner}`" for owner in named], "and")
+                    names = join_words([f"`{owner}`" for owner in named], "and")
                     verb = "is" if len(named) == 1 else "are"
                     message = f"nothing of it may change within {span}"
-                    label = f"{names} {verb} stepped every {ms(min(known))}"
+                    label = f"{names} {verb} stepped every {in_ms(min(known))}"
                     help = "allow one period at least"
                     yield Diagnostic("W0336", message, _place(item, part.span), label, help=help)
 

@@ -10,7 +10,7 @@ from specc.analysis.dataflow import Reads
 from specc.analysis.graph import RowEdge
 from specc.analysis.path_conditions import Guards, ImpliedFacts
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.model.expr import (
     Choice,
     Clock,
@@ -363,8 +363,8 @@ def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) 
     held = f"{state.name}: {{behaviour: {state.behaviour.name}, holds: [{written}]}}"
     return Diagnostic(
         "W0420",
-        f"state `{state.name}` does not send {listed(names, 'and')}, so "
-        f"{listed(sorted(elements), 'and')} {keep} the last {last}",
+        f"state `{state.name}` does not send {join_words(names, 'and')}, so "
+        f"{join_words(sorted(elements), 'and')} {keep} the last {last}",
         state.place,
         "what was sent last goes on here",
         tuple(dict.fromkeys(place for held in several for place in _way(subsystem, held))),

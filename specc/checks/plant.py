@@ -10,7 +10,7 @@ from specc.analysis.machine import Machine
 from specc.analysis.plant import BoundElement, Limit, bindable, limits_of_control, raw_numbers
 from specc.analysis.reaching import ScalarDefinition, ScalarExpr, ScalarRanges, component
 from specc.analysis.reads import ExpressionText
-from specc.diagnostics import Diagnostic, Related, is_slip, nearest
+from specc.diagnostics import Diagnostic, Related, is_typo, nearest
 from specc.diagnostics.phrases import counted
 from specc.lang import or_else
 from specc.lang.ranges import Range
@@ -18,7 +18,7 @@ from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT, Binding
 from specc.model.system import System
 from specc.model.types import Image, Real, Record, Type, Vector, within
-from specc.resolve.context import suggestion
+from specc.resolve.context import suggest
 from specc.source import Place
 
 # The model of the plant is there and is MJCF.
@@ -71,9 +71,9 @@ def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _unknown_element(binding: Binding, message: str, name: str, known: list[str]) -> Diagnostic:
-    hint = suggestion(name, known) if known else "an element is named `agent.E.device.element`"
+    hint = suggest(name, known) if known else "an element is named `agent.E.device.element`"
     # A real effector called a real receptor, or vice versa, is still the same device.
-    if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
+    if is_typo(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
     help = or_else("add it to the agent", hint)

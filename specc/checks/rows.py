@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from specc.analysis import Facts, RowVerdictAt
 from specc.analysis.path_conditions import as_conditions
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang import show
 from specc.model.expr import Call, Expr, walk, written
 from specc.model.fsm import OTHERWISE, Behaviour, Cause, State
@@ -40,7 +40,7 @@ def situation(witness: Witness) -> str:
 def facts_of(witness: Witness) -> str:
     """`a is true and b is false`: one situation of a witness."""
     facts = [f"`{question}` is {answer}" for question, answer in witness.facts]
-    return listed(facts, "and") if facts else ""
+    return join_words(facts, "and") if facts else ""
 
 
 def _operators_in(witness: Witness) -> str:
@@ -52,7 +52,7 @@ def _operators_in(witness: Witness) -> str:
         return ""
     kind = "an operator, which" if len(names) == 1 else "operators, which"
     verb = "is" if len(names) == 1 else "are"
-    return f"; {listed(names, 'and')} {verb} {kind} may have any result as far as proofs know"
+    return f"; {join_words(names, 'and')} {verb} {kind} may have any result as far as proofs know"
 
 
 # Refutations of the rows of several states that have one reason are reported once.
@@ -88,7 +88,7 @@ class SharedRows:
             return f"state {names[0]}"
         if len(names) > MOST_NAMED:
             names[MOST_NAMED - 1 :] = [f"{len(names) - MOST_NAMED + 1} more"]
-        return f"states {listed(names, 'and')}"
+        return f"states {join_words(names, 'and')}"
 
     @property
     def places(self) -> tuple[Related, ...]:

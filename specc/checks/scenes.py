@@ -13,12 +13,12 @@ from operator import attrgetter, itemgetter
 
 from specc.analysis import Facts
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
-from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
-from specc.diagnostics.phrases import ms
+from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
+from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
 from specc.model.binding import Binding
 from specc.model.task import Disturbance, Draw
-from specc.resolve.context import suggestion
+from specc.resolve.context import suggest
 from specc.source import Place
 
 
@@ -82,10 +82,10 @@ _ROUNDING = 1e-5
 
 
 def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
-    meant = surely_meant(joint, nearest(joint, model.joints))
+    meant = sole_correction(joint, nearest(joint, model.joints))
     right = f"{meant}.{which}" if meant and which else meant
-    message, help = f"the model has no joint `{joint}`", suggestion(joint, list(model.joints))
-    fix = renaming(draw.place, draw.name, right)
+    message, help = f"the model has no joint `{joint}`", suggest(joint, list(model.joints))
+    fix = rename_fix(draw.place, draw.name, right)
     return Diagnostic("E0502", message, draw.place, help=help, fix=fix)
 
 
@@ -107,7 +107,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
                 known = {"body": model.bodies, "joint": model.joints}.get(verb.subject)
                 if known is not None and deed.name not in known and model.complete:
                     message = f"the model has no {verb.subject} `{deed.name}`"
-                    help = suggestion(deed.name, sorted(known))
+                    help = suggest(deed.name, sorted(known))
                     yield Diagnostic("E0502", message, deed.place, help=help)
 
 
@@ -126,7 +126,7 @@ def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
             yield from _silent(name, found, facts.reported[name].binding, facts)
             continue
         for _, place in found:
-            help = suggestion(name, sorted(facts.reported))
+            help = suggest(name, sorted(facts.reported))
             yield Diagnostic("E0503", f"no device reports `{name}`", place, help=help)
 
 
@@ -143,7 +143,7 @@ def _silent(
         sampling = _Sampling(binding, facts)
         for row, longest in sampling.gaps(list(sampling.spans(found))):
             if longest is None or longest > binding.max_gap_s:
-                without = "to the end of the run" if longest is None else f"for {ms(longest)}"
+                without = "to the end of the run" if longest is None else f"for {in_ms(longest)}"
                 message = f"`{name}` may have no sample {without}, which its `max_gap` excludes"
                 odd = next((span for span in row if span.ticks is None), row[-1])
                 others = tuple(Related(s.place, "silent too") for s in row if s is not odd)

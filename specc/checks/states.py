@@ -11,7 +11,7 @@ from itertools import product
 from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge, all_lead_to, components, reachable_from
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang.dependence_order import InOrder
 from specc.model.expr import FALSE, Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
@@ -126,7 +126,7 @@ def states_left(facts: Facts) -> Iterator[Diagnostic]:
             is_trap = (first.name, first.name) in edges if is_one else cycles > 1
             if part.has_exit or not is_trap:
                 continue
-            named = listed([f"`{name}`" for name in part.states], "and")
+            named = join_words([f"`{name}`" for name in part.states], "and")
             rows = [row for row in subsystem.transitions if row.source in part.states]
             help = "add a row that leads back to the other states"
             if is_one:
@@ -400,7 +400,7 @@ def waits_end(facts: Facts) -> Iterator[Diagnostic]:
                     related = [Related(rest.row.place, words), Related(rest.state.place, where)]
                 yield Diagnostic(
                     "W0417",
-                    f"state `{state.name}` may wait forever for {listed(names, 'or')}",
+                    f"state `{state.name}` may wait forever for {join_words(names, 'or')}",
                     state.place,
                     "nothing else ends it",
                     tuple(related),

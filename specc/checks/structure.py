@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.model.system import Agent, Device, Element, Port, Shared, Subsystem
 from specc.model.types import Enum, Opaque, Record, Type
 from specc.model.wires import Wire
@@ -110,7 +110,7 @@ def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
                 help="give it effectors, receptors or connections with other agents, or delete it",
             )
         elif agent.kind and agent.kind != kind:
-            has = listed((_MEANING[letter] for letter in kind), "and")
+            has = join_words((_MEANING[letter] for letter in kind), "and")
             yield Diagnostic(
                 "E0407",
                 f"agent `{agent.name}` is of kind {kind}, not {agent.kind}",
@@ -331,7 +331,7 @@ def _inside(type_: Type) -> str:
 
 
 def _names(elements: Sequence[Element]) -> str:
-    return listed([f"`{element.name}`" for element in elements], "and")
+    return join_words([f"`{element.name}`" for element in elements], "and")
 
 
 def _missing_at_other_end(elements: Sequence[Element]) -> Iterator[Related]:
@@ -341,7 +341,7 @@ def _missing_at_other_end(elements: Sequence[Element]) -> Iterator[Related]:
 
 
 def _missing(end: _End, elements: Sequence[Element], other: _End) -> Diagnostic:
-    added = listed([f'`{element.name}: "{element.type}"`' for element in elements], "and")
+    added = join_words([f'`{element.name}: "{element.type}"`' for element in elements], "and")
     it, interface = "it" if len(elements) == 1 else "them", end.interface
     to = f" to interface `{interface.text}`" if interface else ""
     if interface and other.interface and interface.text != other.interface.text:

@@ -11,7 +11,7 @@ from specc.analysis.dataflow import AgeChain, InputNode, Measured, Sent, Unbound
 from specc.analysis.rates import LONGEST
 from specc.analysis.reads import inputs_tested_for_arrival
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import ms
+from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
 from specc.model.fsm import State
 from specc.model.system import Element, Subsystem
@@ -73,11 +73,11 @@ def ticks_stepped(facts: Facts) -> Iterator[Diagnostic]:
     finer = f'; or give the model `<option timestep="{float(finer_s):.12g}"/>`'
     yield Diagnostic(
         "E0518",
-        f"{_rate(odd)} does not fit the time step of the model, {ms(step_s)}",
+        f"{_rate(odd)} does not fit the time step of the model, {in_ms(step_s)}",
         odd.place.below("rate"),
-        f"a period of {ms(period_s)} has {float(period_s / step_s):.6g} steps",
+        f"a period of {in_ms(period_s)} has {float(period_s / step_s):.6g} steps",
         (Related(plant.place, "the model"), *(_with_rate(s) for s in others[:4])),
-        f"the nearest period that fits is {ms(fitting_s)}" + finer * (10 * finer_s > step_s),
+        f"the nearest period that fits is {in_ms(fitting_s)}" + finer * (10 * finer_s > step_s),
     )
 
 
@@ -184,12 +184,12 @@ def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
             scale = 1000
             while oldest.age_s * scale < 100 and (oldest.age_s * scale).denominator != 1:
                 scale *= 10
-            enough = ms(Fraction(ceil(oldest.age_s * scale), scale))
+            enough = in_ms(Fraction(ceil(oldest.age_s * scale), scale))
             yield Diagnostic(
                 "E0410",
-                f"`{node.short}` can be {ms(oldest.age_s)} old",
+                f"`{node.short}` can be {in_ms(oldest.age_s)} old",
                 element.place.below("max_age"),
-                f"may be at most {ms(allowed)} old",
+                f"may be at most {in_ms(allowed)} old",
                 tuple(_way(oldest, facts)),
                 f"{_shorten(oldest, facts)}, which adds most, or allow {enough}",
             )
@@ -208,21 +208,21 @@ def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
     first = facts.ages.sources.origin(hops[0].node)
     if isinstance(first, Measured):
         often = "sample at least every" if first.is_sporadic else "sample every"
-        every = f", a {often} {ms(first.period_s)}" if first.period_s else ""
+        every = f", a {often} {in_ms(first.period_s)}" if first.period_s else ""
         yield Related(first.place, f"measured by `{first.device}`{every}: 0 ms")
     elif first is not None:
         sender, seen_s = first.sender, 1 / first.sender.rate_hz
         words = f"computed by `{sender.qualified_name}`, {_rate(sender)}: 0 ms; seen from"
-        yield Related(sender.place.below("rate"), f"{words} {ms(seen_s)} on")
+        yield Related(sender.place.below("rate"), f"{words} {in_ms(seen_s)} on")
     for hop in hops:
         reader = facts.wires.subsystems.get(hop.node.reader)
         if reader is None:
             continue
         rate = f"`{reader.qualified_name}`, {_rate(reader)}"
         read_s = hop.read_s - oldest.since_s
-        words = f"{rate}, reads it after {ms(read_s)}"
+        words = f"{rate}, reads it after {in_ms(read_s)}"
         if hop is not oldest:
-            words += f" and sends a result, seen from {ms(read_s + 1 / reader.rate_hz)} on"
+            words += f" and sends a result, seen from {in_ms(read_s + 1 / reader.rate_hz)} on"
         yield Related(reader.place.below("rate"), words)
 
 
@@ -281,7 +281,7 @@ def ages_limited(facts: Facts) -> Iterator[Diagnostic]:
                 "W0416",
                 f"nothing limits the age of `{node.short}`",
                 element.place.below("max_age"),
-                f"may be at most {ms(allowed)} old",
+                f"may be at most {in_ms(allowed)} old",
                 tuple(_silence(held, node)),
                 _WAYS_OUT[type(held.source)],
             )
@@ -337,9 +337,9 @@ def budgets_fit(facts: Facts) -> Iterator[Diagnostic]:
                 "E0414",
                 f"steps of `{subsystem.qualified_name}` may take longer than its period",
                 subsystem.place.below("budget"),
-                f"{ms(budget_s)}, and the next one is due after {ms(period_s)}",
+                f"{in_ms(budget_s)}, and the next one is due after {in_ms(period_s)}",
                 (Related(subsystem.place.below("rate"), "its rate"),),
-                f"choose a period of at least {ms(budget_s)}, or make the steps shorter",
+                f"choose a period of at least {in_ms(budget_s)}, or make the steps shorter",
             )
 
 
@@ -397,13 +397,13 @@ def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
                 if device.silence_s <= period_s:
                     yield Diagnostic(
                         "E0415",
-                        f"a silence of {ms(device.silence_s)} is not longer than the period of "
-                        f"`{subsystem.qualified_name}`, {ms(period_s)}",
+                        f"a silence of {in_ms(device.silence_s)} is not longer than the period of "
+                        f"`{subsystem.qualified_name}`, {in_ms(period_s)}",
                         device.place.below("silence"),
                         related=(
                             Related(subsystem.place.below("rate"), "which commands the device"),
                         ),
-                        help=f"`silence: {ms(2 * period_s)}` bears one period that is skipped",
+                        help=f"`silence: {in_ms(2 * period_s)}` bears one period that is skipped",
                     )
         else:
             yield Diagnostic(

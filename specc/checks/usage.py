@@ -8,7 +8,7 @@ from operator import attrgetter
 from specc.analysis import Facts
 from specc.analysis.reads import inputs_read, nodes
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
@@ -248,7 +248,7 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
 def _unheard(wire: Wire, element: Element, sent: Mapping[str, Place]) -> Iterator[Diagnostic]:
     name = f"x.{wire.port.peer}.{element.name}"
     if sent:
-        members = listed([f"`{member}`" for member in sent], "and")
+        members = join_words([f"`{member}`" for member in sent], "and")
         yield Diagnostic(
             "W0422",
             f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",

@@ -22,7 +22,7 @@ ASKED = {
     "proof/relations.py": "what is added up",
     "proof/solver/terms.py": "arithmetic that the solver has; factors without rounding",
     "proof/translate.py": "a difference as a distance",
-    "tools/explore/lines.py": "the opposite of a line",
+    "tools/explore/progressions.py": "the opposite of a progression",
 }
 """The modules that name an operator, and the question about its place in an expression."""
 OPERATOR = {"op", "word", "sign"}

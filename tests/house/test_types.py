@@ -32,7 +32,7 @@ OTHER_CHOICES = {
     },
     "what differs between two types of one text, or two versions of a type": {
         "checks/structure.py": {"_inside"},
-        "tools/diff/meaning.py": {"_parts", "type_text"},
+        "tools/diff/equivalence.py": {"_type_parts", "type_text"},
     },
 }
 """Reason -> module -> functions."""

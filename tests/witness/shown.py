@@ -12,8 +12,8 @@ from specc.analysis.examples import Examples
 from specc.analysis.must_may import is_incomplete
 from specc.model.expr import Expr
 from specc.proof import Witness
-from specc.proof.search import Interpreter, runnable
-from specc.proof.search.example import Example, says_all
+from specc.search import Interpreter, runnable
+from specc.search.example import Example, says_all
 
 SAID = re.compile(r"`([^`]+)`( fresh)? = (\[.*?\]|[^,]*)")
 

@@ -16,7 +16,7 @@ from specc.analysis.reads import Dependences
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, presence
-from specc.proof.search import (
+from specc.search import (
     NO_VALUE,
     FreeVariables,
     Goal,

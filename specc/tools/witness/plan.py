@@ -13,8 +13,8 @@ from functools import partial
 from specc.analysis import Facts
 from specc.model.fsm import Transition
 from specc.proof import freshness
-from specc.proof.search import Goal, Situation, showing
 from specc.reachable import grouped
+from specc.search import Goal, Situation, showing
 from specc.tools.witness.code import (
     AbsentError,
     Placed,

@@ -18,7 +18,7 @@ from specc.model.fsm import Behaviour, Cause, Condition, Transition
 from specc.model.system import Operator, Subsystem, System
 from specc.model.trace import Trace
 from specc.proof import InputName
-from specc.proof.search import Goal, runnable
+from specc.search import Goal, runnable
 
 # One subsystem by itself: what is left of a system, and code for it in which nothing is proved.
 

@@ -20,10 +20,9 @@ from specc.model.types import (
     whole,
 )
 from specc.model.units import DIMENSIONLESS
-from specc.proof.search.search import Goal, find
-from specc.proof.search.situation import NO_VALUE, FreeVariables, Interpreter, Situation, lag_key
-from specc.proof.search.thresholds import SearchBudget
 from specc.proof.verdict import InputName
+from specc.search.search import Goal, SearchBudget, find
+from specc.search.situation import NO_VALUE, FreeVariables, Interpreter, Situation, lag_key
 
 # What a witness is about: the inputs, memory, time and operators that its answers depend on.
 

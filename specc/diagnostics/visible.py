@@ -4,8 +4,8 @@ import re
 import unicodedata
 from typing import Literal
 
-OutputForm = Literal["text", "markdown", "xml", "json", "commands"]
-"""What a text is written in; `commands` are workflow commands that specc gives itself."""
+OutputFormat = Literal["text", "markdown", "json", "sarif", "github", "junit"]
+"""A format of output; `github` has workflow commands that specc gives itself."""
 
 TAB = "    "
 # Format characters reorder or hide text (bidirectional overrides, zero-width ones); the others are
@@ -17,7 +17,7 @@ def visible(text: str, tab: str = TAB) -> str:
     """The text with every character that cannot be seen written as an escape."""
     if text.isascii() and text.isprintable():
         return text
-    return "".join(_shown(char, tab) for char in text)
+    return "".join(_escaped(char, tab) for char in text)
 
 
 def visible_lines(text: str) -> str:
@@ -25,41 +25,41 @@ def visible_lines(text: str) -> str:
     return "\n".join(visible(line) for line in text.split("\n"))
 
 
-def harmless(text: str, form: OutputForm = "text") -> str:
+def sanitize(text: str, form: OutputFormat = "text") -> str:
     """A whole output as it may be printed: no character is hidden, no line is a command.
 
     Runners of continuous integration obey lines that begin with `::`, and `##[` or `##word[`
     anywhere in a line. JSON from `json.dumps` is ASCII already, but for what it spells out in
     strings.
     """
-    if form != "json":
+    colon, hash_ = _ESCAPES[form]
+    if form not in ("json", "sarif"):
         text = visible_lines(text)
-    if form != "commands":
-        text = _COMMAND.sub(rf"\1{_COLONS[form]}", text)
-    return _HASHED.sub(lambda _: f"{_HASHES[form]}#", text)
+    if form != "github":
+        text = _COMMAND.sub(rf"\1{colon}:", text)
+    return _HASHED.sub(lambda _: f"{hash_}#", text)
 
 
 def width(text: str) -> int:
     """Terminal columns of a text that is visible already."""
-    if text.isascii():
-        return len(text)
-    return sum(_columns(char) for char in text)
+    return len(text) if text.isascii() else sum(map(_columns, text))
 
 
 # `::: ` before a second place is no command: these have a name right behind the two colons.
 _COMMAND = re.compile(r"^([^\S\n]*)::(?!: )", re.MULTILINE)
-_COLONS = {"text": r"\\x3a:", "markdown": "&#58;:", "xml": "&#58;:", "json": "::"}
 _HASHED = re.compile(r"##(?=[a-z]*\[)")
-_HASHES = {
-    "text": r"\x23",
-    "markdown": "&#35;",
-    "xml": "&#35;",
-    "json": r"\u0023",
-    "commands": "%23",
+_ESCAPES: dict[OutputFormat, tuple[str, str]] = {
+    "text": (r"\\x3a", r"\x23"),
+    "markdown": ("&#58;", "&#35;"),
+    "json": (":", r"\u0023"),
+    "sarif": (":", r"\u0023"),
+    "github": (":", "%23"),
+    "junit": ("&#58;", "&#35;"),
 }
+"""How each format writes the first colon and the first hash of what runners would obey."""
 
 
-def _shown(char: str, tab: str) -> str:
+def _escaped(char: str, tab: str) -> str:
     if char == "\t":
         return tab
     if unicodedata.category(char) not in _HIDDEN:

@@ -1,8 +1,10 @@
-"""Parts that are written once for many: `for: {i: 1..5}` unfolded before anything is read.
+"""Short ways to write parts, written out before anything is read: `for`, short forms, rows.
 
 A part with `for` becomes one part for each value of its indices. In its names and texts braces hold
-arithmetic on indices: `left_{i}`, `robot_{i % 5 + 1}`. What is unfolded knows the route of the text
-that it comes from. In expressions blanks fill the room of the braces, so that columns stay right.
+arithmetic on indices: `left_{i}`, `robot_{i % 5 + 1}`. A text in place of a mapping becomes the
+mapping, and so does a row of a table; a single item becomes a list. All that is made knows the
+route of the text that it comes from. In expressions blanks fill the room of the braces, so that
+columns stay right.
 """
 
 from __future__ import annotations
@@ -20,45 +22,62 @@ from specc.diagnostics import Diagnostic
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import names_in
 from specc.limits import MAX_COPIES, MAX_VALUES
-from specc.schema.keys import ListKind, Text
-from specc.schema.places import FILE, SchemaNode
+from specc.schema.files import SpecFile
+from specc.schema.keys import ListKind, SpecModel, Text, ValueKind, is_model
+from specc.schema.places import SchemaNode
 from specc.source import Place, Route
 
 FOR = "for"
 Indices = Mapping[str, int]
 
 
-class Unfolded(dict[Any, Any]):
+class Desugared(dict[Any, Any]):
     """A mapping in which some values come from elsewhere; `routes` has where they stand."""
 
     def __init__(self, values: Mapping[Any, Any], routes: Mapping[Any, Route]) -> None:
         super().__init__(values)
-        self.routes = routes
+        self.routes = dict(routes)
+
+
+class SingleItem(list[Any]):
+    """A list that the file writes as its only item; that stands at `routes[0]`."""
+
+    def __init__(self, item: Any, route: Route) -> None:
+        super().__init__([item])
+        self.routes: dict[Any, Route] = {0: route}
 
 
 def route_below(value: object, key: str | int, route: Route) -> Route:
     """Where the value at `key` of a mapping or list stands, which stands at `route` itself."""
-    routes = value.routes if isinstance(value, Unfolded) else {}
-    return routes.get(key) or (*route, key)
+    routes = value.routes if isinstance(value, (Desugared, SingleItem)) else {}
+    return routes.get(key, (*route, key))
 
 
-def unfolded(data: Any, file: str) -> tuple[Any, list[Diagnostic]]:
-    """The data of a file without `for`, and what is wrong with those that it had."""
-    if not _has_for(data):
-        return data, []
-    unfolding = _Unfolding(file)
+def desugar(
+    data: Any, file: str, model: type[SpecModel] = SpecFile, route: Route = ()
+) -> tuple[Any, list[Diagnostic]]:
+    """The data of a part at `route` written in full, and what is wrong with each `for` in it."""
+    desugaring = _Desugaring(file)
     try:
-        made = unfolding.value(FILE, data, (), {})
+        made = desugaring.value(SchemaNode(model), data, route, {})
     except _TooManyError as error:
-        unfolding.tell("E0017", str(error), error.route, _FEWER)
+        desugaring.report("E0017", str(error), error.route, _FEWER)
         made = data
-    return made, list(dict.fromkeys(unfolding.findings))
+    return made, list(dict.fromkeys(desugaring.findings))
 
 
-def _has_for(data: Any) -> bool:
-    if isinstance(data, dict):
-        return FOR in data or any(map(_has_for, data.values()))
-    return isinstance(data, list) and any(map(_has_for, data))
+def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
+    """The mapping or the list that a short form or a row stands for; any other value as it is."""
+    if isinstance(kind, ListKind) and type(value) in kind.form.single:
+        return SingleItem(value, route)
+    if not is_model(kind):
+        return value
+    if kind.short and isinstance(value, (str, int, float)):
+        return Desugared({kind.short: value}, {kind.short: route})
+    if kind.row and isinstance(value, list) and len(value) == len(kind.row):
+        routes = {key: (*route, index) for index, key in enumerate(kind.row)}
+        return Desugared(dict(zip(kind.row, value, strict=True)), routes)
+    return value
 
 
 class _TooManyError(Exception):
@@ -82,25 +101,29 @@ _EXPRESSIONS = ("constant", "initial", "full", "argument")
 
 
 @dataclass(eq=False, slots=True)
-class _Unfolding:
+class _Desugaring:
     file: str
     findings: list[Diagnostic] = field(default_factory=list)
     values: int = 0
+    has_copies: bool = False
 
     def value(self, here: SchemaNode, value: Any, route: Route, indices: Indices) -> Any:
         """What a value becomes for the values of the indices around it."""
         self.values += 1 + (len(value) // _LONG if isinstance(value, str) else 0)
-        if self.values > MAX_VALUES:
+        if self.has_copies and self.values > MAX_VALUES:
             message = f"with its parts unfolded, the file has more than {MAX_VALUES} values"
             raise _TooManyError(message, route[:2])
+        value = _in_full(here.kind, value, route)
         if isinstance(value, dict):
             return self._mapping(here, value, route, indices)
+        if isinstance(value, SingleItem):
+            return SingleItem(self.value(here.below(0), value[0], route, indices), route)
         if isinstance(value, list):
             return self._list(here, value, route, indices)
         if isinstance(value, str) and indices:
-            kind = here.scalar_form.kind
+            kind = here.kind
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
-            return self._filled(value, indices, route, padded=form in _EXPRESSIONS)
+            return self._substituted(value, indices, route, padded=form in _EXPRESSIONS)
         return value
 
     def _list(
@@ -110,7 +133,7 @@ class _Unfolding:
             if isinstance(one, dict) and FOR in one and here.below(index).has_key(FOR):
                 words = "an item of a list has no name, so there is nothing for `for` to count"
                 at = (*route, index, FOR)
-                self.tell("E0108", words, at, "write `for` below a name", is_key=True)
+                self.report("E0108", words, at, "write `for` below a name", is_key=True)
         return [
             self.value(here.below(index), one, (*route, index), indices)
             for index, one in enumerate(value)
@@ -121,15 +144,17 @@ class _Unfolding:
     ) -> Any:
         made: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
-        here = _item(here)
         for key, one in value.items():
             inner = here.below(key)
             at = route_below(value, key, route)
+            item = (
+                inner.below(0) if isinstance(_in_full(inner.kind, one, at), SingleItem) else inner
+            )
             copies: Iterator[tuple[Any, Any]]
-            is_many = isinstance(one, dict) and FOR in one and _item(inner).has_key(FOR)
+            is_many = isinstance(one, dict) and FOR in one and item.has_key(FOR)
             if is_many and not inner.is_chosen:
                 words = f"there is only one `{key}`, so there is nothing for `for` to count"
-                self.tell("E0108", words, (*at, FOR), "write `for` below a name", is_key=True)
+                self.report("E0108", words, (*at, FOR), "write `for` below a name", is_key=True)
             if is_many and inner.is_chosen:
                 copies = self._copies(inner, str(key), one, at, indices)
             else:
@@ -138,16 +163,17 @@ class _Unfolding:
             for name, copy in copies:
                 if name in made and not _BRACES.search(str(name)):
                     help = "let the name have all indices in braces, or choose another one"
-                    self.tell("E0205", f"`{name}` is defined twice", at, help)
+                    self.report("E0205", f"`{name}` is defined twice", at, help)
                 made[name] = copy
-                if name != key:
+                if at != (*route, name):
                     routes[name] = at
-        return Unfolded(made, routes) if routes else made
+        return Desugared(made, routes) if routes else made
 
     def _copies(
         self, here: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
     ) -> Iterator[tuple[str, Any]]:
         """Name and value of each copy of a part; without braces, the indices end the name."""
+        self.has_copies = True
         ranges = self._ranges(value[FOR], (*at, FOR), around)
         if ranges is None:
             return
@@ -160,27 +186,27 @@ class _Unfolding:
                 copy = "_".join((name, *map(str, chosen)))
             if "-" in str(copy) and "-" not in name:
                 words = f"`{copy}` is no name: an index in it is negative"
-                self.tell("E0108", words, (*at, FOR), _NO_NEGATIVE)
+                self.report("E0108", words, (*at, FOR), _NO_NEGATIVE)
                 return
             yield copy, self.value(here, {**value, FOR: own}, at, indices)
 
     def _ranges(self, value: Any, route: Route, around: Indices) -> dict[str, range] | None:
         """The values of each index, or None after reporting."""
         if not isinstance(value, dict) or not value:
-            self.tell("E0108", "`for` has no index", route, _A_RANGE)
+            self.report("E0108", "`for` has no index", route, _A_RANGE)
             return None
         found: dict[str, range] = {}
         total = 1
         for name, text in value.items():
             at = (*route, name)
-            written = self._filled(str(text), around, at) if around else str(text)
+            written = self._substituted(str(text), around, at) if around else str(text)
             limits = _RANGE.fullmatch(written)
             if not str(name).isidentifier() or iskeyword(name) or name in around:
                 why = "is an index already" if name in around else "is not a name"
-                self.tell("E0108", f"`{name}` {why}", at, "choose another name", is_key=True)
+                self.report("E0108", f"`{name}` {why}", at, "choose another name", is_key=True)
                 return None
             if limits is None or isinstance(text, bool):
-                self.tell("E0108", f"`{written}` is not a range", at, _A_RANGE)
+                self.report("E0108", f"`{written}` is not a range", at, _A_RANGE)
                 return None
             first = int(limits[1])
             found[str(name)] = range(first, int(limits[2] or first) + 1)
@@ -188,7 +214,9 @@ class _Unfolding:
         if not 0 < total <= MAX_COPIES:
             message = f"these are {total:,} copies, and at most {MAX_COPIES} are made"
             message = message if total else "there is nothing between the ends of the range"
-            self.tell("E0017" if total else "E0108", message, route, _FEWER if total else _A_RANGE)
+            self.report(
+                "E0017" if total else "E0108", message, route, _FEWER if total else _A_RANGE
+            )
             return None
         return found
 
@@ -197,15 +225,15 @@ class _Unfolding:
         if not isinstance(name, str):
             return name
         before = len(self.findings)
-        filled = self._filled(name, indices, at, is_key=True)
+        filled = self._substituted(name, indices, at, is_key=True)
         unknown = _BRACES.search(filled) if len(self.findings) == before else None
         if unknown:
             known = ", ".join(f"`{index}`" for index in indices)
             message = f"`{unknown[0]}` has no value: the indices are {known}"
-            self.tell("E0108", message, at, "write e.g. `left_{i}` or `robot_{i % 5 + 1}`", True)
+            self.report("E0108", message, at, "write e.g. `left_{i}` or `robot_{i % 5 + 1}`", True)
         return filled
 
-    def _filled(
+    def _substituted(
         self,
         text: str,
         indices: Indices,
@@ -224,7 +252,7 @@ class _Unfolding:
             try:
                 number = _number(braces[1], indices)
             except _IndexFault as fault:
-                self.tell("E0108", f"`{braces[0]}` {fault}", route, _ARITHMETIC, is_key)
+                self.report("E0108", f"`{braces[0]}` {fault}", route, _ARITHMETIC, is_key)
                 number = None
             if number is None:
                 continue
@@ -235,7 +263,7 @@ class _Unfolding:
             return made
         return made + _padded(text[end:], room, is_last=True)[0]
 
-    def tell(self, code: str, words: str, route: Route, help: str, is_key: bool = False) -> None:
+    def report(self, code: str, words: str, route: Route, help: str, is_key: bool = False) -> None:
         """Report a fault."""
         place = Place(self.file, route, "key" if is_key else "value")
         self.findings.append(Diagnostic(code, words, place, help=help))
@@ -291,9 +319,3 @@ _OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
 }
-
-
-def _item(here: SchemaNode) -> SchemaNode:
-    """What a mapping is that stands here, perhaps in place of a list with one item."""
-    is_alone = isinstance(here.kind, ListKind) and dict in here.kind.form.single
-    return here.scalar_form if is_alone else here

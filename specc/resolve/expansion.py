@@ -11,12 +11,13 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from specc.lang import ExprError, parse_syntax
+from specc.lang import ExprError, Members, parse_syntax
 from specc.lang.parse import nodes_of
 from specc.model.system import SubsystemKind
-from specc.resolve.context import Findings, Where
-from specc.resolve.definitions import Interface
+from specc.resolve.context import Findings, SourceValue
+from specc.resolve.definitions import Groups, Interface
 from specc.resolve.ends import devices_of, used_by, word_of
+from specc.schema.desugar import Desugared, desugar, route_below
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import (
     BufferDef,
@@ -26,7 +27,52 @@ from specc.schema.subsystem import (
     InputDef,
     SubsystemDef,
 )
-from specc.schema.unfold import Unfolded, route_below
+
+
+def groups_of(parts: Mapping[str, Any], where: SourceValue) -> Groups:
+    """The groups among agents, or among virtual effectors and receptors, which stand at `where`."""
+    found: Groups = {}
+    routes = where.raw.routes if isinstance(where.raw, Desugared) else {}
+    for name, route in routes.items():
+        group, each = str(route[-1]), parts[name].each
+        if each and group.isidentifier() and group not in parts:
+            found.setdefault(group, {})[tuple(map(int, each.values()))] = name
+    return found
+
+
+def with_members(
+    definition: SubsystemDef, where: SourceValue, groups: Groups
+) -> tuple[SubsystemDef, SourceValue, Groups]:
+    """A subsystem with a buffer for each member of the groups that it names, and those groups."""
+    named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
+    if not named or not isinstance(where.raw, dict):
+        return definition, where, {}
+    raw, sides = where.mapping, {}
+    for side in ("x", "y"):
+        buffers, at = getattr(definition, side), where[side]
+        if isinstance(at.raw, dict):
+            pairs = list(_pairs(buffers, named))
+            made = {name: at.raw[key] for key, name in pairs}
+            routes = {name: route_below(at.raw, key, at.route) for key, name in pairs}
+            raw[side] = Desugared(made, routes)
+            sides[side] = {name: buffers[key] for key, name in pairs}
+    return definition.model_copy(update=sides), where.with_content(raw), named
+
+
+def _pairs(names: Mapping[str, object], groups: Groups) -> Iterator[tuple[str, str]]:
+    """Each name with itself, or with each member of the group that it names."""
+    for name in names:
+        for member in groups[name].values() if name in groups else (name,):
+            yield name, member
+
+
+def targets_of(target: str, groups: Mapping[str, Members]) -> list[str]:
+    """The targets that `y.group.element` stands for; any other target is itself."""
+    match target.split(".") if groups else ():
+        case ["y", group, element] if group in groups:
+            return [f"y.{member}.{element}" for member in groups[group].values()]
+    return [target]
+
 
 NAME = "through"
 """Of the key, and of the function, the behaviour and the state that it stands for."""
@@ -39,14 +85,14 @@ _HEAD = re.compile(r"\w+")
 
 def with_buffers(
     definition: SubsystemDef,
-    where: Where,
+    where: SourceValue,
     kind: SubsystemKind,
     name: str,
     around: AgentDef,
-    agent: Where,
+    agent: SourceValue,
     interfaces: Mapping[str, Interface],
     findings: Findings,
-) -> tuple[SubsystemDef, Where]:
+) -> tuple[SubsystemDef, SourceValue]:
     """A virtual effector or receptor with the buffers that it has because it passes all on.
 
     They have what its device accepts and reports, to both sides. `agent` is where the agent stands.
@@ -65,7 +111,11 @@ def with_buffers(
 
 
 def _report_device(
-    used: Collection[str], definition: SubsystemDef, where: Where, word: str, findings: Findings
+    used: Collection[str],
+    definition: SubsystemDef,
+    where: SourceValue,
+    word: str,
+    findings: Findings,
 ) -> None:
     """Report that there is no device, or no single one, to take missing buffers from."""
     if definition.x or definition.y:
@@ -73,20 +123,22 @@ def _report_device(
     place = where[NAME].place
     if len(used) == 1:
         (name,) = used
-        findings.not_there(f"{word} `{name}`", place, "add it to the agent, or name it in `uses:`")
+        findings.report_missing(
+            f"{word} `{name}`", place, "add it to the agent, or name it in `uses:`"
+        )
         return
     message = f"`{NAME}: identity` takes its buffers from one {word}, and {len(used)} are used"
     help_text = "write `x` and `y`, or change `uses`"
     findings.report("E0104", message, place, help=help_text)
 
 
-_Buffers = Mapping[tuple[str, str], tuple[BufferDef, Where]]
+_Buffers = Mapping[tuple[str, str], tuple[BufferDef, SourceValue]]
 """Side and peer -> a buffer, and where its elements are declared."""
 
 
 def _like(
-    device: DeviceDef, at: Where, letter: str, reported: Collection[str]
-) -> Iterator[tuple[tuple[str, str], tuple[BufferDef, Where]]]:
+    device: DeviceDef, at: SourceValue, letter: str, reported: Collection[str]
+) -> Iterator[tuple[tuple[str, str], tuple[BufferDef, SourceValue]]]:
     ways = ((device.x, at["x"], "c", letter), (device.y, at["y"], letter, "c"))
     for buffer, here, source, target in ways:
         if buffer.elements or buffer.interface:
@@ -134,8 +186,8 @@ def _sent(buffer: BufferDef) -> BufferDef:
 
 
 def _completed(
-    definition: SubsystemDef, where: Where, buffers: _Buffers, device: str
-) -> tuple[SubsystemDef, Where]:
+    definition: SubsystemDef, where: SourceValue, buffers: _Buffers, device: str
+) -> tuple[SubsystemDef, SourceValue]:
     """The subsystem with those of the buffers that it does not have."""
     raw, sides = where.mapping, {}
     for side in ("x", "y"):
@@ -149,8 +201,8 @@ def _completed(
         routes = {peer: route_below(at.raw, peer, at.route) for peer in own}
         routes |= {peer: here.route for peer, (_, here) in new.items()}
         parts = {peer: here.raw for peer, (_, here) in new.items()}
-        raw[side] = Unfolded(at.mapping | parts, routes)
-    return definition.model_copy(update=sides), where.having(raw)
+        raw[side] = Desugared(at.mapping | parts, routes)
+    return definition.model_copy(update=sides), where.with_content(raw)
 
 
 # One function, one behaviour, one state.
@@ -158,10 +210,10 @@ def _completed(
 
 def with_machine(
     definition: SubsystemDef,
-    where: Where,
+    where: SourceValue,
     interfaces: Mapping[str, Interface],
     findings: Findings,
-) -> tuple[SubsystemDef, Where]:
+) -> tuple[SubsystemDef, SourceValue]:
     """A subsystem with the machine that `through` stands for, if it has that."""
     through, here = definition.through, where[NAME]
     if through is None:
@@ -172,20 +224,19 @@ def with_machine(
             help_text = f"delete one of the two; `{NAME}` is for a subsystem with one state"
             findings.report("E0104", message, where[key].key, help=help_text)
     passed = dict(_passed_on(definition, interfaces)) if through.rule else {}
-    targets = {key: value for key, value in here.mapping.items() if key != "rule"}
     parts: dict[str, Any] = {
-        "functions": passed | targets,
+        "functions": passed,
         "behaviours": {"functions": [NAME], "terminal": "never"},
         "states": NAME,
     }
-    new: dict[str, Any] = {
-        key: Unfolded({NAME: part}, {NAME: here.route}) for key, part in parts.items()
-    }
+    short = {key: Desugared({NAME: part}, {NAME: here.route}) for key, part in parts.items()}
+    new, _ = desugar(short, where.file, SubsystemDef, where.route)
+    new["functions"][NAME] |= {key: value for key, value in here.mapping.items() if key != "rule"}
     new["initial_state"] = NAME
     machine = SubsystemDef.model_validate(new)
     definition = definition.model_copy(update={key: getattr(machine, key) for key in new})
     rest = {key: value for key, value in where.mapping.items() if key not in _MACHINE_KEYS}
-    return definition, where.having(rest | new)
+    return definition, where.with_content(rest | new)
 
 
 def _passed_on(

@@ -2,17 +2,17 @@
 
 import pytest
 
-from specc.schema.unfold import route_below, unfolded
+from specc.schema.desugar import desugar, route_below
 
 
 def agents(text: dict[str, object]) -> object:
-    data, faults = unfolded({"agents": text}, "f.yaml")
+    data, faults = desugar({"agents": text}, "f.yaml")
     assert faults == []
     return data["agents"]
 
 
 def faults(part: object, name: str = "a") -> list[str]:
-    found = unfolded({"agents": {name: part}}, "f.yaml")[1]
+    found = desugar({"agents": {name: part}}, "f.yaml")[1]
     return [f"{fault.code} {fault.message}" for fault in found]
 
 
@@ -45,13 +45,14 @@ def test_numbers_of_disturbances_unfold_below_names_only() -> None:
 
     def unfold(disturbance: object) -> tuple[object, list[str]]:
         data = {"task": {"disturb": [disturbance]}}
-        made, found = unfolded(data, "f.yaml")
+        made, found = desugar(data, "f.yaml")
         return made["task"]["disturb"][0], [str(fault.primary.route[-1]) for fault in found]
 
     of_each = {"for": {"i": "1..2"}, "is": "0.1[m]"}
     for verb in ("shift", "bias", "scale"):
         made, found = unfold({verb: {"a_{i}.s": of_each}})
         one, two = ({"for": {"i": i}, "is": "0.1[m]"} for i in (1, 2))
+        one, two = (one, two) if verb == "shift" else ([one], [two])
         assert (made, found) == ({verb: {"a_1.s": one, "a_2.s": two}}, [])
     for verb in ("push", "bias"):
         assert unfold({verb: {"b": [of_each, "0", "0"]}})[1] == ["for"]
@@ -61,7 +62,7 @@ def test_columns_of_expressions_stay_where_they_are() -> None:
     text = "x.a_{i % 2 + 1}.e + x.b{i}c.e in {u, k} and v in {i}"
     control = {"let": {"v": text}}
     made = agents({"a": {"for": {"i": 1}, "control": control}})
-    found = made["a_1"]["control"]["let"]["v"]
+    found = made["a_1"]["control"]["let"]["v"]["is"]
     words = "x.a_2 .e + x.b1c .e in {u, k} and v in 1"
     assert found.split() == words.split()
     for part in (".e +", ".e in", "and v"):
@@ -133,7 +134,7 @@ def test_an_index_is_no_keyword() -> None:
     ],
 )
 def test_arithmetic_on_indices_is_bounded(text: str) -> None:
-    _, found = unfolded({"agents": {"a": {"for": {"i": 1}, "title": text}}}, "f.yaml")
+    _, found = desugar({"agents": {"a": {"for": {"i": 1}, "title": text}}}, "f.yaml")
     assert {fault.code for fault in found} <= {"E0108"}
 
 

@@ -1,8 +1,13 @@
-"""Whether two tables or types mean the same."""
+"""Whether expressions and types of two versions mean the same.
+
+Both versions are translated together: inputs and memory are the same unknowns, lets and constants
+are each version's own and looked through. Conditions are compared by truth tables, everything
+else by its normal form.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain
@@ -20,19 +25,9 @@ from specc.model.expr import (
     Truth,
     mapped,
 )
-from specc.model.requirement import Junction, Requirement, Temporal, TickCondition
+from specc.model.requirement import BoolOp, Requirement, Temporal, TickCondition
 from specc.model.system import Constant, Subsystem, System
-from specc.model.types import (
-    Bool,
-    Enum,
-    ListOf,
-    Opaque,
-    OptionalOf,
-    Record,
-    Type,
-    Vector,
-    within,
-)
+from specc.model.types import Bool, Enum, ListOf, Opaque, OptionalOf, Record, Type, Vector, within
 from specc.model.wires import Wires
 from specc.proof.decide import Solver, is_satisfiable
 from specc.proof.formula import Formula, atoms_of
@@ -42,105 +37,8 @@ from specc.proof.table import Cases, Table
 from specc.proof.translate import Translator
 from specc.proof.verdict import FactTexts, TooLargeError, UnsureError
 from specc.proof.witness import describe
-from specc.tools.diff.record import Book, Verdict
-
-# Changes of named types, each reported once and not wherever the type is used.
-
-
-def type_text(type: Type) -> str:
-    """A type as it is written; the members of an enum without a name are in alphabetical order."""
-    match type:
-        case Enum(name=""):
-            return str(replace(type, members=tuple(sorted(type.members))))
-        case Vector(element=Enum(name="") as enum):
-            return str(replace(type, element=replace(enum, members=tuple(sorted(enum.members)))))
-        case ListOf(element=element, nonempty=nonempty):
-            return f"{'nonempty' if nonempty else 'list'}[{type_text(element)}]"
-        case OptionalOf(value=value):
-            return f"optional[{type_text(value)}]"
-    return str(type)
-
-
-Parts = dict[str, str]
-"""What a type consists of, by what it is there: a member, a field, the class."""
-
-
-def compare_types(old: System, new: System, book: Book) -> None:
-    """Members of enums, fields of records and Python classes of the types that both systems use.
-
-    A change is reported once, whoever uses the type. Descriptions may have different types of one
-    name; whose type has changed is said of these.
-    """
-    before, after = _by_user(old), _by_user(new)
-    several = _with_several_meanings(before) | _with_several_meanings(after)
-    told: dict[str, list[tuple[Parts, Parts]]] = {}
-    for user, name in sorted(before.keys() & after.keys(), key=lambda key: key[::-1]):
-        both = before[user, name], after[user, name]
-        if both not in told.setdefault(name, []):
-            told[name].append(both)
-            _compare_parts(f"{name} of {user}" if name in several else name, *both, book)
-
-
-def _compare_parts(name: str, old: Parts, new: Parts, book: Book) -> None:
-    for key in sorted(old.keys() | new.keys()):
-        if key not in old:
-            book.alone("added", "type", name, f"{key} {new[key]}".strip())
-        elif key not in new:
-            book.alone("removed", "type", name, f"{key} {old[key]}".strip())
-        else:
-            book.both("type", name).changed(key, old[key], new[key])
-
-
-def _with_several_meanings(types: Mapping[tuple[str, str], Parts]) -> set[str]:
-    first: dict[str, Parts] = {}
-    return {name for (_, name), parts in types.items() if first.setdefault(name, parts) != parts}
-
-
-def _by_user(system: System) -> dict[tuple[str, str], Parts]:
-    """The parts of each named type, by what uses it and its name."""
-    found: dict[tuple[str, str], Parts] = {}
-    for user, types in _users(system):
-        for type in sorted(within(types), key=str):
-            if isinstance(type, _NAMED) and type.name:
-                found.setdefault((user, type.name), _parts(type))
-    return found
-
-
-_NAMED = (Enum, Record, Opaque)
-
-
-def _parts(type: Type) -> Parts:
-    """What a named type consists of, by whatever frames it is used with."""
-    if isinstance(type, Record):
-        type = substitute(type, {frame: f"F{n}" for n, frame in enumerate(type.frames, 1)})
-    match type:
-        case Enum(members=members):
-            return {f"member {member}": "-" for member in members}
-        case Record(fields=fields, python=python):
-            parts = {f"field {field}": type_text(t) for field, t in fields}
-            return parts | {"class": python or "generated"}
-        case Opaque(python=python):
-            return {"class": python or "not said"}
-    return {}
-
-
-def _users(system: System) -> Iterator[tuple[str, list[Type]]]:
-    """Devices, subsystems and operators, each with its types."""
-    for device in system.devices:
-        yield device.qualified_name, [element.type for element in (*device.x, *device.y)]
-    for part in system.subsystems:
-        elements = [element.type for port in part.ports for element in port.elements]
-        yield part.qualified_name, elements + [memory.type for memory in part.memory]
-    for operator in system.operators:
-        yield operator.name, [*(type for _, type in operator.parameters), operator.result]
-
-
-# Whether two expressions of two versions of a subsystem mean the same.
-#
-# Both versions are translated together: inputs and memory are the same unknowns, lets and constants
-# are each version's own and looked through. Conditions are compared by truth tables, everything
-# else by its normal form.
-
+from specc.reachable import grouped
+from specc.tools.diff.changes import ChangeLog, Verdict
 
 _MARKS = ("old'", "new'")
 """Before the names of lets and constants, so that both versions fit into one translation."""
@@ -162,22 +60,25 @@ class Constants:
         self._numbering = Numbering(
             {},
             {
-                mark + c.name: _marked(c.value, mark)
+                mark + constant.name: _marked(constant.value, mark)
                 for mark, constants in zip(_MARKS, known, strict=True)
-                for c in constants
+                for constant in constants
             },
         )
 
-    def same(self, old: Expr, new: Expr) -> bool:
+    def compare(self, old: Expr, new: Expr) -> Verdict:
         """Whether a value of the old version and one of the new are the same."""
         numbers = (_marked(expr, mark) for mark, expr in zip(_MARKS, (old, new), strict=True))
-        return len({self._numbering.number(expr) for expr in numbers}) == 1
+        return Verdict(len({self._numbering.number(expr) for expr in numbers}) == 1)
 
     def canonical_form(self, requirement: Requirement, version: Literal[0, 1]) -> object:
         """What a requirement of the old or the new version says, whatever it calls constants."""
         return requirement.lasts, self._form(requirement.formula, _MARKS[version])
 
-    def _form(self, formula: Temporal | Junction | TickCondition, mark: str) -> object:
+    def is_same_formula(self, old: Requirement, new: Requirement) -> bool:
+        return self.canonical_form(old, 0) == self.canonical_form(new, 1)
+
+    def _form(self, formula: Temporal | BoolOp | TickCondition, mark: str) -> object:
         if isinstance(formula, TickCondition):
             return self._numbering.number(_marked(formula.that, mark))
         parts = [self._form(operand, mark) for operand in formula.operands]
@@ -194,7 +95,7 @@ class Constants:
 class Equivalence:
     """Compares expressions of two versions of one subsystem.
 
-    Conditions are `asked` whole periods after a state began, other values in its first period too.
+    Conditions are evaluated whole periods after a state began; other values in its first, too.
     """
 
     def __init__(self, old: Version, new: Version) -> None:
@@ -202,23 +103,23 @@ class Equivalence:
         rates = {v.subsystem.rate_hz if v.subsystem.rated else None for v in versions}
         rate_hz = rates.pop()
         period_s = 1 / rate_hz if rate_hz and not rates else None
-        self.asked = _Moment(versions, period_s, lambda expr: expr)
+        self.conditions = _Moment(versions, period_s, lambda expr: expr)
         self._first = _Moment(versions, period_s, _at_first)
 
-    def same_value(self, old: Expr, new: Expr) -> bool:
-        """Whether two expressions have the same value in every period."""
+    def compare(self, old: Expr, new: Expr) -> Verdict:
+        """How two values relate in every period."""
         if isinstance(old.type, Bool) and isinstance(new.type, Bool):
-            return self.compare_values(old, new).same
-        return self.asked.same(old, new) and self._first.same(old, new)
+            found = self.compare_conditions(old, new)
+            return self._first.compare([old], [new]) if found.same else found
+        return Verdict(self.conditions.is_same(old, new) and self._first.is_same(old, new))
 
-    def compare_values(self, old: Expr, new: Expr) -> Verdict:
-        """How two truth values relate in every period."""
-        found = self.asked.compare([old], [new])
-        return self._first.compare([old], [new]) if found.same else found
+    def compare_conditions(self, old: Expr, new: Expr) -> Verdict:
+        """How two conditions relate whole periods after a state began."""
+        return self.conditions.compare([old], [new])
 
-    def same_assumption(self, old: Expr, new: Expr) -> bool:
-        """Whether two assumptions say the same, whatever else is assumed."""
-        moments = self.asked, self._first
+    def is_same_assumption(self, old: Expr, new: Expr) -> bool:
+        """Whether two assumptions mean the same, whatever else is assumed."""
+        moments = self.conditions, self._first
         return all(moment.compare([old], [new], None).same for moment in moments)
 
 
@@ -262,7 +163,7 @@ class _Moment:
         assumed = [[axiom.that for axiom in v.subsystem.axioms] for v in versions]
         self._axioms = self.common(assumed[0], assumed[1])
 
-    def same(self, old: Expr, new: Expr) -> bool:
+    def is_same(self, old: Expr, new: Expr) -> bool:
         """Whether two values are the same, whatever the tests say that choose them."""
         number = self._translator.numbering.number
         choices = [list(self._choices(self._at(e, n), ())) for n, e in enumerate((old, new))]
@@ -293,9 +194,12 @@ class _Moment:
         self, old: Sequence[Expr], new: Sequence[Expr], given: Iterable[Formula] | None = ()
     ) -> Verdict:
         """How `any of old` and `any of new` relate; without axioms if nothing may be given."""
-        before, after = self._any(old, 0), self._any(new, 1)
+        before, after = (
+            self.make.disjunction(self._formula(expr, side) for expr in exprs)
+            for side, exprs in enumerate((old, new))
+        )
         if before is after:
-            return Verdict(True)
+            return Verdict(True, is_proved=True)
         known = [] if given is None else conjuncts([*self._axioms, *given])
         try:
             try:
@@ -311,9 +215,6 @@ class _Moment:
         before = {self._formula(expr, 0) for expr in old}
         found = {formula for expr in new if (formula := self._formula(expr, 1)) in before}
         return tuple(sorted(found, key=lambda formula: formula.index))
-
-    def _any(self, conditions: Sequence[Expr], side: int) -> Formula:
-        return self.make.disjunction(self._formula(c, side) for c in conditions)
 
     def _formula(self, expr: Expr, side: int) -> Formula:
         return self._translator.formula(self._at(expr, side))
@@ -342,25 +243,22 @@ class _Moment:
             not (only_old or only_new),
             _facts(table, only_old, cases.conceivable, asked),
             _facts(table, only_new, cases.conceivable, asked),
+            is_proved=True,
         )
 
 
 def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> FactTexts:
+    """Facts without marks; one that both versions have with values of their own says whose."""
     if not faults:
         return ()
     found, *_ = describe(table, faults, allowed, asked)
-    if not found:
-        return (("anything", "true"),)
-    return tuple(_readable(fact, answer, found) for fact, answer in found)
-
-
-def _readable(fact: str, answer: str, found: FactTexts) -> tuple[str, str]:
-    """A fact without marks; where both versions ask it with values of their own, it says whose."""
-    plain = _plain(fact)
-    if sum(_plain(other) == plain for other, _ in found) > 1:
+    names = [_plain(fact) for fact, _ in found]
+    facts = []
+    for (fact, answer), name in zip(found, names, strict=True):
         whose = next((mark.rstrip("'") for mark in _MARKS if mark in fact), "")
-        plain += f" ({whose})" if whose else ""
-    return plain, answer
+        is_ambiguous = whose and names.count(name) > 1
+        facts.append((f"{name} ({whose})" if is_ambiguous else name, answer))
+    return tuple(facts) or (("anything", "true"),)
 
 
 def _plain(text: str) -> str:
@@ -374,3 +272,80 @@ def _marked(expr: Expr, mark: str) -> Expr:
     if isinstance(expr, (LetRef, ConstantRef)):
         return replace(expr, name=mark + expr.name)
     return mapped(expr, lambda part: _marked(part, mark))
+
+
+# Named types.
+
+
+def type_text(type: Type) -> str:
+    """A type as it is written; the members of an enum without a name are in alphabetical order."""
+    match type:
+        case Enum(name=""):
+            return str(replace(type, members=tuple(sorted(type.members))))
+        case Vector(element=Enum(name="") as enum):
+            return str(replace(type, element=replace(enum, members=tuple(sorted(enum.members)))))
+        case ListOf(element=element, nonempty=nonempty):
+            return f"{'nonempty' if nonempty else 'list'}[{type_text(element)}]"
+        case OptionalOf(value=value):
+            return f"optional[{type_text(value)}]"
+    return str(type)
+
+
+_TypeParts = dict[str, str]
+"""What a type consists of, by what it is there: a member, a field, the class."""
+
+
+def compare_types(old: System, new: System, log: ChangeLog) -> None:
+    """The types that both systems use.
+
+    Descriptions may have different types of one name; then the user of the changed type is named.
+    """
+    users = before, after = _types_by_user(old), _types_by_user(new)
+    forms = [grouped((name, parts) for (_, name), parts in types.items()) for types in users]
+    reported: list[tuple[str, _TypeParts, _TypeParts]] = []
+    for user, name in sorted(before.keys() & after.keys(), key=lambda key: key[::-1]):
+        one, other = before[user, name], after[user, name]
+        if (name, one, other) in reported:
+            continue
+        reported.append((name, one, other))
+        is_ambiguous = any(form != of[name][0] for of in forms for form in of[name])
+        part = log.part("type", f"{name} of {user}" if is_ambiguous else name)
+        for key in sorted(one.keys() | other.keys()):
+            if key not in one:
+                part.added(f"{key} {other[key]}".strip())
+            elif key not in other:
+                part.removed(f"{key} {one[key]}".strip())
+            else:
+                part.changed(key, one[key], other[key])
+
+
+def _types_by_user(system: System) -> dict[tuple[str, str], _TypeParts]:
+    """The parts of each named type, by the device, subsystem or operator that uses it."""
+    users = {d.qualified_name: [e.type for e in (*d.x, *d.y)] for d in system.devices}
+    for each in system.subsystems:
+        types = [element.type for port in each.ports for element in port.elements]
+        users[each.qualified_name] = types + [memory.type for memory in each.memory]
+    for operator in system.operators:
+        users[operator.name] = [*(type for _, type in operator.parameters), operator.result]
+    found: dict[tuple[str, str], _TypeParts] = {}
+    for user, types in users.items():
+        for type in sorted(within(types), key=str):
+            if (parts := _type_parts(type)) is not None:
+                found.setdefault((user, getattr(type, "name", "")), parts)
+    return found
+
+
+def _type_parts(type: Type) -> _TypeParts | None:
+    """What a named type consists of, whatever frames it is used with."""
+    match type:
+        case Enum(name=name, members=members) if name:
+            return {f"member {member}": "-" for member in members}
+        case Record(name=name) as record if name:
+            frames = {frame: f"F{n}" for n, frame in enumerate(record.frames, 1)}
+            inside = substitute(record, frames)
+            assert isinstance(inside, Record)
+            parts = {f"field {field}": type_text(part) for field, part in inside.fields}
+            return parts | {"class": record.python or "generated"}
+        case Opaque(name=name, python=python) if name:
+            return {"class": python or "not said"}
+    return None

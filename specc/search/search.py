@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import random
+import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
@@ -17,14 +20,88 @@ from specc.model.expr import Expr
 from specc.model.fsm import Cause
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
-from specc.proof.search.situation import (
+from specc.search.situation import (
     NO_VALUE,
     FreeVariables,
     Interpreter,
     Situation,
     runnable,
 )
-from specc.proof.search.thresholds import SearchBudget, Thresholds
+
+
+class SearchBudget:
+    """How many more situations may be looked at: counted, so that a search always ends at one."""
+
+    def __init__(self, situations: int) -> None:
+        self.left = situations
+
+    def spend(self, situations: int) -> bool:
+        """Whether any were left before these."""
+        had = self.left > 0
+        self.left -= situations
+        return had
+
+    @contextmanager
+    def some(self, most: int) -> Iterator[SearchBudget]:
+        """A part of it; what is spent of it is spent of the whole."""
+        given = max(0, min(most, self.left))
+        part = SearchBudget(given)
+        yield part
+        self.left -= given - part.left
+
+
+MOST_NEAR = 8
+
+
+class Thresholds:
+    """Numbers that some conditions compare with."""
+
+    def __init__(self, conditions: Iterable[Expr], meaning: Interpreter, at: Situation) -> None:
+        """`at` is any situation; what depends on it counts with the value that it has there."""
+        known = {0.0}
+        for condition in (*conditions, *meaning.lets.values()):
+            for node in m.walk(condition):
+                if isinstance(node, m.Compare):
+                    known |= _numbers((node.left, node.right), meaning, at)
+                elif isinstance(node, m.Builtin) and FUNCTIONS[node.name].compares:
+                    known |= _numbers(node.args, meaning, at)
+                elif isinstance(node, m.Number):
+                    known |= _numbers((node,), meaning, at)
+        self._known = sorted(known)
+
+    def below_or_above(self, op: str, limit: float, *, whole: bool) -> Iterator[float]:
+        """Numbers n with `n op limit`, at most eight, the nearest to other thresholds first."""
+        found: dict[float, None] = {}
+        for number in self._around(limit):
+            rounded: float = round(number) if whole else number
+            if m.COMPARED[op](rounded, limit):
+                found[rounded] = None
+        yield from list(found)[:MOST_NEAR]
+
+    def _around(self, limit: float) -> Iterator[float]:
+        """Round numbers and the middles of gaps near a threshold, then the next gaps."""
+        yield from (limit, limit + 1, limit - 1)
+        above = [n for n in self._known if n > limit]
+        below = [n for n in reversed(self._known) if n < limit]
+        for side in (above, below):
+            edges = [limit, *side]
+            yield from ((a + b) / 2 for a, b in pairwise(edges))
+            yield from side[:2]
+            yield edges[-1] + math.copysign(1.0, edges[-1] - limit)
+        yield from (limit + 1000, limit - 1000)
+
+
+def _numbers(parts: Iterable[Expr], meaning: Interpreter, at: Situation) -> set[float]:
+    found = set()
+    for part in parts:
+        try:
+            value = meaning.value(part, at)
+        except NO_VALUE:
+            continue
+        if isinstance(value, (int, float)) and abs(value) <= sys.float_info.max:
+            found.add(float(value))
+    return found
+
 
 # Ways to give an expression a wanted value, by changing one thing that it depends on.
 

@@ -1,4 +1,4 @@
-"""A machine between two periods, its moves, and the branches of a period."""
+"""A machine between two periods, its transitions, and the branches of a period."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import NamedTuple
 from specc.model import expr as m
 from specc.proof import InputName
 
-OVER = -1
+FAILED = -1
 """The clock of a machine that has failed: others go on until its outputs are due."""
-STAYS = -2
-"""In place of the clock of a machine that stays in its state: it is set by what steps it."""
+SAME_STATE = -2
+"""The clock of a machine that stays in its state; the caller sets the real one."""
 SentValues = tuple[tuple[InputName, int], ...]
 """Outputs with the numbers of their values."""
 
 
-class Local(NamedTuple):
+class MachineState(NamedTuple):
     """A machine between two periods: memory in numbers, and answers about unknown values."""
 
     state: str
@@ -25,32 +25,32 @@ class Local(NamedTuple):
     answers: frozenset[int]
 
 
-class Move(NamedTuple):
+class Transition(NamedTuple):
     """The step of a machine at a time stamp.
 
-    `row` is an index, -1 for none. `free` are the conditions that could have turned out otherwise;
-    `lost` are inputs that were fresh and not looked at, or came with a member that was not reacted
-    to, which is named; `broken` are assumptions that failed.
+    `row` is an index, -1 for none. `choices` are the conditions that could have been false;
+    `lost` are fresh inputs that were not read, or the member of an event without a reaction;
+    `broken` are assumptions that failed.
     """
 
     source: str
     target: str
     row: int
     sent: SentValues
-    free: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()
     lost: tuple[tuple[InputName, str], ...] = ()
     broken: tuple[int, ...] = ()
 
 
-class Outcome(NamedTuple):
+class Successor(NamedTuple):
     """A possible result of a period: the number of the machine after it, and its move.
 
     If a fault `ends` the run, the machine has not moved.
     """
 
-    local: int
-    move: Move
-    ends: bool = False
+    state: int
+    transition: Transition
+    ends_run: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +59,6 @@ class Branch:
 
     row: int
     target: str
-    holds: tuple[m.Expr, ...]
-    fails: bool = False
+    conditions: tuple[m.Expr, ...]
+    may_fail: bool = False
     """Whether the next condition cannot be computed, so that the step fails."""
