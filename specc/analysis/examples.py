@@ -82,10 +82,10 @@ class Examples:
         answers = *witness.answers, *given
         every = tuple(showing(seen, state.name, cause, witness.holding, answers))
         always = always_present(subsystem, self._facts.wires)
-        there = machine.presence.in_conditions(state.name) | always
-        key = name, every, about, there
+        present = machine.presence.in_conditions(state.name) | always
+        key = name, every, about, present
         if key not in self._found:
-            freedom = FreeVariables(meaning.changing, there)
+            freedom = FreeVariables(meaning.changing, present)
             self._found[key] = self._search(every, about, meaning, freedom)
         return self._found[key]
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar
 
 from specc.analysis.definite_assignment import Availability, DefiniteAssignment, PresentValues
 from specc.analysis.graph import CAUSES, RowEdge, find_edges, reachable_from
@@ -21,8 +20,6 @@ from specc.model.types import Bool, Enum
 from specc.proof import InputName, Prover, RowVerdict, Witness
 from specc.proof.decide import Sessions
 from specc.reachable import grouped
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,13 +83,6 @@ class Machine:
         self._sessions = sessions
         self._constant_values: dict[int, bool | None] = {}
         self._provers: list[Prover] = []
-        self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
-
-    def results_of(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
-        """What a check finds that asks nothing but this machine."""
-        if check not in self._told:
-            self._told[check] = tuple(check(self))
-        return self._told[check]
 
     # What it is made of.
 
@@ -170,8 +160,8 @@ class Machine:
         if isinstance(expr.type, Bool) or isinstance(expr, Input):
             yield expr
         else:
-            whole = self.prover.numbering.looked_through(expr)
-            for part in children(expr) if whole is expr else (whole,):
+            value = self.prover.numbering.looked_through(expr)
+            for part in children(expr) if value is expr else (value,):
                 yield from self._conditions_on(part, key)
 
     @cached_property
@@ -325,8 +315,8 @@ class Machine:
             named = self.dependences.of(condition.when).constants
             is_given = any(constant.name in named for constant in self.subsystem.constants)
             prover = self.generic_prover if is_given else self.prover
-            meant = isinstance(condition.when, Truth)
-            value = None if meant else prover.constant(condition.when, by_tables=is_given)
+            is_intended = isinstance(condition.when, Truth)
+            value = None if is_intended else prover.constant(condition.when, by_tables=is_given)
             self._constant_values[key] = value
         return self._constant_values[key]
 

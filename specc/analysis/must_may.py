@@ -81,12 +81,12 @@ class Approximation:
         # An error goes before an end: where it is not known, the end is not known either.
         opposite = may_hold_part if self.ends is must_hold_part else must_hold_part
         error = self.ends if self.cause == "error" else opposite
-        seen = replace(
+        approximated = replace(
             behaviour,
             terminal=_known(behaviour.terminal, self.ends),
             error=_known(behaviour.error, error),
         )
-        return replace(state, behaviour=seen)
+        return replace(state, behaviour=approximated)
 
 
 def must_view(cause: Cause) -> Approximation:
@@ -143,9 +143,9 @@ class MustMayAnalysis:
         self, state: str, cause: Cause, pair: tuple[int, int], present: Collection[InputName]
     ) -> Witness | None:
         """Where two rows of a state and cause, by their indices, surely apply together."""
-        seen = must_view(cause).of(self._subsystem)
-        rows = _rows(seen, state, cause)
-        two = replace(seen, transitions=tuple(rows[index] for index in pair))
+        known = must_view(cause).of(self._subsystem)
+        rows = _rows(known, state, cause)
+        two = replace(known, transitions=tuple(rows[index] for index in pair))
         return self._new(two).prove_rows(state, cause, present=present).decision.overlap
 
     def edges(self) -> tuple[RowEdge, ...]:

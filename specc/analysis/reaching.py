@@ -279,11 +279,11 @@ class ScalarRanges:
         """One for each definition that reaches one part, whatever the other parts are."""
         expr = scalar.expr
         parts = [self._of_part(replace(scalar, expr=part)) for part in children(expr)]
-        whole = [ranges.union(*each) for each in parts]
-        yield bounds(expr, whole)
+        unions = [ranges.union(*each) for each in parts]
+        yield bounds(expr, unions)
         for index, each in enumerate(parts):
             for one in each if len(each) <= _MOST_RANGES else ():
-                yield bounds(expr, [*whole[:index], one, *whole[index + 1 :]])
+                yield bounds(expr, [*unions[:index], one, *unions[index + 1 :]])
 
     def _of_part(self, scalar: ScalarExpr) -> list[Range]:
         if not isinstance(scalar.expr.type, (Int, Real)):
@@ -302,10 +302,10 @@ class ScalarRanges:
         core = expr.value if isinstance(expr, Component) else expr
         if not isinstance(core, (Input, MemoryRef)):
             return False
-        asked = (condition.when for condition in machine.subsystem.exit_conditions)
+        conditions = (condition.when for condition in machine.subsystem.exit_conditions)
         return any(
             any(isinstance(part, Compare) for part in walk(when)) and _shared(of(when), of(core))
-            for when in asked
+            for when in conditions
         )
 
 

@@ -70,10 +70,10 @@ def _stored_on_subsystem(
     """What subsystems keep the answer to: many checks ask."""
 
     def answer(subsystem: Subsystem) -> Sequence[T]:
-        kept = vars(subsystem)
-        if find.__name__ not in kept:
-            kept[find.__name__] = tuple(find(subsystem))
-        return kept[find.__name__]  # type: ignore[no-any-return]  # what was kept
+        stored = vars(subsystem)
+        if find.__name__ not in stored:
+            stored[find.__name__] = tuple(find(subsystem))
+        return stored[find.__name__]  # type: ignore[no-any-return]  # what was kept
 
     return answer
 

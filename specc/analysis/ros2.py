@@ -147,10 +147,10 @@ def _part_of_action(
         return MessageTypeMismatch(f"the status of an action is a text or an enum: {wrong}", help)
     is_given_back = binding.part == "goal" and not commanded
     if not (binding.through or is_given_back):
-        made = "the fields of a goal" if binding.part == "goal" else "its value of a message"
+        result = "the fields of a goal" if binding.part == "goal" else "its value of a message"
         return MessageTypeMismatch(
             f"the {binding.part} of an action is a message of its own type",
-            f"name a function under `through:` that makes {made}",
+            f"name a function under `through:` that makes {result}",
         )
     if not isinstance(type_, OptionalOf):
         cancels = binding.part == "goal" and commanded
@@ -244,9 +244,9 @@ _WORDS_OF_SCALARS = {
 
 def _wanted(message: str) -> str:
     """Types that go with messages, in words."""
-    alone = _WORDS_OF_SCALARS[scalar(message)]
-    said = [_WORDS.get(part.shape, alone) for part in MESSAGES[message]]
-    return " or ".join(dict.fromkeys(said))
+    of_scalar = _WORDS_OF_SCALARS[scalar(message)]
+    words = [_WORDS.get(part.shape, of_scalar) for part in MESSAGES[message]]
+    return " or ".join(dict.fromkeys(words))
 
 
 # Coordinate frames: which fields have to hold which frame.

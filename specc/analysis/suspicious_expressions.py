@@ -101,10 +101,10 @@ def evaluated_parts(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[E
     match whole:
         case Choice(test=test, then=then, otherwise=otherwise):
             yield test
-            said = answer(test)
-            if said in ("yes", "some"):
+            known = answer(test)
+            if known in ("yes", "some"):
                 yield then
-            if said in ("no", "some"):
+            if known in ("no", "some"):
                 yield otherwise
         case Logic(op=op, operands=operands):
             goes_on = "yes" if op == "and" else "no"
@@ -286,10 +286,10 @@ class SuspiciousExpressions:
         tightest = min if is_least else max
         value, limit = tightest(known, key=lambda pair: pair[0])
         for inner in outer.args:
-            whole = self._origin(text, inner)[1]
-            if _picks(whole) != -_picks(outer) or self._value(inner) is not None:
+            clamped = self._origin(text, inner)[1]
+            if _picks(clamped) != -_picks(outer) or self._value(inner) is not None:
                 continue
-            least, most = bounded(whole, self._known)
+            least, most = bounded(clamped, self._known)
             if least > value if is_least else most < value:
                 origin = self._origin(text, limit)
                 self._add("bounds", text, outer, limit, inner, origin=origin, number=value)
@@ -309,10 +309,10 @@ class SuspiciousExpressions:
 
     def _exceeds(self, one: Expr, other: Expr) -> bool:
         """Whether an expression is surely greater than another one, by the same each time."""
-        apart = self._sum(one, 1)
+        difference = self._sum(one, 1)
         for part, times in self._sum(other, -1).items():
-            apart[part] = apart.get(part, 0.0) + times
-        left = {part: times for part, times in apart.items() if abs(times) > _ROUNDING}
+            difference[part] = difference.get(part, 0.0) + times
+        left = {part: times for part, times in difference.items() if abs(times) > _ROUNDING}
         return left.keys() == {_ONE} and left[_ONE] > 0
 
     def _sum(self, expr: Expr, times: float) -> dict[int, float]:

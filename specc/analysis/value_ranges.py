@@ -146,9 +146,9 @@ class MemoryBounds:
             case MemoryRef() | LetRef():
                 return now.get(expr, ANY)
             case Choice(test=test, then=then, otherwise=otherwise):
-                held = self._of(then, self._narrowed(now, test))
-                failed = self._of(otherwise, self._narrowed(now, negation(test)))
-                return bounds(expr, (self._of(test, now), held, failed))
+                if_true = self._of(then, self._narrowed(now, test))
+                if_false = self._of(otherwise, self._narrowed(now, negation(test)))
+                return bounds(expr, (self._of(test, now), if_true, if_false))
         return bounds(expr, [self._of(part, now) for part in children(expr)])
 
     def _narrowed(self, now: _Now, condition: Expr) -> _Now:
@@ -169,16 +169,16 @@ class MemoryBounds:
         if left not in found:
             return
         (low, high), (least, greatest) = found[left], self._of(comparison.right, found)
-        whole = isinstance(left.type, Int) and isinstance(comparison.right.type, Int)
+        is_whole = isinstance(left.type, Int) and isinstance(comparison.right.type, Int)
         if isinstance(left.type, Int) != isinstance(comparison.right.type, Int):
             # A whole number may be rounded beside a float, which keeps those within unchanged.
             least = least if abs(least) < _ALL_FLOATS else -math.inf
             greatest = greatest if abs(greatest) < _ALL_FLOATS else math.inf
         if comparison.op in ("<", "<=", "=="):
-            high = min(high, greatest - 1 if whole and comparison.op == "<" else greatest)
+            high = min(high, greatest - 1 if is_whole and comparison.op == "<" else greatest)
         if comparison.op in (">", ">=", "=="):
-            low = max(low, least + 1 if whole and comparison.op == ">" else least)
-        if comparison.op == "!=" and whole and least == greatest:  # at an end of the interval
+            low = max(low, least + 1 if is_whole and comparison.op == ">" else least)
+        if comparison.op == "!=" and is_whole and least == greatest:  # at an end of the interval
             low, high = low + (low == least), high - (high == greatest)
         if low <= high:
             found[left] = low, high

@@ -40,7 +40,7 @@ def axioms_needed(facts: Facts) -> Iterator[Diagnostic]:
     for machine in facts.machines:
         axioms = machine.subsystem.axioms
         proved = {a.place for a in axioms if check(machine, a).grounds == "proved"}
-        yield from (d for d in machine.results_of(_unneeded) if d.primary not in proved)
+        yield from (d for d in _unneeded(machine) if d.primary not in proved)
 
 
 # No sender sends what an assumption excludes.

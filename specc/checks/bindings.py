@@ -299,8 +299,8 @@ def _measured(bound: BoundElement, model: Model | ModelError | None, sensor: int
     for raw in raw_numbers(bound, model) if isinstance(model, Model) else ():
         if raw.kind == "sensors" and raw.place == sensor:
             units = raw.units or ()
-            there = () if start is None else wanted[start : start + len(units)]
-            return [unit for unit in (*units, *(there or _only(wanted))) if unit is not None]
+            of_element = () if start is None else wanted[start : start + len(units)]
+            return [unit for unit in (*units, *(of_element or _only(wanted))) if unit is not None]
         start = None if start is None or raw.units is None else start + len(raw.units)
     return _only(wanted)
 

@@ -211,14 +211,15 @@ def _tests(context: tuple[Expr, ...]) -> tuple[Expr, ...]:
 def conditions_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0613 and W0617; what cannot be meant in a condition is `expressions_meant`'s matter."""
     machines = facts.complete_machines
-    return first_at_each_place(d for m in machines for d in m.results_of(_constant))
+    return first_at_each_place(d for m in machines for d in _constant(m))
 
 
 def _constant(machine: Machine) -> Iterator[Diagnostic]:
+    every = list(_parts(machine))
     for condition in machine.subsystem.conditions:
         value, when = machine.constant_value(condition), condition.when
         if value is None:
-            parts = (part for part in machine.results_of(_parts) if part.condition is condition)
+            parts = (part for part in every if part.condition is condition)
             yield from (_part(machine, part) for part in parts)
         elif not machine.suspicious.is_in(when):
             word, label = "always" if value else "never", ""
@@ -248,10 +249,12 @@ def memory_is_written(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _unwritten(machine: Machine) -> Iterator[Diagnostic]:
-    reported = {name for part in machine.results_of(_parts) for name in part.unwritten}
+    unwritten = set(machine.value_ranges.unwritten)
+    if unwritten:
+        unwritten -= {name for part in _parts(machine) for name in part.unwritten}
     reads = [(c, machine.dependences.of(c.when)) for c in machine.subsystem.exit_conditions]
     for item in machine.subsystem.memory:
-        if item.name in machine.value_ranges.unwritten.keys() - reported:
+        if item.name in unwritten:
             reading = [condition for condition, on in reads if item.name in on.memory]
             if reading:
                 yield Diagnostic(
@@ -291,7 +294,7 @@ def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
     What ends a state by mistake is the matter of `conditions_vary` and `expressions_meant`.
     """
     for machine in facts.complete_machines:
-        yield from first_at_each_place(machine.results_of(_overdue))
+        yield from first_at_each_place(_overdue(machine))
 
 
 def _overdue(machine: Machine) -> Iterator[Diagnostic]:
@@ -343,7 +346,7 @@ def _overdue_exit(exit: OverdueExit, subsystem: Subsystem) -> Diagnostic:
 def conditions_differ(facts: Facts) -> Iterator[Diagnostic]:
     """W0622: two declared conditions of one kind are not the same."""
     machines = facts.complete_machines
-    return first_at_each_place(d for m in machines for d in m.results_of(_same_conditions))
+    return first_at_each_place(d for m in machines for d in _same_conditions(m))
 
 
 def _same_conditions(machine: Machine) -> Iterator[Diagnostic]:

@@ -204,8 +204,8 @@ def _both(one: Disturbance, other: Disturbance) -> Iterator[tuple[Deed, str, Dee
         same = (together and verb.numbers == "none") if verb.lasts else at_once
         if same and (deed.verb, deed.name) in first:
             yield deed, verb.done, first[deed.verb, deed.name]
-    for held, done, moved in ((one, first, other), (other, second, one)):
-        for verb, deed in moved.of("coordinate") if _happens_in(held, moved) else ():
+    for going_on, done, moved in ((one, first, other), (other, second, one)):
+        for verb, deed in moved.of("coordinate") if _happens_in(going_on, moved) else ():
             yield from ((deed, s.done, d) for s, d in _spoiling(verb, deed, done) if s.lasts)
 
 
@@ -227,14 +227,14 @@ def _overlap(one: Disturbance, other: Disturbance) -> bool:
     return max(first[1], second[1]) < min(ends)
 
 
-def _happens_in(lasting: Disturbance, moment: Disturbance) -> bool:
+def _happens_in(going_on: Disturbance, moment: Disturbance) -> bool:
     """Whether one surely begins while the other one goes on."""
-    if _moment(lasting) == _moment(moment):
+    if _moment(going_on) == _moment(moment):
         return True
-    begun, at = _start(lasting), _start(moment)
+    begun, at = _start(going_on), _start(moment)
     if begun is None or at is None:
         return False
-    return begun[1] <= at[0] and at[1] < begun[0] + _least_s(lasting)
+    return begun[1] <= at[0] and at[1] < begun[0] + _least_s(going_on)
 
 
 def _start(each: Disturbance) -> tuple[float, float] | None:

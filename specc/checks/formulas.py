@@ -69,10 +69,10 @@ def _in_all_copies(item: Requirement, found: list[Diagnostic]) -> list[Diagnosti
         return []
     copies = Counter(_place(item, part) for part in _parts(item.formula))
     alike = Counter(each.primary for each in found)
-    kept = (each for each in found if alike[each.primary] >= copies[each.primary])
+    in_all = (each for each in found if alike[each.primary] >= copies[each.primary])
     return [
         each
-        for each in dict.fromkeys(kept)
+        for each in dict.fromkeys(in_all)
         if item.text[each.primary.start : each.primary.end] not in item.names
     ]
 
@@ -194,15 +194,15 @@ def _at_first_tick(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
     ticks = facts.ticks
     begun = [known for r in item.readings if (known := initial_state_of(r, facts.system))]
     first = [ticks.formula_at(known) for known in begun]
-    asked, help = ticks.formula_at(item.formula), "write `always(...)` around it, or correct it"
-    if ticks.follows(asked, *first):
+    at_tick, help = ticks.formula_at(item.formula), "write `always(...)` around it, or correct it"
+    if ticks.follows(at_tick, *first):
         message = "this holds at the first tick already, so nothing is asked of a run"
-    elif not ticks.is_possible(asked, *first):
+    elif not ticks.is_possible(at_tick, *first):
         message = "this cannot hold at the first tick, and without `always` it is asked there"
     elif (early := _of_first_tick(item.formula)) is not None:
-        said = f"`{item.part(early)}` is asked at the first tick alone"
+        words = f"`{item.part(early)}` is asked at the first tick alone"
         help = "write `always(...)` around the whole, or say within what time"
-        yield Diagnostic("W0336", said, _place(item, early), help=help)
+        yield Diagnostic("W0336", words, _place(item, early), help=help)
         return
     else:
         return

@@ -91,8 +91,8 @@ def path_to_device(
     if reads is None or not facts.of(reader).is_complete:
         return None
     peer = wire.end.peer
-    held = frozenset((peer, name) for name in unsent)
-    relay = _Relay(facts, facts.of(reader), reads, (peer, output[1]), held)
+    silent = frozenset((peer, name) for name in unsent)
+    relay = _Relay(facts, facts.of(reader), reads, (peer, output[1]), silent)
     for further, states in relay.outputs():
         rest = path_to_device(
             facts, reader, further, unsent_in(reader, states, further[0]), (*passed, sender)
@@ -113,7 +113,7 @@ class _Relay:
     """A subsystem that receives a value that stays the same."""
 
     def __init__(
-        self, facts: Facts, machine: Machine, reads: Reads, origin: InputName, held: InputNames
+        self, facts: Facts, machine: Machine, reads: Reads, origin: InputName, silent: InputNames
     ) -> None:
         """The value is that of the input `origin`.
 
@@ -124,7 +124,7 @@ class _Relay:
         self._machine = machine
         self._reads = reads
         self._origin = origin
-        self._silent_inputs = held
+        self._silent_inputs = silent
         lets = machine.subsystem.lets
         self._implied = ImpliedFacts(lets, self._missing)
         self._guards = Guards[InputNames](
@@ -350,7 +350,9 @@ class RetainedOutputs:
 def commands_sent(facts: Facts) -> Iterator[Diagnostic]:
     """W0420, once for each state, with all that it does not send."""
     for machine in facts.complete_machines:
-        found = grouped((held.state, held) for held in RetainedOutputs(facts, machine).find())
+        found = grouped(
+            (retained.state, retained) for retained in RetainedOutputs(facts, machine).find()
+        )
         for state, several in found.items():
             yield _finding(machine.subsystem, state, several)
 
@@ -360,7 +362,7 @@ def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) 
     elements = {f"`{held.path.device.qualified_name}.{held.path.element.name}`" for held in several}
     keep, last = ("keep", "values") if len(elements) > 1 else ("keeps", "value")
     written = ", ".join(held.name for held in several)
-    held = f"{state.name}: {{behaviour: {state.behaviour.name}, holds: [{written}]}}"
+    retained = f"{state.name}: {{behaviour: {state.behaviour.name}, holds: [{written}]}}"
     return Diagnostic(
         "W0420",
         f"state `{state.name}` does not send {join_words(names, 'and')}, so "
@@ -369,16 +371,18 @@ def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) 
         "what was sent last goes on here",
         tuple(dict.fromkeys(place for held in several for place in _way(subsystem, held))),
         f"send {'them' if len(names) > 1 else 'it'} in `{state.name}` as well, 0 to stop; "
-        f"if the last {last} should stay, say so: `{held}`",
+        f"if the last {last} should stay, say so: `{retained}`",
     )
 
 
-def _way(subsystem: Subsystem, held: RetainedOutput) -> Iterator[Related]:
-    sent = next(a for a in held.before.behaviour.assignments if (a.peer, a.name) == held.output)
-    yield Related(sent.place, f"state `{held.before.name}` may have sent it before")
-    for relay in held.path.through:
+def _way(subsystem: Subsystem, retained: RetainedOutput) -> Iterator[Related]:
+    sent = next(
+        a for a in retained.before.behaviour.assignments if (a.peer, a.name) == retained.output
+    )
+    yield Related(sent.place, f"state `{retained.before.name}` may have sent it before")
+    for relay in retained.path.through:
         yield Related(relay.place, f"`{relay.qualified_name}` goes on with the last value")
-    device, element = held.path.device, held.path.element
+    device, element = retained.path.device, retained.path.element
     yield Related(element.place, f"`{device.qualified_name}` gets it")
 
 

@@ -81,15 +81,18 @@ def _limits(machine: Machine, state: State, counter: str) -> Iterator[_Limit]:
                 yield _Limit(condition, reached)
 
 
-def _reached(machine: Machine, asked: Compare, counter: str) -> Expr | None:
+def _reached(machine: Machine, comparison: Compare, counter: str) -> Expr | None:
     """That a counter has reached what it is compared with, if that is constant."""
     through = machine.prover.numbering.looked_through
-    sides = (asked.left, asked.right, asked.op), (asked.right, asked.left, MIRRORED[asked.op])
+    sides = (
+        (comparison.left, comparison.right, comparison.op),
+        (comparison.right, comparison.left, MIRRORED[comparison.op]),
+    )
     for memory, limit, op in sides:
         counted, on = through(memory), machine.dependences.of(limit)
         is_counter = isinstance(counted, MemoryRef) and counted.name == counter
         if is_counter and on.is_stable and not on.memory:
-            return Compare(">" if op in (">", "<=") else ">=", counted, limit, type=asked.type)
+            return Compare(">" if op in (">", "<=") else ">=", counted, limit, type=comparison.type)
     return None
 
 
@@ -108,10 +111,10 @@ def _way_back(machine: Machine, state: State, counter: str, reached: Expr) -> Ro
 
     for first in machine.successors.get(state.name, ()):
         row = first.row
-        asked = machine.dependences.all(
+        depends_on = machine.dependences.all(
             [state.behaviour.ending(row.cause).when, row.condition.when]
         )
-        leaves = row.target != state.name and counter in asked.memory
+        leaves = row.target != state.name and counter in depends_on.memory
         if leaves and _is_taken(machine, first, reached):
             found = reachable([first], following)
             if any(step.row.target == state.name for step in found):
@@ -122,15 +125,15 @@ def _way_back(machine: Machine, state: State, counter: str, reached: Expr) -> Ro
 def _is_taken(machine: Machine, step: RowEdge, reached: Expr) -> bool:
     """Whether a row may be taken while the counter has reached the limit."""
     behaviour = machine.subsystem.state(step.row.source).behaviour
-    ended = [w if held else negation(w) for w, held in behaviour.ended(step.row.cause)]
-    asked = [*ended, step.row.condition.when, reached]
-    return machine.prover.satisfiable(asked) is True
+    ended = [w if holds else negation(w) for w, holds in behaviour.ended(step.row.cause)]
+    conditions = [*ended, step.row.condition.when, reached]
+    return machine.prover.satisfiable(conditions) is True
 
 
 def counters_set_back(facts: Facts) -> Iterator[Diagnostic]:
     """W0620, once for each counter."""
     machines = facts.complete_machines
-    return first_at_each_place(d for m in machines for d in m.results_of(_not_reset))
+    return first_at_each_place(d for m in machines for d in _not_reset(m))
 
 
 def _not_reset(machine: Machine) -> Iterator[Diagnostic]:

@@ -161,9 +161,9 @@ def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
     bound = {f"{b.device}.{b.element}" for b in plant.bindings if b.device != PLANT}
     open_ = [name for name, _ in elements if name not in bound]
     strange = bound - {name for name, _ in elements}
-    meant = {name for other in strange for name in nearest(other, open_)[:1]}
+    misnamed = {name for other in strange for name in nearest(other, open_)[:1]}
     for name, element in elements:
-        if name not in bound | meant:
+        if name not in bound | misnamed:
             yield Diagnostic(
                 "O0502",
                 f"nothing in the plant stands behind `{name}`",
@@ -250,16 +250,20 @@ def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
     """W0520; of sensors, which may be shared, where all copies of one description name the same."""
     effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
     first: dict[tuple[str, str], tuple[str, Place]] = {}
-    told: set[Place] = set()
+    reported: set[Place] = set()
     for binding in (bound.binding for bound in facts.bindings if not bound.is_commanded):
         for kind in ("joints", "sensors") if binding.device in effectors else ():
             for index, name in enumerate(getattr(binding, kind)):
                 place = binding.place.below(kind, index)
                 device, earlier = first.setdefault((kind, name), (binding.device, place))
                 copies = earlier == place
-                if device == binding.device or not (copies or kind == "joints") or place in told:
+                if (
+                    device == binding.device
+                    or not (copies or kind == "joints")
+                    or place in reported
+                ):
                     continue
-                told.add(place)
+                reported.add(place)
                 part = kind.removesuffix("s")
                 yield Diagnostic(
                     "W0520",
@@ -280,13 +284,13 @@ def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
     effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
     first: dict[tuple[str, str, str, bool], tuple[str, Place]] = {}
     for bound in facts.bindings:
-        binding, made = bound.binding, (bound.binding.through, bound.is_pose)
+        binding, conversion = bound.binding, (bound.binding.through, bound.is_pose)
         owner = binding.device.partition(".")[0]  # of what is observed, the plant
         owners = [owner, "effectors"] if binding.device in effectors else [owner]
         for index, name in enumerate(() if bound.is_commanded else binding.sensors):
             place = binding.place.below("sensors", index)
             element = f"{binding.device}.{binding.element}"
-            known = [first.setdefault((o, name, *made), (element, place)) for o in owners]
+            known = [first.setdefault((o, name, *conversion), (element, place)) for o in owners]
             twin = next(((e, p) for e, p in known if e != element), None)
             if twin is None or twin[1] == place:  # copies of effectors are told of above
                 continue

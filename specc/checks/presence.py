@@ -69,7 +69,7 @@ def _named(owner: Function | Condition | Memory) -> str:
 def inputs_present(facts: Facts) -> Iterator[Diagnostic]:
     """E0701 to E0704, once for each place that reads without a value, about the first state."""
     for machine in facts.consistent_machines:
-        yield from machine.results_of(_without_input)
+        yield from _without_input(machine)
 
 
 def _without_input(machine: Machine) -> Iterator[Diagnostic]:
@@ -143,7 +143,7 @@ def values_there(facts: Facts) -> Iterator[Diagnostic]:
     """E0705, once for each place, about the first state."""
     for machine in facts.machines:
         if machine.has_known_conditions and machine.present_values.needed:
-            yield from machine.results_of(_missing)
+            yield from _missing(machine)
 
 
 def _missing(machine: Machine) -> Iterator[Diagnostic]:

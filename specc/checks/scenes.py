@@ -82,8 +82,8 @@ _ROUNDING = 1e-5
 
 
 def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
-    meant = sole_correction(joint, nearest(joint, model.joints))
-    right = f"{meant}.{which}" if meant and which else meant
+    correction = sole_correction(joint, nearest(joint, model.joints))
+    right = f"{correction}.{which}" if correction and which else correction
     message, help = f"the model has no joint `{joint}`", suggest(joint, list(model.joints))
     fix = rename_fix(draw.place, draw.name, right)
     return Diagnostic("E0502", message, draw.place, help=help, fix=fix)

@@ -147,8 +147,8 @@ def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
             if wire.name in facts.broken | facts.wires.contested:
                 continue
             if wire.device is not None:
-                there = _side(wire.device, "y" if wire.port.direction == "x" else "x")
-                yield from _compare(_end(wire.port), _End(there, wire.elements))
+                side = _side(wire.device, "y" if wire.port.direction == "x" else "x")
+                yield from _compare(_end(wire.port), _End(side, wire.elements))
             elif wire.other is not None:
                 yield from _between_subsystems(wire, wire.other, facts)
     for device in facts.system.devices:

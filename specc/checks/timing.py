@@ -94,7 +94,7 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
 
     Whether the next value overtakes a declared event is found out when machines are explored.
     """
-    for reader, node, element in _asked(facts):
+    for reader, node, element in _inputs_tested_for_arrival(facts):
         source = _source(node, facts) if reader in facts.rates.timed else None
         if source is None or source[0] <= reader.rate_hz or element.event:
             continue
@@ -114,7 +114,7 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _asked(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
+def _inputs_tested_for_arrival(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
     """The elements of which it matters to their readers whether a new value has come."""
     asked = {s.qualified_name: (s, inputs_tested_for_arrival(s)) for s in facts.subsystems}
     for node, element in facts.inputs():
@@ -129,7 +129,7 @@ def _source(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
         case Sent(sender=sender, silent_state=State()):
             return sender.rate_hz, sender.place.below("rate")
         case Measured(is_sporadic=False, device=device) as measured if measured.period_s:
-            unfit = (misfit.bound.binding for misfit in facts.rates.conflicts)
+            unfit = (conflict.bound.binding for conflict in facts.rates.conflicts)
             if (device, node.element) not in ((b.device, b.element) for b in unfit):
                 return 1 / measured.period_s, measured.place
     return None
@@ -144,7 +144,7 @@ def _ms(rate: Fraction) -> str:
 
 def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
     """W0418, where the age is not limited either; a sender that is faster is seen in any period."""
-    for reader, node, element in _asked(facts):
+    for reader, node, element in _inputs_tested_for_arrival(facts):
         sent = facts.ages.sources.origin(node)
         sender = sent.sender if isinstance(sent, Sent) and sent.silent_state is None else None
         if sender is None or element.max_age_s is not None:
@@ -249,8 +249,8 @@ def ages_known(facts: Facts) -> Iterator[Diagnostic]:
     for node, element in _bounded(facts):
         oldest = facts.ages.oldest(node)
         first = oldest.steps()[0].node if isinstance(oldest, AgeChain) else None
-        kept = facts.ages.sources.through_memory(first) if first else ()
-        memory = next((name for name, source in kept if facts.ages.is_measured(source)), "")
+        sources = facts.ages.sources.through_memory(first) if first else ()
+        memory = next((name for name, source in sources if facts.ages.is_measured(source)), "")
         if memory and not facts.ages.is_measured(node):
             yield Diagnostic(
                 "W0415",
@@ -275,26 +275,28 @@ _WAYS_OUT = {
 def ages_limited(facts: Facts) -> Iterator[Diagnostic]:
     """W0416."""
     for node, element in _bounded(facts):
-        held, allowed = facts.ages.oldest(node), element.max_age_s
-        if isinstance(held, UnboundedAge) and allowed is not None:
+        oldest, allowed = facts.ages.oldest(node), element.max_age_s
+        if isinstance(oldest, UnboundedAge) and allowed is not None:
             yield Diagnostic(
                 "W0416",
                 f"nothing limits the age of `{node.short}`",
                 element.place.below("max_age"),
                 f"may be at most {in_ms(allowed)} old",
-                tuple(_silence(held, node)),
-                _WAYS_OUT[type(held.source)],
+                tuple(_silence(oldest, node)),
+                _WAYS_OUT[type(oldest.source)],
             )
 
 
-def _silence(held: UnboundedAge, node: InputNode) -> Iterator[Related]:
-    source = held.source
+def _silence(unbounded: UnboundedAge, node: InputNode) -> Iterator[Related]:
+    source = unbounded.source
     if isinstance(source, Measured):
-        name = f"{source.device}.{held.node.element}"
+        name = f"{source.device}.{unbounded.node.element}"
         yield Related(source.place, f"`{name}` may have no new sample for an unlimited time")
     elif source.silent_state is not None:
         sender = source.sender.qualified_name
-        whose = "it" if held.node == node else f"`{held.node}`, from which it is computed,"
+        whose = (
+            "it" if unbounded.node == node else f"`{unbounded.node}`, from which it is computed,"
+        )
         yield Related(source.silent_state.place, f"`{sender}` does not send {whose} in this state")
 
 
@@ -303,10 +305,10 @@ def _silence(held: UnboundedAge, node: InputNode) -> Iterator[Related]:
 
 def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
     """E0509."""
-    for misfit in facts.rates.conflicts:
-        rate, tick = misfit.rate_hz, misfit.tick_s
-        place = misfit.bound.binding.place.below("rate")
-        if not misfit.readers and tick is not None:
+    for conflict in facts.rates.conflicts:
+        rate, tick = conflict.rate_hz, conflict.tick_s
+        place = conflict.bound.binding.place.below("rate")
+        if not conflict.readers and tick is not None:
             message = f"its period is not a whole number of base ticks of {float(tick):g} s"
             ticks = max(1, round(1 / rate / tick))
             yield Diagnostic(
@@ -315,7 +317,7 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
                 place,
                 help=f"the nearest period that fits is {float(1000 * ticks * tick):g} ms",
             )
-        for reader in misfit.readers:
+        for reader in conflict.readers:
             yield Diagnostic(
                 "E0509",
                 f"{float(rate):g} Hz does not fit the {_rate(reader)} of `{reader.qualified_name}`",

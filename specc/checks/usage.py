@@ -146,9 +146,9 @@ def observed_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0240, once something is required; of what one `for` observes, some is enough."""
     plant, readings = facts.system.plant, [r for item in facts.formulas for r in item.readings]
     named = {reading.element[0] for reading in readings if reading.kind == "observed"}
-    seen = plant.observed if plant and facts.formulas else ()
-    used = {item.place for item in seen if item.name in named}
-    for place, name in {item.place: item.name for item in reversed(seen)}.items():
+    observed = plant.observed if plant and facts.formulas else ()
+    used = {item.place for item in observed if item.name in named}
+    for place, name in {item.place: item.name for item in reversed(observed)}.items():
         if place not in used:
             message = f"`plant.{name}` is observed and not used"
             help = "name it in a requirement, or delete it"
