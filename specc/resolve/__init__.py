@@ -19,7 +19,7 @@ from specc.model.trace import Trace
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver
-from specc.resolve.context import CommandLineValues, Findings, SourceValue
+from specc.resolve.context import Findings, SetValues, YamlNode
 from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.elements import check_interfaces
 from specc.resolve.expansion import groups_of
@@ -63,8 +63,8 @@ def resolve(
     load: Load,
     findings: Findings,
     reach: Reach = ANYWHERE,
-    instead: Mapping[str, SourceValue] | None = None,
-    stop_when: SourceValue | None = None,
+    instead: Mapping[str, YamlNode] | None = None,
+    stop_when: YamlNode | None = None,
 ) -> Resolved:
     """Resolve the system of `file`; other files come through `load`.
 
@@ -75,7 +75,7 @@ def resolve(
     _report_lacking(file, findings)
     groups = groups_of(spec.agents, file.top["agents"])
     copies = {agent: group for group, of in groups.items() for agent in of.values()}
-    given = CommandLineValues(instead or {}, copies)
+    given = SetValues(instead or {}, copies)
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach, given)
     library.agents, library.groups = tuple(spec.agents), groups
     definitions = replace(library, shared=True).definitions(file)
@@ -171,14 +171,14 @@ def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> T
         definition, where, tuple(formulas.world.agents), findings, wrong, known, given
     )
 
-    def condition(text: str, at: SourceValue) -> Requirement | None:
+    def condition(text: str, at: YamlNode) -> Requirement | None:
         return formulas.requirement(text, "", at)
 
     disturbed = disturbances_of(definition.disturb, where["disturb"], condition, findings, known)
     return replace(task, disturbances=disturbed)
 
 
-def _stop(formulas: FormulaResolver, at: SourceValue) -> Requirement | None:
+def _stop(formulas: FormulaResolver, at: YamlNode) -> Requirement | None:
     """The formula that ends a run; None after reporting an error."""
     found = formulas.requirement(str(at.raw), "", at)
     if found is not None and (wrong := why_untimely(found, "a run", "end")):

@@ -11,7 +11,7 @@ from specc.diagnostics import Diagnostic
 from specc.limits import left, spend
 from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
-from specc.resolve.context import Findings, SourceValue, duration_in, trace_of
+from specc.resolve.context import Findings, YamlNode, duration_in, trace_of
 from specc.resolve.definitions import Definitions, Groups
 from specc.resolve.elements import all_elements, with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
@@ -24,7 +24,7 @@ from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import BufferDef, SubsystemDef
 from specc.source import Place
 
-_Control = tuple[SubsystemDef, SourceValue, Setting]
+_Control = tuple[SubsystemDef, YamlNode, Setting]
 """A control subsystem, where it is described, and the names in force there."""
 
 
@@ -43,7 +43,7 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: SourceValue,
+        where: YamlNode,
         at: Setting,
         instead: _Control | None = None,
     ) -> Agent | None:
@@ -76,7 +76,7 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: SourceValue,
+        where: YamlNode,
         at: Setting,
         instead: _Control | None,
     ) -> Agent | None:
@@ -99,7 +99,7 @@ class AgentResolver:
         return replace(agent, title=definition.title or agent.title, kind=kind, place=where.key)
 
     def _virtual(
-        self, agent: str, around: AgentDef, where: SourceValue, at: Setting
+        self, agent: str, around: AgentDef, where: YamlNode, at: Setting
     ) -> list[Subsystem | None]:
         found = []
         groups: tuple[tuple[str, SubsystemKind, Mapping[str, SubsystemDef]], ...] = (
@@ -122,7 +122,7 @@ class AgentResolver:
         kind: SubsystemKind,
         around: AgentDef,
         definition: SubsystemDef,
-        where: SourceValue,
+        where: YamlNode,
         peers: Mapping[str, str],
         at: Setting,
     ) -> Subsystem | None:
@@ -172,8 +172,8 @@ class AgentResolver:
         return resolved
 
     def _levels(
-        self, name: str, definition: SubsystemDef, where: SourceValue, at: Setting
-    ) -> tuple[list[tuple[SubsystemDef, SourceValue]], Setting | None]:
+        self, name: str, definition: SubsystemDef, where: YamlNode, at: Setting
+    ) -> tuple[list[tuple[SubsystemDef, YamlNode]], Setting | None]:
         """A subsystem and the descriptions that it uses, each the next one.
 
         And the names in force in the last one; None if one cannot be used, which is reported.
@@ -193,7 +193,7 @@ class AgentResolver:
         return levels, inside
 
     def _note_errors(
-        self, name: str, here: SourceValue, before: int, repeated: int, withheld: int
+        self, name: str, here: YamlNode, before: int, repeated: int, withheld: int
     ) -> None:
         """Note what the errors found since some counts mean for others who look at a subsystem."""
         found = [*self.findings.diagnostics[before:], *self.findings.repeated[repeated:]]
@@ -244,7 +244,7 @@ class AgentResolver:
         name: str,
         kind: SubsystemKind,
         definition: SubsystemDef,
-        where: SourceValue,
+        where: YamlNode,
         peers: Mapping[str, str],
         at: Setting,
         rate: Fraction | None,
@@ -273,9 +273,7 @@ class AgentResolver:
             begun=definition.initial_state in definition.states,
         )
 
-    def _rate(
-        self, definition: SubsystemDef, at: SourceValue, where: SourceValue
-    ) -> Fraction | None:
+    def _rate(self, definition: SubsystemDef, at: YamlNode, where: YamlNode) -> Fraction | None:
         text = definition.rate
         if text is None:
             message = "the subsystem has no rate yet"
@@ -283,7 +281,7 @@ class AgentResolver:
             return None
         return rate_of(text, at["rate"], self.findings)
 
-    def _initial_state(self, definition: SubsystemDef, where: SourceValue) -> str:
+    def _initial_state(self, definition: SubsystemDef, where: YamlNode) -> str:
         if definition.initial_state in definition.states:
             self.findings.use(where["states"][definition.initial_state].key, where, "initial_state")
             return definition.initial_state
@@ -298,7 +296,7 @@ class AgentResolver:
         return next(iter(definition.states), "")
 
     def _devices(
-        self, agent: str, around: AgentDef, where: SourceValue, at: Setting
+        self, agent: str, around: AgentDef, where: YamlNode, at: Setting
     ) -> tuple[Device, ...]:
         groups: tuple[tuple[str, DeviceKind, Mapping[str, DeviceDef]], ...] = (
             ("real_effectors", "real_effector", around.real_effectors),
@@ -323,7 +321,7 @@ class AgentResolver:
                 found.append(device)
         return tuple(found)
 
-    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: SourceValue) -> None:
+    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: YamlNode) -> None:
         """Report parts beside `use`, which would be described twice."""
         what, parts = "subsystem", definition.given - _BESIDE_USE
         help = "only title, `rate`, `budget` and `uses` may be others; say the rest in that file"
@@ -334,7 +332,7 @@ class AgentResolver:
             message = f"`{key}` has no effect: another file describes the {what}"
             self.findings.report("E0104", message, where[key].key, help=help)
 
-    def _no_description(self, what: str, where: SourceValue, agents: Iterable[str] = ()) -> None:
+    def _no_description(self, what: str, where: YamlNode, agents: Iterable[str] = ()) -> None:
         """Report a file without such a part; `agents` are those of a system."""
         known = ", ".join(f"`{agent}`" for agent in agents)
         message = f"the file describes no {what}"
@@ -360,14 +358,12 @@ _INNER = frozenset(
 _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 
 
-def _first(
-    levels: list[tuple[SubsystemDef, SourceValue]], key: str
-) -> tuple[SubsystemDef, SourceValue]:
+def _first(levels: list[tuple[SubsystemDef, YamlNode]], key: str) -> tuple[SubsystemDef, YamlNode]:
     """The level that says something for a key: users come before what they use."""
     return next((level for level in levels if getattr(level[0], key) is not None), levels[-1])
 
 
-def _only_inside(finding: Diagnostic, subsystem: SourceValue) -> bool:
+def _only_inside(finding: Diagnostic, subsystem: YamlNode) -> bool:
     """Whether an error leaves the buffers and the graph of states of the subsystem known.
 
     A row with an unknown condition is known to exist; one with an unknown state is not.

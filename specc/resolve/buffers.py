@@ -11,7 +11,7 @@ from specc.diagnostics import nearest
 from specc.lang import RESERVED, Declared, ExprError, Scope, parse
 from specc.lang.parse import names_in
 from specc.model.system import Let, Memory, Port
-from specc.resolve.context import SourceValue, trace_of, unknown_at
+from specc.resolve.context import YamlNode, trace_of, unknown_at
 from specc.resolve.definitions import inlined
 from specc.resolve.elements import all_elements
 from specc.resolve.expressions import Expressions
@@ -34,7 +34,7 @@ class Buffers:
 
 
 def resolve_buffers(
-    definition: SubsystemDef, where: SourceValue, ends: Mapping[str, str], expressions: Expressions
+    definition: SubsystemDef, where: YamlNode, ends: Mapping[str, str], expressions: Expressions
 ) -> Buffers:
     """Resolve ports (`ends`: peer -> name of the other end), memory and lets, in this order."""
     ports = _ports(definition, where, ends, expressions)
@@ -77,7 +77,7 @@ def _without(scope: Scope, broken: Collection[str]) -> Scope:
 
 
 def _ports(
-    definition: SubsystemDef, where: SourceValue, ends: Mapping[str, str], expressions: Expressions
+    definition: SubsystemDef, where: YamlNode, ends: Mapping[str, str], expressions: Expressions
 ) -> tuple[Port, ...]:
     ports = []
     directions: tuple[tuple[Literal["x", "y"], Mapping[str, BufferDef]], ...] = (
@@ -98,7 +98,7 @@ def _port(
     peer: str,
     direction: Literal["x", "y"],
     buffer: BufferDef,
-    at: SourceValue,
+    at: YamlNode,
     expressions: Expressions,
 ) -> Port:
     """A port that has the elements of an interface, if the buffer names one, and its own."""
@@ -111,7 +111,7 @@ def _port(
 
 
 def _memory(
-    definition: SubsystemDef, where: SourceValue, scope: Scope, expressions: Expressions
+    definition: SubsystemDef, where: YamlNode, scope: Scope, expressions: Expressions
 ) -> tuple[Memory, ...]:
     found = []
     for name, item in definition.memory.items():
@@ -142,7 +142,7 @@ class _Lets:
     """
 
     definition: SubsystemDef
-    where: SourceValue
+    where: YamlNode
     scope: Scope
     expressions: Expressions
     _numbers: dict[str, int] = field(default_factory=dict)

@@ -26,30 +26,30 @@ from specc.source import Place, Route
 
 
 @dataclass(frozen=True, slots=True)
-class SourceValue:
+class YamlNode:
     """A value in a file: its route and what the YAML has there."""
 
     file: str
     route: Route
     raw: object
 
-    def __getitem__(self, key: str | int) -> SourceValue:
+    def __getitem__(self, key: str | int) -> YamlNode:
         raw, value = self.raw, None
         if isinstance(raw, dict):
             value = raw.get(key)
         elif isinstance(raw, list) and isinstance(key, int) and key < len(raw):
             value = raw[key]
-        return SourceValue(self.file, route_below(raw, key, self.route), value)
+        return YamlNode(self.file, route_below(raw, key, self.route), value)
 
     @property
     def mapping(self) -> dict[str, Any]:
         """A copy of the mapping that stands here; empty if there is none."""
         return dict(self.raw) if isinstance(self.raw, dict) else {}
 
-    def with_content(self, raw: Mapping[str, Any]) -> SourceValue:
+    def with_content(self, raw: Mapping[str, Any]) -> YamlNode:
         """The same place with other contents, of which some may come from elsewhere as before."""
         routes = self.raw.routes if isinstance(self.raw, Desugared) else {}
-        return SourceValue(self.file, self.route, Desugared(raw, routes))
+        return YamlNode(self.file, self.route, Desugared(raw, routes))
 
     @property
     def place(self) -> Place:
@@ -69,19 +69,19 @@ class Meaning:
     `places` are those of the definitions in force, by kind and name, `home` is the subsystem.
     """
 
-    where: SourceValue
+    where: YamlNode
     text: str
     scope: Scope
     expr: Expr | None
     places: Mapping[str, Place]
-    home: SourceValue | None = None
+    home: YamlNode | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class TypeText:
     """The text of a type, of a signature or of an interface with its arguments, in its scope."""
 
-    where: SourceValue
+    where: YamlNode
     form: Literal["type", "signature", "interface"]
     text: str
     names: TypeNames
@@ -147,7 +147,7 @@ class Findings:
     def use(
         self,
         of: Place | None,
-        at: SourceValue,
+        at: YamlNode,
         *below: str | int,
         part: Literal["key", "value"] = "value",
         start: int | None = None,
@@ -172,7 +172,7 @@ class Findings:
 
     def expression_error(
         self,
-        where: SourceValue,
+        where: YamlNode,
         error: ExprError,
         target: Related | None = None,
         lacks: Place | None = None,
@@ -194,12 +194,12 @@ class Findings:
         )
         self._add(replace(found, fix=renaming(place, error.wrong, error.repair)))
 
-    def report_outside(self, reach: Reach, path: str, where: SourceValue) -> None:
+    def report_outside(self, reach: Reach, path: str, where: YamlNode) -> None:
         """Report a file that a specification may not name."""
         message = f"the file lies outside the project: {path}"
         self.report("E0021", message, where.place, help=reach.way_in(path))
 
-    def report_escape(self, reach: Reach, folder: str, where: SourceValue) -> None:
+    def report_escape(self, reach: Reach, folder: str, where: YamlNode) -> None:
         """Report a folder from which a link leads to what a specification may not name."""
         try:
             link = reach.link_below(folder)
@@ -329,7 +329,7 @@ def trace_of(part: Traced) -> Trace:
 _UNTRACED = Trace()
 
 
-def unknown_at(where: SourceValue, type_: Type) -> Unknown:
+def unknown_at(where: YamlNode, type_: Type) -> Unknown:
     """A distinct value for every place, so that no two of them count as the same."""
     return Unknown("/".join(map(str, where.route)), type=type_)
 
@@ -342,7 +342,7 @@ _DURATION = re.compile(r"\s*(\d{1,12}(?:\.\d{1,12})?)\s+([a-z]+)\s*", re.ASCII)
 
 
 def duration_in(
-    definition: object, where: SourceValue, key: str, findings: Findings
+    definition: object, where: YamlNode, key: str, findings: Findings
 ) -> Fraction | None:
     """Seconds that a definition says under a key, as `20 ms` or `0.5 s`.
 
@@ -411,18 +411,18 @@ def _unit(written: str, declared: Type | None) -> str:
 
 
 @dataclass(eq=False, slots=True)
-class CommandLineValues:
+class SetValues:
     """`texts` are those of the command line, by the names of what they are values of.
 
     `copies` has the agents of each `for` with the name of them all, `units` everything that can be
     given, each with the unit of a number without one.
     """
 
-    texts: Mapping[str, SourceValue] = field(default_factory=dict)
+    texts: Mapping[str, YamlNode] = field(default_factory=dict)
     copies: Mapping[str, str] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
 
-    def of(self, name: str, written: str, declared: Type | None = None) -> SourceValue | None:
+    def of(self, name: str, written: str, declared: Type | None = None) -> YamlNode | None:
         """The text to take instead of what a file has for a name, if there is one.
 
         Parameters of copies have a name that is their own, and one that they share.

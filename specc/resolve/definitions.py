@@ -17,7 +17,7 @@ from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Enum, Frame, Int, Opaque, Record, Type
-from specc.resolve.context import Findings, SourceValue, TypeText
+from specc.resolve.context import Findings, TypeText, YamlNode
 from specc.resolve.fingerprint import Fingerprint
 from specc.schema.files import TypeDef
 from specc.schema.subsystem import InterfaceDef
@@ -122,11 +122,11 @@ class Interface:
     """An interface at its place, with what the texts of its elements may name."""
 
     definition: InterfaceDef
-    where: SourceValue
+    where: YamlNode
     definitions: Definitions
 
 
-def indices_of(each: Mapping[str, str], where: SourceValue) -> dict[str, Constant]:
+def indices_of(each: Mapping[str, str], where: YamlNode) -> dict[str, Constant]:
     """The indices of the `for` of a part at `where`, each with its one value."""
     return {
         name: Constant(name, Number(int(text), type=Int()), "", where["for"][name].key)
@@ -325,7 +325,7 @@ class TypeMaker:
 
     name: str
     definition: TypeDef
-    where: SourceValue
+    where: YamlNode
     definitions: Definitions
     findings: Findings
     _made: dict[tuple[Frame, ...], Type] = field(default_factory=dict)
@@ -416,7 +416,7 @@ class TypeMaker:
         self._broken = True
         return ExprError(message, 0, 0, code=FOLLOW_UP)
 
-    def _parsed(self, where: SourceValue, text: str, names: TypeNames) -> Type:
+    def _parsed(self, where: YamlNode, text: str, names: TypeNames) -> Type:
         """A type in the definition; what is wrong with it is reported here and nowhere else."""
         if not self._broken:
             try:

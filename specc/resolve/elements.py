@@ -13,7 +13,7 @@ from specc.model.expr import Call, Expr, FileRef, MemoryRef, constants_in, walk
 from specc.model.system import Element, Safe, Shared
 from specc.model.types import Frame, Type
 from specc.reachable import reachable
-from specc.resolve.context import Findings, SourceValue, TypeText, duration_in, trace_of
+from specc.resolve.context import Findings, TypeText, YamlNode, duration_in, trace_of
 from specc.resolve.definitions import Definitions, Interface
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
@@ -22,7 +22,7 @@ from specc.schema.subsystem import BufferDef, ElementDef, InputDef, ReceivedDef,
 
 
 def resolve_elements(
-    elements: Mapping[str, ElementDef], where: SourceValue, expressions: Expressions
+    elements: Mapping[str, ElementDef], where: YamlNode, expressions: Expressions
 ) -> tuple[Element, ...]:
     """The elements of one buffer; one whose type is wrong is left out and marked as broken."""
     found = []
@@ -51,7 +51,7 @@ def resolve_elements(
 def with_safe(
     accepted: tuple[Element, ...],
     definition: DeviceDef,
-    where: SourceValue,
+    where: YamlNode,
     reported: tuple[Element, ...],
     expressions: Expressions,
 ) -> tuple[Element, ...]:
@@ -71,7 +71,7 @@ def with_safe(
 
 def _safe(
     declared: SafeDef,
-    at: SourceValue,
+    at: YamlNode,
     element: Element,
     reported: tuple[Element, ...],
     expressions: Expressions,
@@ -130,7 +130,7 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
 
 
 def all_elements(
-    buffer: BufferDef, at: SourceValue, direction: Literal["x", "y"], expressions: Expressions
+    buffer: BufferDef, at: YamlNode, direction: Literal["x", "y"], expressions: Expressions
 ) -> tuple[tuple[Element, ...], Shared | None]:
     """The elements of a buffer: those of its interface, if that is known, and its own."""
     found = resolve_elements(buffer.elements, at, expressions)
@@ -162,7 +162,7 @@ def _report_twice(
 
 
 def _elements_of(
-    text: str, where: SourceValue, expressions: Expressions
+    text: str, where: YamlNode, expressions: Expressions
 ) -> tuple[Interface, tuple[Element, ...]] | None:
     """The interface that a buffer names at `where` and its elements, or None after reporting."""
     definitions, findings = expressions.definitions, expressions.findings

@@ -14,7 +14,7 @@ from typing import Any
 from specc.lang import ExprError, Members, parse_syntax
 from specc.lang.parse import nodes_of
 from specc.model.system import SubsystemKind
-from specc.resolve.context import Findings, SourceValue
+from specc.resolve.context import Findings, YamlNode
 from specc.resolve.definitions import Groups, Interface
 from specc.resolve.ends import devices_of, used_by, word_of
 from specc.schema.desugar import Desugared, desugar, route_below
@@ -29,7 +29,7 @@ from specc.schema.subsystem import (
 )
 
 
-def groups_of(parts: Mapping[str, Any], where: SourceValue) -> Groups:
+def groups_of(parts: Mapping[str, Any], where: YamlNode) -> Groups:
     """The groups among agents, or among virtual effectors and receptors, which stand at `where`."""
     found: Groups = {}
     routes = where.raw.routes if isinstance(where.raw, Desugared) else {}
@@ -41,8 +41,8 @@ def groups_of(parts: Mapping[str, Any], where: SourceValue) -> Groups:
 
 
 def with_members(
-    definition: SubsystemDef, where: SourceValue, groups: Groups
-) -> tuple[SubsystemDef, SourceValue, Groups]:
+    definition: SubsystemDef, where: YamlNode, groups: Groups
+) -> tuple[SubsystemDef, YamlNode, Groups]:
     """A subsystem with a buffer for each member of the groups that it names, and those groups."""
     named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
     if not named or not isinstance(where.raw, dict):
@@ -85,14 +85,14 @@ _HEAD = re.compile(r"\w+")
 
 def with_buffers(
     definition: SubsystemDef,
-    where: SourceValue,
+    where: YamlNode,
     kind: SubsystemKind,
     name: str,
     around: AgentDef,
-    agent: SourceValue,
+    agent: YamlNode,
     interfaces: Mapping[str, Interface],
     findings: Findings,
-) -> tuple[SubsystemDef, SourceValue]:
+) -> tuple[SubsystemDef, YamlNode]:
     """A virtual effector or receptor with the buffers that it has because it passes all on.
 
     They have what its device accepts and reports, to both sides. `agent` is where the agent stands.
@@ -111,11 +111,7 @@ def with_buffers(
 
 
 def _report_device(
-    used: Collection[str],
-    definition: SubsystemDef,
-    where: SourceValue,
-    word: str,
-    findings: Findings,
+    used: Collection[str], definition: SubsystemDef, where: YamlNode, word: str, findings: Findings
 ) -> None:
     """Report that there is no device, or no single one, to take missing buffers from."""
     if definition.x or definition.y:
@@ -132,13 +128,13 @@ def _report_device(
     findings.report("E0104", message, place, help=help_text)
 
 
-_Buffers = Mapping[tuple[str, str], tuple[BufferDef, SourceValue]]
+_Buffers = Mapping[tuple[str, str], tuple[BufferDef, YamlNode]]
 """Side and peer -> a buffer, and where its elements are declared."""
 
 
 def _like(
-    device: DeviceDef, at: SourceValue, letter: str, reported: Collection[str]
-) -> Iterator[tuple[tuple[str, str], tuple[BufferDef, SourceValue]]]:
+    device: DeviceDef, at: YamlNode, letter: str, reported: Collection[str]
+) -> Iterator[tuple[tuple[str, str], tuple[BufferDef, YamlNode]]]:
     ways = ((device.x, at["x"], "c", letter), (device.y, at["y"], letter, "c"))
     for buffer, here, source, target in ways:
         if buffer.elements or buffer.interface:
@@ -186,8 +182,8 @@ def _sent(buffer: BufferDef) -> BufferDef:
 
 
 def _completed(
-    definition: SubsystemDef, where: SourceValue, buffers: _Buffers, device: str
-) -> tuple[SubsystemDef, SourceValue]:
+    definition: SubsystemDef, where: YamlNode, buffers: _Buffers, device: str
+) -> tuple[SubsystemDef, YamlNode]:
     """The subsystem with those of the buffers that it does not have."""
     raw, sides = where.mapping, {}
     for side in ("x", "y"):
@@ -210,10 +206,10 @@ def _completed(
 
 def with_machine(
     definition: SubsystemDef,
-    where: SourceValue,
+    where: YamlNode,
     interfaces: Mapping[str, Interface],
     findings: Findings,
-) -> tuple[SubsystemDef, SourceValue]:
+) -> tuple[SubsystemDef, YamlNode]:
     """A subsystem with the machine that `through` stands for, if it has that."""
     through, here = definition.through, where[NAME]
     if through is None:

@@ -21,10 +21,10 @@ from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
 from specc.read import ANYWHERE, Reach
 from specc.resolve.context import (
-    CommandLineValues,
     Findings,
-    SourceValue,
+    SetValues,
     TypeText,
+    YamlNode,
     file_hint,
     trace_of,
 )
@@ -48,14 +48,14 @@ class Loaded:
 
     path: str
     spec: SpecFile
-    top: SourceValue
+    top: YamlNode
 
 
 _Section = Literal["frames", "types", "operators", "files", "constants", "interfaces"]
 _WORDS = {"types": TYPE_WORDS, "operators": RESERVED}
 """Names that a specification does not give."""
 
-Load = Callable[[str, SourceValue | None], Loaded | None]
+Load = Callable[[str, YamlNode | None], Loaded | None]
 """Reads and shapes a file, reporting what is wrong at the place that names it."""
 
 
@@ -70,7 +70,7 @@ class Library:
     base: str
     findings: Findings
     reach: Reach = ANYWHERE
-    given: CommandLineValues = field(default_factory=CommandLineValues)
+    given: SetValues = field(default_factory=SetValues)
     shared: bool = False
     agents: tuple[str, ...] = ()
     """Names of all agents of the system, some of which are `groups`."""
@@ -175,7 +175,7 @@ class Library:
 
     def _unclashing(
         self, section: _Section, file: Loaded, own: Definitions
-    ) -> Iterator[tuple[str, Any, SourceValue]]:
+    ) -> Iterator[tuple[str, Any, YamlNode]]:
         """The definitions of a section whose names are free; others are reported.
 
         A description has them again each time that it is used. Where the allowance for that is used

@@ -24,7 +24,7 @@ from specc.model.logic import joined, negation
 from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool
-from specc.resolve.context import Findings, SourceValue, trace_of, unknown_at
+from specc.resolve.context import Findings, YamlNode, trace_of, unknown_at
 from specc.resolve.definitions import inlined
 from specc.resolve.expansion import targets_of
 from specc.resolve.expressions import Expressions
@@ -52,7 +52,7 @@ class MachineResolver:
     """Resolves one subsystem's machine in the scope that its buffers make."""
 
     definition: SubsystemDef
-    where: SourceValue
+    where: YamlNode
     scope: Scope
     ports: tuple[Port, ...]
     memory: tuple[Memory, ...]
@@ -104,7 +104,7 @@ class MachineResolver:
                 self._conditions[kind, name] = self._declared(kind, name, item, at)
 
     def _declared(
-        self, kind: ConditionKind, name: str, item: ConditionDef, at: SourceValue
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode
     ) -> Condition:
         when = self._when(kind, name, item, at)
         if when is None:
@@ -112,7 +112,7 @@ class MachineResolver:
         return Condition(name, kind, when, item.title, trace_of(item), at.key)
 
     def _when(
-        self, kind: ConditionKind, name: str, item: ConditionDef, at: SourceValue
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode
     ) -> Expr | None:
         if item.when is not None:
             return self.expressions.condition(at["when"], item.when, self.scope)
@@ -120,10 +120,10 @@ class MachineResolver:
         self._open("O0202", message, at, "add `when:` with a Boolean expression")
         return None
 
-    def _open(self, code: str, message: str, where: SourceValue, help_text: str) -> None:
+    def _open(self, code: str, message: str, where: YamlNode, help_text: str) -> None:
         self._findings.report(code, message, where.key, help=help_text)
 
-    def _undeclared(self, kind: ConditionKind, name: str, where: SourceValue) -> Condition:
+    def _undeclared(self, kind: ConditionKind, name: str, where: YamlNode) -> Condition:
         """A condition that the language has, or one of which nothing is known."""
         fixed = _FIXED[kind]
         if name in fixed:
@@ -143,7 +143,7 @@ class MachineResolver:
         for name, item in self.definition.functions.items():
             self._functions[name] = self._function(name, item, where[name])
 
-    def _function(self, name: str, item: FunctionDef, at: SourceValue) -> Function:
+    def _function(self, name: str, item: FunctionDef, at: YamlNode) -> Function:
         made = [
             self._assignment(target, value, at[named])
             for named, value in item.targets.items()
@@ -167,7 +167,7 @@ class MachineResolver:
             "subsystem has one side only, so write targets there"
         )
 
-    def _assignment(self, target: str, item: AssignmentDef, at: SourceValue) -> Assignment | None:
+    def _assignment(self, target: str, item: AssignmentDef, at: YamlNode) -> Assignment | None:
         found = self._target(target, at)
         here = at["is"]
         indices, scope = self.expressions.indexed(item.each, at, self.scope)
@@ -181,7 +181,7 @@ class MachineResolver:
         value = inlined(value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
-    def _target(self, target: str, at: SourceValue) -> _Written | None:
+    def _target(self, target: str, at: YamlNode) -> _Written | None:
         """What a target is, `y.peer.element` or memory; None after reporting."""
         found = self._targets.get(target)
         if self._findings.cache is not None:
@@ -190,7 +190,7 @@ class MachineResolver:
             self._no_target(target, at)
         return found
 
-    def _no_target(self, target: str, at: SourceValue) -> None:
+    def _no_target(self, target: str, at: YamlNode) -> None:
         match target.split("."):
             case ["y", peer, name]:
                 if f"y.{peer}" in self.expressions.unresolved:
@@ -223,7 +223,7 @@ class MachineResolver:
             )
 
     def _used(
-        self, behaviour: str, index: int, used: UsedFunctionDef, inside: SourceValue
+        self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode
     ) -> Function | None:
         """A function of a behaviour: one that is declared, or one that stands there."""
         known = self.definition.functions
@@ -246,7 +246,7 @@ class MachineResolver:
         self._findings.use(found.place if found else None, at, "function")
         return found
 
-    def _terminal(self, behaviour: str, given: TerminalDef | None, at: SourceValue) -> Condition:
+    def _terminal(self, behaviour: str, given: TerminalDef | None, at: YamlNode) -> Condition:
         if given is not None:
             return self._ending("terminal", behaviour, given, at)
         message = f"nothing says when behaviour `{behaviour}` ends"
@@ -254,7 +254,7 @@ class MachineResolver:
         return _unknown_condition(behaviour, "terminal", at["terminal"], at)
 
     def _ending(
-        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, inside: SourceValue
+        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, inside: YamlNode
     ) -> Condition:
         """A condition of a behaviour: one that is declared, or one that stands there."""
         name = f"{behaviour}.{kind}" if given.condition is None else given.condition
@@ -290,12 +290,7 @@ class MachineResolver:
         return tuple(states)
 
     def _elements(
-        self,
-        names: list[str],
-        where: SourceValue,
-        known: dict[str, _Exchanged],
-        code: str,
-        what: str,
+        self, names: list[str], where: YamlNode, known: dict[str, _Exchanged], code: str, what: str
     ) -> tuple[tuple[str, str], ...]:
         """Peer and element of the events or outputs that a state names."""
         found: list[tuple[str, str]] = []
@@ -308,7 +303,7 @@ class MachineResolver:
                     self._findings.unknown(code, what, name, known, at.place)
         return tuple(found)
 
-    def _unknown_behaviour(self, state: str, name: str | None, at: SourceValue) -> Behaviour:
+    def _unknown_behaviour(self, state: str, name: str | None, at: YamlNode) -> Behaviour:
         known = self._behaviours
         if name is None:
             message = f"state `{state}` has no behaviour yet"
@@ -337,7 +332,7 @@ class MachineResolver:
                 rows.append(Transition(source, item.cause, *told))
         return _with_remainders(rows)
 
-    def _is_state(self, name: str, at: SourceValue) -> bool:
+    def _is_state(self, name: str, at: YamlNode) -> bool:
         known = self.definition.states
         if known and name not in known:
             self._findings.unknown("E0217", "state", name, known, at.place)
@@ -392,8 +387,6 @@ def _article(kind: str) -> str:
     return f"{'an' if kind[0] in 'ei' else 'a'} {kind}"
 
 
-def _unknown_condition(
-    name: str, kind: ConditionKind, where: SourceValue, at: SourceValue
-) -> Condition:
+def _unknown_condition(name: str, kind: ConditionKind, where: YamlNode, at: YamlNode) -> Condition:
     """A condition, missing at `where`, of which nothing is known but its name."""
     return Condition(name, kind, unknown_at(where, Bool()), "", Trace(), at.place)

@@ -32,7 +32,7 @@ from specc.model.requirement import (
 from specc.model.requirement import expressions as expressions_in
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
-from specc.resolve.context import Findings, Meaning, SourceValue, Use
+from specc.resolve.context import Findings, Meaning, Use, YamlNode
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
 from specc.resolve.readings import Names, World, formula_error
@@ -41,7 +41,7 @@ from specc.source import Place
 
 MOST_NODES = 5000
 """Parts of a formula in which all names are written out."""
-ReadLet = Callable[[str, str, SourceValue], FormulaLet | None]
+ReadLet = Callable[[str, str, YamlNode], FormulaLet | None]
 """Resolves a let by its name and text, or None after reporting."""
 
 
@@ -57,11 +57,7 @@ class Lets:
         """Those without errors, in order of dependence."""
 
     def define(
-        self,
-        items: Mapping[str, FormulaLetDef],
-        where: SourceValue,
-        findings: Findings,
-        read: ReadLet,
+        self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings, read: ReadLet
     ) -> None:
         """Read them, each after those that it names."""
         for name in items:
@@ -105,7 +101,7 @@ class Lets:
         return tree, len(nodes_of(tree))
 
     def _ordered(
-        self, items: Mapping[str, FormulaLetDef], where: SourceValue, findings: Findings
+        self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings
     ) -> tuple[str, ...]:
         numbers = {name: number for number, name in enumerate(items)}
         uses = {
@@ -228,7 +224,7 @@ class FormulaResolver:
     lets: Lets
 
     def requirements(
-        self, definitions: Sequence[RequirementDef], where: SourceValue
+        self, definitions: Sequence[RequirementDef], where: YamlNode
     ) -> tuple[Requirement, ...]:
         """The requirements without errors; errors in others are reported."""
         _report_same_names(definitions, where, self.expressions)
@@ -239,7 +235,7 @@ class FormulaResolver:
             found.append(inside.requirement(item.that, item.because, where[i]["that"], name))
         return tuple(each for each in found if each is not None)
 
-    def with_lets(self, items: Mapping[str, FormulaLetDef], where: SourceValue) -> FormulaResolver:
+    def with_lets(self, items: Mapping[str, FormulaLetDef], where: YamlNode) -> FormulaResolver:
         """A copy that knows these names as well."""
         lets, findings = Lets(self.lets), self.expressions.findings
         constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
@@ -258,7 +254,7 @@ class FormulaResolver:
         return inside
 
     def requirement(
-        self, text: str, because: str, at: SourceValue, name: str = ""
+        self, text: str, because: str, at: YamlNode, name: str = ""
     ) -> Requirement | None:
         """The requirement of a text; None after reporting an error."""
         reader = _RequirementReader(text, self)
@@ -270,7 +266,7 @@ class FormulaResolver:
         readings, names = tuple(reader.readings.values()), reader.names
         return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
-    def _named(self, name: str, text: str, at: SourceValue) -> FormulaLet | None:
+    def _named(self, name: str, text: str, at: YamlNode) -> FormulaLet | None:
         """What a let stands for; None after reporting an error."""
         reader = _RequirementReader(text, self)
         found = self._resolved(reader, at, reader.named)
@@ -285,7 +281,7 @@ class FormulaResolver:
         return FormulaLet(name, said, None, names, place)
 
     def _resolved(
-        self, reader: _RequirementReader, at: SourceValue, read: Callable[[], T]
+        self, reader: _RequirementReader, at: YamlNode, read: Callable[[], T]
     ) -> T | None:
         try:
             return read()
@@ -297,7 +293,7 @@ class FormulaResolver:
         return None
 
     def _note(
-        self, reader: _RequirementReader, at: SourceValue, found: TemporalFormula | Expr
+        self, reader: _RequirementReader, at: YamlNode, found: TemporalFormula | Expr
     ) -> None:
         """Note the meaning of a text, for editors."""
         if isinstance(found, TickCondition | Junction | Temporal):
@@ -308,16 +304,16 @@ class FormulaResolver:
         whole = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
         self._meaning(reader, at, whole)
 
-    def _meaning(self, reader: _RequirementReader, at: SourceValue, expr: Expr | None) -> None:
+    def _meaning(self, reader: _RequirementReader, at: YamlNode, expr: Expr | None) -> None:
         findings, places = self.expressions.findings, self.expressions.definitions.places
         findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
         findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
 
 
 def _report_same_names(
-    definitions: Sequence[RequirementDef], where: SourceValue, expressions: Expressions
+    definitions: Sequence[RequirementDef], where: YamlNode, expressions: Expressions
 ) -> None:
-    first: dict[str, SourceValue] = {}
+    first: dict[str, YamlNode] = {}
     for i, item in enumerate(definitions):
         if item.name is None:
             continue

@@ -16,7 +16,7 @@ from specc.model.task import VERBS, Deed, Disturbance, Draw, Task, Verb
 from specc.model.trace import Trace
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, SECOND, Unit
-from specc.resolve.context import CommandLineValues, Findings, SourceValue, duration_in
+from specc.resolve.context import Findings, SetValues, YamlNode, duration_in
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, known_number, rate_of
 from specc.resolve.library import constant_scope
@@ -35,12 +35,12 @@ from specc.schema.files import (
 
 def resolve_task(
     definition: TaskDef,
-    where: SourceValue,
+    where: YamlNode,
     agents: tuple[Agent, ...],
     findings: Findings,
     broken: Container[str],
     definitions: Definitions,
-    given: CommandLineValues,
+    given: SetValues,
 ) -> Task:
     """The task; unknown names in it are reported.
 
@@ -63,7 +63,7 @@ def resolve_task(
 
 
 def _look_up(
-    definition: TaskDef, where: SourceValue, agents: tuple[Agent, ...], findings: Findings
+    definition: TaskDef, where: YamlNode, agents: tuple[Agent, ...], findings: Findings
 ) -> None:
     """Note agent and subsystem, states and memory that the task names; report unknown names."""
     subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
@@ -97,7 +97,7 @@ def _look_up(
 
 
 def _report_no_row(
-    subsystem: Subsystem, definition: TaskDef, at: SourceValue, findings: Findings
+    subsystem: Subsystem, definition: TaskDef, at: YamlNode, findings: Findings
 ) -> None:
     """E0514; a state without any row that can end is not finished, which is said of it."""
     source, target = definition.cycle.source, definition.cycle.target
@@ -123,11 +123,7 @@ _FORMS = "write a number with its unit, `[least, greatest]` or `{one_of: [...]}`
 
 
 def starts_of(
-    scene: SceneDef,
-    where: SourceValue,
-    findings: Findings,
-    definitions: Definitions,
-    given: CommandLineValues,
+    scene: SceneDef, where: YamlNode, findings: Findings, definitions: Definitions, given: SetValues
 ) -> Iterator[Draw]:
     """Where joints are when a run begins; `specc.checks` compares them with the model."""
     for name, item in scene.starts.items():
@@ -137,18 +133,14 @@ def starts_of(
         if other := given.of(f"scene.{name}", written):
             item = DrawDef.model_construct(fixed=str(other.raw))
             raw = Desugared({"is": other.raw}, {"is": other.route})
-            at = SourceValue(other.file, other.route, raw)
+            at = YamlNode(other.file, other.route, raw)
         start = draw_of(name, item, at, findings, definitions)
         if start is not None:
             yield start
 
 
 def draw_of(
-    name: str,
-    item: DrawDef,
-    at: SourceValue,
-    findings: Findings,
-    definitions: Definitions,
+    name: str, item: DrawDef, at: YamlNode, findings: Findings, definitions: Definitions
 ) -> Draw | None:
     """A number that is drawn, with what it is of; None after reporting."""
     texts = list(_texts(item, at))
@@ -171,7 +163,7 @@ def draw_of(
 _GIVEN = ({"is"}, {"from", "to"}, {"one_of"})
 
 
-def _texts(item: DrawDef, at: SourceValue) -> Iterator[tuple[str, SourceValue]]:
+def _texts(item: DrawDef, at: YamlNode) -> Iterator[tuple[str, YamlNode]]:
     """The texts of the positions, each with its place."""
     if item.fixed is not None:
         yield item.fixed, at["is"]
@@ -183,7 +175,7 @@ def _texts(item: DrawDef, at: SourceValue) -> Iterator[tuple[str, SourceValue]]:
 
 
 def number_of(
-    text: str, at: SourceValue, findings: Findings, definitions: Definitions
+    text: str, at: YamlNode, findings: Findings, definitions: Definitions
 ) -> tuple[Expr, float, Unit] | None:
     """An expression with its value and unit; None after reporting."""
     expressions = Expressions(findings, definitions)
@@ -205,13 +197,13 @@ def number_of(
 # What happens to the plant while a run goes on.
 
 
-ReadFormula = Callable[[str, SourceValue], Requirement | None]
+ReadFormula = Callable[[str, YamlNode], Requirement | None]
 """Reads a formula; None after reporting."""
 
 
 def disturbances_of(
     items: Sequence[TimedDef],
-    where: SourceValue,
+    where: YamlNode,
     condition: ReadFormula,
     findings: Findings,
     definitions: Definitions,
@@ -230,7 +222,7 @@ class _DisturbanceReader:
         self._findings = findings
         self._definitions = definitions
 
-    def disturbance(self, item: TimedDef, at: SourceValue) -> Disturbance | None:
+    def disturbance(self, item: TimedDef, at: YamlNode) -> Disturbance | None:
         """One of them; None after reporting."""
         before = len(self._findings.diagnostics)
         found = Disturbance(
@@ -246,7 +238,7 @@ class _DisturbanceReader:
         self._refuse_idle(found, item, at)
         return found if len(self._findings.diagnostics) == before else None
 
-    def _refuse_idle(self, found: Disturbance, item: TimedDef, at: SourceValue) -> None:
+    def _refuse_idle(self, found: Disturbance, item: TimedDef, at: YamlNode) -> None:
         """Report one that never begins, does nothing or has a time for nothing."""
         lasting = any(verb.lasts for verb, _ in found.of())
         if item.at is None and item.when is None:
@@ -259,9 +251,7 @@ class _DisturbanceReader:
         if found.every is not None:
             self._refuse_overlap(found.every, found.lasts, lasting, at)
 
-    def _refuse_overlap(
-        self, every: Draw, lasts: Draw | None, lasting: bool, at: SourceValue
-    ) -> None:
+    def _refuse_overlap(self, every: Draw, lasts: Draw | None, lasting: bool, at: YamlNode) -> None:
         """Report repetitions without time between, and those that begin before the last is over."""
         least_s = min(value for value, _ in every.values)
         if least_s <= 0:
@@ -275,13 +265,13 @@ class _DisturbanceReader:
             message = "a repetition begins before the one before is over"
             self._report(at["lasts"], message, way)
 
-    def _when(self, text: str | None, at: SourceValue) -> Requirement | None:
+    def _when(self, text: str | None, at: YamlNode) -> Requirement | None:
         found = None if text is None else self._condition(text, at)
         if found is not None and (wrong := why_untimely(found, "a disturbance", "begin")):
             self._report(at, *wrong)
         return found
 
-    def _deeds(self, item: TimedDef, at: SourceValue) -> Iterator[Deed]:
+    def _deeds(self, item: TimedDef, at: YamlNode) -> Iterator[Deed]:
         """What it does, verb by verb."""
         for verb in VERBS.values():
             given, own = getattr(item, verb.name), at[verb.name]
@@ -292,7 +282,7 @@ class _DisturbanceReader:
                 yield Deed(verb.name, name, drawn, own[name].key)
 
     def _numbers(
-        self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: SourceValue
+        self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: YamlNode
     ) -> Iterator[Draw]:
         """The numbers of a subject, in the unit of the verb if that has one."""
         several = [given] if isinstance(given, DrawDef) else given
@@ -306,13 +296,13 @@ class _DisturbanceReader:
                     self._expect(draw, verb.unit, place)
                 yield draw
 
-    def _time(self, key: str, item: DrawDef | None, at: SourceValue) -> Draw | None:
+    def _time(self, key: str, item: DrawDef | None, at: YamlNode) -> Draw | None:
         found = self._number(key, item, SECOND, at)
         if found is not None and any(value < 0 for value, _ in found.values):
             self._report(at[key], "a time is not negative", "a run begins at 0[s]")
         return found
 
-    def _number(self, key: str, item: DrawDef | None, unit: Unit, at: SourceValue) -> Draw | None:
+    def _number(self, key: str, item: DrawDef | None, unit: Unit, at: YamlNode) -> Draw | None:
         if item is None:
             return None
         found = draw_of(key, item, at[key], self._findings, self._definitions)
@@ -320,21 +310,21 @@ class _DisturbanceReader:
             self._expect(found, unit, at[key])
         return found
 
-    def _probability(self, item: DrawDef | None, at: SourceValue) -> Draw | None:
+    def _probability(self, item: DrawDef | None, at: YamlNode) -> Draw | None:
         found = self._number("probability", item, DIMENSIONLESS, at)
         if found is not None and not all(0 <= value <= 1 for value, _ in found.values):
             way = "0.5 is every second time, on average"
             self._report(at["probability"], "a probability is a number from 0 to 1", way)
         return found
 
-    def _expect(self, found: Draw, wanted: Unit, at: SourceValue) -> None:
+    def _expect(self, found: Draw, wanted: Unit, at: YamlNode) -> None:
         if unit := found.invalid_unit(wanted):
             way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
             if wanted == DIMENSIONLESS:
                 way, needed = "write it without a unit, e.g. `0.5`", "without a unit"
             self._report(at, f"a number {needed} is needed here, not in {unit}", way)
 
-    def _report(self, at: SourceValue, message: str, help: str) -> None:
+    def _report(self, at: YamlNode, message: str, help: str) -> None:
         self._findings.report("E0517", message, at.place, help=help)
 
 
@@ -349,11 +339,7 @@ def why_untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] 
 
 
 def resolve_plant(
-    definition: PlantDef,
-    where: SourceValue,
-    model: str,
-    findings: Findings,
-    definitions: Definitions,
+    definition: PlantDef, where: YamlNode, model: str, findings: Findings, definitions: Definitions
 ) -> Plant:
     """The bindings, and what is observed; `specc.checks` compares them with devices and model."""
     bindings = []
@@ -392,7 +378,7 @@ def resolve_plant(
     return Plant(model, python, tuple(bindings), place, tuple(observed), ros2, published)
 
 
-def _report_kind(kinds: list[str], where: SourceValue, findings: Findings) -> None:
+def _report_kind(kinds: list[str], where: YamlNode, findings: Findings) -> None:
     """A plant that nothing makes, or more than one of `kinds`."""
     if kinds:
         findings.report(
@@ -415,7 +401,7 @@ _WAIT_S = Fraction(5)
 
 
 def _ros2(
-    definition: Ros2Def, where: SourceValue, findings: Findings, definitions: Definitions
+    definition: Ros2Def, where: YamlNode, findings: Findings, definitions: Definitions
 ) -> Ros2:
     """The node; frames that the system does not have are reported."""
     wait_s = duration_in(definition, where, "wait", findings)
@@ -439,7 +425,7 @@ def _binding(
     device: str,
     element: str,
     item: BindingDef,
-    at: SourceValue,
+    at: YamlNode,
     findings: Findings,
     definitions: Definitions,
 ) -> Binding:
@@ -473,7 +459,7 @@ def _binding(
 
 
 def _noise(
-    item: BindingDef, at: SourceValue, findings: Findings, definitions: Definitions
+    item: BindingDef, at: YamlNode, findings: Findings, definitions: Definitions
 ) -> list[tuple[float, Unit]]:
     """Standard deviations, each with its unit; none where one is not."""
     expressions = Expressions(findings, definitions)

@@ -17,7 +17,7 @@ from specc.model import expr as m
 from specc.model.fsm import Condition
 from specc.model.system import Definition, Element, Memory
 from specc.model.types import Enum, Record, Type
-from specc.resolve.context import Findings, Meaning, SourceValue, TypeText, Use
+from specc.resolve.context import Findings, Meaning, TypeText, Use, YamlNode
 from specc.schema import SpecFile
 from specc.schema.places import split
 from specc.schema.subsystem import TransitionDef
@@ -27,11 +27,7 @@ from specc.source import Place
 
 
 def note_target(
-    findings: Findings,
-    target: str,
-    at: SourceValue,
-    home: SourceValue,
-    found: Element | Memory | None,
+    findings: Findings, target: str, at: YamlNode, home: YamlNode, found: Element | Memory | None
 ) -> None:
     """Note a memory element, or peer and element of `y.peer.element`; the peer may be many.
 
@@ -53,7 +49,7 @@ def note_target(
 
 
 def note_element(
-    findings: Findings, name: str, at: SourceValue, home: SourceValue, element: Place
+    findings: Findings, name: str, at: YamlNode, home: YamlNode, element: Place
 ) -> None:
     """Note peer and element of `x.peer.element` or `y.peer.element`, declared at `element`."""
     if findings.cache is None:
@@ -66,8 +62,8 @@ def note_element(
 def note_row(
     findings: Findings,
     row: TransitionDef,
-    at: SourceValue,
-    home: SourceValue,
+    at: YamlNode,
+    home: YamlNode,
     conditions: Mapping[tuple[str, str], Condition],
 ) -> None:
     """Note the states and the condition that a row names."""
@@ -80,7 +76,7 @@ def note_row(
     findings.use(condition.place if condition else None, at["when"])
 
 
-def declared_at(home: SourceValue | None, *steps: str) -> Place | None:
+def declared_at(home: YamlNode | None, *steps: str) -> Place | None:
     """Where a subsystem declares what may have an error, or comes later."""
     at = home
     for step in steps:
@@ -88,7 +84,7 @@ def declared_at(home: SourceValue | None, *steps: str) -> Place | None:
     return at.key if at else None
 
 
-def _buffer_of(home: SourceValue, direction: str, peer: str) -> Place:
+def _buffer_of(home: YamlNode, direction: str, peer: str) -> Place:
     return Place(home.file, (*home.route, direction, peer), "key")
 
 
@@ -274,9 +270,7 @@ def types_named(findings: Findings, path: str) -> MentionedTypes:
     return found
 
 
-def definitions_of(
-    spec: SpecFile, top: SourceValue, named: MentionedTypes
-) -> tuple[Definition, ...]:
+def definitions_of(spec: SpecFile, top: YamlNode, named: MentionedTypes) -> tuple[Definition, ...]:
     """The definitions in a file, in its order, with the types that each one names."""
     return tuple(
         Definition(
