@@ -28,7 +28,7 @@ from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.readings import World
 from specc.resolve.requirements import FormulaResolver, Lets
 from specc.resolve.reuse import Setting, is_agent
-from specc.resolve.simulation import disturbances_of, resolve_plant, resolve_task, why_untimely
+from specc.resolve.simulation import resolve_plant, resolve_task, why_untimely
 from specc.resolve.uses import definitions_of, named_in_agents, types_named
 from specc.schema.files import AgentDef
 from specc.source import relative_path
@@ -135,7 +135,7 @@ def _plant(file: Loaded, library: Library, definitions: Definitions) -> Plant | 
     if definition is None:
         return None
     model = _relative(library, file, definition.model) if definition.model else ""
-    plant = resolve_plant(definition, top["plant"], model, findings, definitions)
+    plant = resolve_plant(definition, top["plant"], model, Expressions(findings, definitions))
     if plant.observed and PLANT in file.spec.agents:
         findings.report(
             "E0205",
@@ -162,20 +162,19 @@ def _world(
 
 def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> Task | None:
     """The task, if there is one, with the disturbances and the `formulas` that they wait for."""
-    definition, where = file.spec.task, file.top["task"]
+    definition = file.spec.task
     if definition is None:
         return None
-    findings, known = formulas.expressions.findings, formulas.expressions.definitions
-    wrong, given = resolver.broken | resolver.faulty, resolver.library.given
-    task = resolve_task(
-        definition, where, tuple(formulas.world.agents), findings, wrong, known, given
+    known = formulas.expressions
+    return resolve_task(
+        definition,
+        file.top["task"],
+        tuple(formulas.world.agents),
+        resolver.broken | resolver.faulty,
+        Expressions(known.findings, known.definitions),
+        resolver.library.given,
+        lambda text, at: formulas.requirement(text, "", at),
     )
-
-    def condition(text: str, at: YamlNode) -> Requirement | None:
-        return formulas.requirement(text, "", at)
-
-    disturbed = disturbances_of(definition.disturb, where["disturb"], condition, findings, known)
-    return replace(task, disturbances=disturbed)
 
 
 def _stop(formulas: FormulaResolver, at: YamlNode) -> Requirement | None:
