@@ -15,7 +15,7 @@ from specc.resolve.context import Findings, YamlNode, duration_in, trace_of
 from specc.resolve.definitions import Definitions, Groups
 from specc.resolve.elements import all_elements, with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
-from specc.resolve.expansion import NAME, groups_of, with_buffers, with_machine, with_members
+from specc.resolve.expansion import NAME, groups_of, with_device_buffers, with_machine, with_members
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
@@ -111,7 +111,7 @@ class AgentResolver:
                 peers = peers_of_virtual(agent, name, kind, definition, around)
                 part = definition, where[group][name]
                 known = at.definitions.interfaces
-                whole = with_buffers(*part, kind, name, around, where, known, self.findings)
+                whole = with_device_buffers(*part, kind, name, around, where, known, self.findings)
                 found.append(self.subsystem(agent, name, kind, around, *whole, peers, at))
         return found
 
