@@ -28,6 +28,7 @@ from specc.resolve.library import Library, Loaded, constant_scope
 from specc.schema import SpecFile, SubsystemDef
 from specc.schema.files import AgentDef
 from specc.schema.places import role_of
+from specc.source import beside
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,7 @@ def reuse(
     `name` is that of the agent, or the qualified one of the subsystem, that it becomes.
     """
     relative, using = user.use or "", at.using
-    path = library.beside(at.file, relative)
+    path = beside(at.file.path, relative)
     if path in (at.file.path, *using):
         library.findings.report(
             "E0207", f"`{relative}` uses itself", where["use"].place, help=_APART
