@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 from specc.diagnostics import Diagnostic
 from specc.limits import left, spend
-from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
+from specc.model.system import Agent, Device, DeviceKind, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
 from specc.resolve.context import Findings, YamlNode, duration_in, trace_of
 from specc.resolve.definitions import Definitions, Groups
@@ -20,9 +20,8 @@ from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import Setting, agent_in, indexed, reuse
-from specc.schema.files import AgentDef, DeviceDef
-from specc.schema.subsystem import BufferDef, SubsystemDef
-from specc.source import Place
+from specc.schema.files import AgentDef
+from specc.schema.subsystem import SubsystemDef
 
 _Control = tuple[SubsystemDef, YamlNode, Setting]
 """A control subsystem, where it is described, and the names in force there."""
@@ -68,7 +67,7 @@ class AgentResolver:
             part = control, here, peers, replace(inside, groups=virtual)
             subsystems.append(self.subsystem(name, "c", "control", definition, *part))
         subsystems += self._virtual(name, definition, where, at)
-        devices = self._devices(name, definition, where, at)
+        devices = tuple(self._devices(name, definition, where, at))
         found = tuple(s for s in subsystems if s is not None)
         return Agent(name, definition.kind or "", definition.title, found, devices, where.key)
 
@@ -78,7 +77,7 @@ class AgentResolver:
         definition: AgentDef,
         where: YamlNode,
         at: Setting,
-        instead: _Control | None,
+        control: _Control | None,
     ) -> Agent | None:
         """The agent of a description or of another system, with its own control or another."""
         used = reuse(definition, where, at, self.library, name)
@@ -90,30 +89,25 @@ class AgentResolver:
             return None
         self._refuse_parts(definition, where)
         self.instances.append(used.definitions)
-        if instead is None and definition.control is not None:
-            instead = definition.control, where["control"], at
-        agent = self.resolve(name, inner, here, used, instead)
+        if control is None and definition.control is not None:
+            control = definition.control, where["control"], at
+        agent = self.resolve(name, inner, here, used, control)
         if agent is None:
             return None
-        kind = definition.kind or ("" if instead else agent.kind)
+        kind = definition.kind or ("" if control else agent.kind)
         return replace(agent, title=definition.title or agent.title, kind=kind, place=where.key)
 
     def _virtual(
         self, agent: str, around: AgentDef, where: YamlNode, at: Setting
-    ) -> list[Subsystem | None]:
-        found = []
-        groups: tuple[tuple[str, SubsystemKind, Mapping[str, SubsystemDef]], ...] = (
-            ("virtual_effectors", "virtual_effector", around.virtual_effectors),
-            ("virtual_receptors", "virtual_receptor", around.virtual_receptors),
-        )
-        for group, kind, members in groups:
-            for name, definition in members.items():
+    ) -> Iterator[Subsystem | None]:
+        kinds: tuple[SubsystemKind, ...] = ("virtual_effector", "virtual_receptor")
+        known = at.definitions.interfaces
+        for kind in kinds:
+            for name, definition in getattr(around, f"{kind}s").items():
                 peers = peers_of_virtual(agent, name, kind, definition, around)
-                part = definition, where[group][name]
-                known = at.definitions.interfaces
+                part = definition, where[f"{kind}s"][name]
                 whole = with_device_buffers(*part, kind, name, around, where, known, self.findings)
-                found.append(self.subsystem(agent, name, kind, around, *whole, peers, at))
-        return found
+                yield self.subsystem(agent, name, kind, around, *whole, peers, at)
 
     def subsystem(
         self,
@@ -282,30 +276,35 @@ class AgentResolver:
         return rate_of(text, at["rate"], self.findings)
 
     def _initial_state(self, definition: SubsystemDef, where: YamlNode) -> str:
-        if definition.initial_state in definition.states:
-            self.findings.use(where["states"][definition.initial_state].key, where, "initial_state")
-            return definition.initial_state
-        if definition.initial_state is None or not definition.states:
-            code, message, help_text = _unstarted(definition)
-            self.findings.report(code, message, where.key, help=help_text)
-        else:
-            place = where["initial_state"].place
-            self.findings.unknown(
-                "E0217", "state", definition.initial_state, definition.states, place
+        name, states, findings = definition.initial_state, definition.states, self.findings
+        if name in states:
+            findings.use(where["states"][name].key, where, "initial_state")
+            return name
+        if name is not None and states:
+            findings.unknown("E0217", "state", name, states, where["initial_state"].place)
+        elif states:
+            message = "the subsystem has no initial state yet"
+            help = "add `initial_state:` with the state of the first period"
+            findings.report("O0602", message, where.key, help=help)
+        elif definition.behaviours:
+            message, help = (
+                "the subsystem has no states yet",
+                "add `states:`, each with a behaviour",
             )
-        return next(iter(definition.states), "")
+            findings.report("O0604", message, where.key, help=help)
+        else:
+            help = "add `behaviours:`, then `states:` that execute them"
+            message = "the subsystem has no behaviours yet"
+            findings.report("O0603", message, where.key, help=help)
+        return next(iter(states), "")
 
     def _devices(
         self, agent: str, around: AgentDef, where: YamlNode, at: Setting
-    ) -> tuple[Device, ...]:
-        groups: tuple[tuple[str, DeviceKind, Mapping[str, DeviceDef]], ...] = (
-            ("real_effectors", "real_effector", around.real_effectors),
-            ("real_receptors", "real_receptor", around.real_receptors),
-        )
-        found = []
-        for group, kind, members in groups:
-            for name, item in members.items():
-                here = where[group][name]
+    ) -> Iterator[Device]:
+        kinds: tuple[DeviceKind, ...] = ("real_effector", "real_receptor")
+        for kind in kinds:
+            for name, item in getattr(around, f"{kind}s").items():
+                here = where[f"{kind}s"][name]
                 inside = indexed(at, item.each, here, self.findings)
                 expressions = Expressions(self.findings, inside.definitions)
                 x, commands = all_elements(item.x, here["x"], "x", expressions)
@@ -315,11 +314,10 @@ class AgentResolver:
                     *(agent, name, kind, item.title, x, y, trace_of(item), here.key, inside.given),
                     duration_in(item, here, "silence", self.findings),
                 )
-                sides = ((x, item.x, commands), (y, item.y, reports))
-                if any(_lacks(*side) for side in sides):
-                    self.broken.add(device.qualified_name)
-                found.append(device)
-        return tuple(found)
+                for found, buffer, shared in ((x, item.x, commands), (y, item.y, reports)):
+                    if len(found) < len(buffer.elements) or (buffer.interface and not shared):
+                        self.broken.add(device.qualified_name)
+                yield device
 
     def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: YamlNode) -> None:
         """Report parts beside `use`, which would be described twice."""
@@ -334,10 +332,9 @@ class AgentResolver:
 
     def _no_description(self, what: str, where: YamlNode, agents: Iterable[str] = ()) -> None:
         """Report a file without such a part; `agents` are those of a system."""
-        known = ", ".join(f"`{agent}`" for agent in agents)
         message = f"the file describes no {what}"
         help = f"the file needs `{what}:` at its top level"
-        if known:
+        if known := ", ".join(f"`{agent}`" for agent in agents):
             message = "the system has no agent of this name, and more than one of others"
             help = f"give the agent the name of one of them: {known}"
         self.findings.report("E0219", message, where["use"].place, help=help)
@@ -345,11 +342,6 @@ class AgentResolver:
 
 _BESIDE_USE = {"for", "use", "title", "rate", "budget", "with", "uses", "eq", "table", "fig"}
 _DESCRIBED = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
-
-
-def _lacks(found: tuple[Element, ...], buffer: BufferDef, shared: Shared | None) -> bool:
-    """Whether elements of a buffer are not known."""
-    return len(found) < len(buffer.elements) or (buffer.interface is not None and not shared)
 
 
 _INNER = frozenset(
@@ -373,25 +365,9 @@ def _only_inside(finding: Diagnostic, subsystem: YamlNode) -> bool:
     place, depth = finding.primary, len(subsystem.route)
     if place.file != subsystem.file or place.route[:depth] != subsystem.route:
         return False
-    part = place.route[depth] if len(place.route) > depth else ""
-    if finding.code == "O0205" and (part == "uses" or _is_buffer(place, depth)):
+    inner = place.route[depth:]
+    part = inner[0] if inner else ""
+    is_peer = len(inner) == 2 and part in ("x", "y") and place.part == "key"
+    if finding.code == "O0205" and (part == "uses" or is_peer):
         return True
     return part in _INNER or (part == "transitions" and place.route[-1] in (2, "when"))
-
-
-def _is_buffer(place: Place, depth: int) -> bool:
-    """Whether a place in a subsystem, which is `depth` steps down, is the peer of a buffer."""
-    route = place.route[depth:]
-    return len(route) == 2 and route[0] in ("x", "y") and place.part == "key"
-
-
-def _unstarted(definition: SubsystemDef) -> tuple[str, str, str]:
-    """What comes next in a subsystem that has no initial state: code, message, help."""
-    if definition.states:
-        help_text = "add `initial_state:` with the state of the first period"
-        return "O0602", "the subsystem has no initial state yet", help_text
-    if definition.behaviours:
-        help_text = "add `states:`, each with a behaviour"
-        return "O0604", "the subsystem has no states yet", help_text
-    help_text = "add `behaviours:`, then `states:` that execute them"
-    return "O0603", "the subsystem has no behaviours yet", help_text

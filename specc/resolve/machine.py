@@ -276,8 +276,7 @@ class MachineResolver:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
         elif known:
-            place = at["behaviour"].place
-            self._findings.unknown("E0216", "behaviour", name, known, place)
+            self._findings.unknown("E0216", "behaviour", name, known, at["behaviour"].place)
         called = name or state
         terminal = _unknown_condition(called, "terminal", at["terminal"], at)
         error = _unknown_condition(called, "error", at["error"], at)
@@ -294,9 +293,8 @@ class MachineResolver:
             is_remainder = when == OTHERWISE and condition is None
             if condition is None:
                 condition = self._undeclared("initial", when, at["when"])
-            told = condition, item.target, trace_of(item), at.place, is_remainder
-            for source in sources if known else ():
-                rows.append(Transition(source, item.cause, *told))
+            rest = condition, item.target, trace_of(item), at.place, is_remainder
+            rows += [Transition(source, item.cause, *rest) for source in sources if known]
         return _with_remainders(rows)
 
     def _is_state(self, name: str, at: YamlNode) -> bool:
