@@ -189,9 +189,8 @@ class Findings:
         related = tuple(Related(origin.place, origin.words) for origin in error.origins)
         if target is not None and error.expected is not None:
             related += (target,)
-        found = Diagnostic(
-            error.code, error.message, place, "", related, error.help, lacks=_all(lacks)
-        )
+        missing = (lacks,) if lacks else ()
+        found = Diagnostic(error.code, error.message, place, "", related, error.help, lacks=missing)
         self._add(replace(found, fix=renaming(place, error.wrong, error.repair)))
 
     def report_outside(self, reach: Reach, path: str, where: YamlNode) -> None:
@@ -237,7 +236,7 @@ class Findings:
         fix = renaming(place, name, surely_meant(name, nearest(name, names)))
         message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
         self.diagnostics.append(
-            Diagnostic(code, message, place, "", (), help, fix, lacks=_all(lacks))
+            Diagnostic(code, message, place, "", (), help, fix, lacks=(lacks,) if lacks else ())
         )
         return False
 
@@ -246,12 +245,12 @@ class Findings:
     ) -> None:
         """Report a part that something refers to and that may still come."""
         message = f"{part} is not there yet"
-        self._add(Diagnostic("O0205", message, place, help=help, lacks=_all(lacks)))
+        self._add(Diagnostic("O0205", message, place, help=help, lacks=(lacks,) if lacks else ()))
 
     def _add(self, found: Diagnostic) -> None:
         """Add a diagnostic; a missing part is reported once, with everything that refers to it."""
         if found.code == "O0205":
-            index = self._lacking.setdefault(_part(found), len(self.diagnostics))
+            index = self._lacking.setdefault(_missing_part(found), len(self.diagnostics))
             if index < len(self.diagnostics):
                 earlier = self.diagnostics[index]
                 more = (Related(found.primary, "needed here as well"),)
@@ -287,26 +286,19 @@ _MAY_COME = {
 _MOST_RELATED = 4
 
 
-def _all(place: Place | None) -> tuple[Place, ...]:
-    return (place,) if place else ()
-
-
-def _part(finding: Diagnostic) -> object:
-    """What is not there: a part of one subsystem or of the whole file."""
+def _missing_part(finding: Diagnostic) -> object:
+    """What is not there: a part of the whole file, of one subsystem or of a section."""
     place, message = finding.primary, finding.message
-    of = () if message.startswith(_OF_A_FILE) else _owner(place.route)
-    return place.file, message, of
+    if message.startswith(_OF_A_FILE):
+        return place.file, message, ()
+    route = place.route
+    above = {"agents": 2, "agent": 1}.get(str(route[0]) if route else "", 0)
+    depth = 1 if not above or route[above : above + 1] == ("control",) else 2
+    return place.file, message, route[: above + depth]
 
 
 _OF_A_FILE = ("frame ", "type ", "interface ", "field ", "member ", "operator ")
 """How findings begin that miss what is one for a whole file."""
-
-
-def _owner(route: Route) -> Route:
-    """The subsystem that a route leads into, or the section of the file."""
-    above = {"agents": 2, "agent": 1}.get(str(route[0]) if route else "", 0)
-    depth = 1 if not above or route[above : above + 1] == ("control",) else 2
-    return route[: above + depth]
 
 
 def suggest(name: str, known: list[str]) -> str:
@@ -322,11 +314,7 @@ def suggest(name: str, known: list[str]) -> str:
 
 def trace_of(part: Traced) -> Trace:
     """Where in the paper a part comes from."""
-    told = part.eq, part.table, part.fig
-    return Trace(*told) if any(told) else _UNTRACED
-
-
-_UNTRACED = Trace()
+    return Trace(part.eq, part.table, part.fig)
 
 
 def unknown_at(where: YamlNode, type_: Type) -> Unknown:
@@ -401,15 +389,6 @@ def in_unit(text: str, unit: str) -> str:
     return text if found is None or found[1] else f"{text.strip()}[{unit}]"
 
 
-def _unit(written: str, declared: Type | None) -> str:
-    """The unit in which a value is written, else that of the type it is declared with."""
-    found = quantity(written)
-    if found is not None and found[1]:
-        return found[1]
-    has_unit = isinstance(declared, Real) and declared.unit != DIMENSIONLESS
-    return str(declared.unit) if isinstance(declared, Real) and has_unit else ""
-
-
 @dataclass(eq=False, slots=True)
 class SetValues:
     """`texts` are those of the command line, by the names of what they are values of.
@@ -432,7 +411,11 @@ class SetValues:
             return None
         agent, dot, rest = name.partition(".")
         shared = f"{self.copies.get(agent, agent)}{dot}{rest}"
-        self.units[name] = unit = _unit(written, declared)
+        number = quantity(written)
+        unit = number[1] if number else ""
+        if not unit and isinstance(declared, Real) and declared.unit != DIMENSIONLESS:
+            unit = str(declared.unit)
+        self.units[name] = unit
         self.units.setdefault(shared, unit)
         found = self.texts.get(name) or self.texts.get(shared)
         return found and replace(found, raw=in_unit(str(found.raw), unit))
@@ -441,9 +424,6 @@ class SetValues:
         """Report names that are those of nothing."""
         for name, where in self.texts.items():
             if name not in self.units:
-                code, what = _DOTTED if "." in name else _PLAIN
+                code, what = ("E0210", "parameter") if "." in name else ("E0201", "constant")
                 known = [other for other in self.units if ("." in other) == ("." in name)]
                 findings.unknown(code, what, name, known, where.key)
-
-
-_PLAIN, _DOTTED = ("E0201", "constant"), ("E0210", "parameter")

@@ -46,7 +46,13 @@ def peers_of_control(agent: str, around: AgentDef, agents: Collection[str]) -> d
     """Peer -> other end for a control subsystem: own virtual ones, receptors, other agents."""
     peers = {other: f"{other}.c" for other in agents if other != agent}
     receptors = list(around.real_receptors)
-    peers |= {name: f"{agent}.R.{name}" for name in receptors if _is_configured(name, around)}
+    for name in receptors:
+        # A buffer of that name may as well be one to a virtual receptor.
+        device, control = around.real_receptors[name], around.control
+        ends = (control.x.get(name), control.y.get(name)) if control else ()
+        own = {element for end in ends if end for element in end.elements}
+        if not own or not own.isdisjoint({*device.x.elements, *device.y.elements}):
+            peers[name] = f"{agent}.R.{name}"
     if len(receptors) == 1:
         peers["R"] = f"{agent}.R.{receptors[0]}"
     for name in (*around.virtual_effectors, *around.virtual_receptors):
@@ -122,8 +128,7 @@ class Neighbours:
             self.findings.report_missing(part, place, "add it to the agent")
             return True
         if rule := self._broken_rule(peer):
-            message, hint = rule
-            self.findings.report("E0401", message, place, help=hint)
+            self.findings.report("E0401", rule[0], place, help=rule[1])
             return False
         return self.findings.unknown("E0218", "peer", peer, peers, place)
 
@@ -165,11 +170,3 @@ class Neighbours:
                 "name them under `uses:`",
             )
         return None
-
-
-def _is_configured(name: str, around: AgentDef) -> bool:
-    """Whether a buffer of that name in the control subsystem is one to the real receptor."""
-    device, control = around.real_receptors[name], around.control
-    ends = (control.x.get(name), control.y.get(name)) if control else ()
-    own = {element for end in ends if end for element in end.elements}
-    return not own or not own.isdisjoint({*device.x.elements, *device.y.elements})

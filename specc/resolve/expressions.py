@@ -6,6 +6,7 @@ import ast
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
@@ -209,14 +210,10 @@ class Expressions:
         if error.code.startswith(("E02", "O02")) and known:
             self.findings.suppressed += 1
             return
-        self.findings.expression_error(where, error, target, self._lacking(text, error))
-
-    def _lacking(self, text: str, error: ExprError) -> Place | None:
-        """Where the element, or the buffer, would be declared that an error says is not there."""
-        dotted = _ELEMENT.search(text[: error.end])
-        if self.home is None or error.code not in ("E0203", "E0204", "O0205") or dotted is None:
-            return None
-        return self.element(*re.split(r"\s*\.\s*", dotted[0]))
+        lacks = None
+        if buffer and error.code in ("E0203", "E0204", "O0205"):
+            lacks = self.element(*named_buffer.split("."))
+        self.findings.expression_error(where, error, target, lacks)
 
     @property
     def later(self) -> frozenset[str]:
@@ -227,14 +224,6 @@ class Expressions:
         """The names in a mapping of the subsystem."""
         home = self.home
         return home.raw.get(key) or () if home and isinstance(home.raw, dict) else ()
-
-    def _declaration(self, name: str) -> tuple[str, Place] | None:
-        """What a name is that an index may not have, and where it is declared."""
-        for key, kind in _LATER.items():
-            if self.home is not None and name in self._own_names(key):
-                return kind, self.home[key][name].key
-        constant = self.definitions.constants.get(name)
-        return ("a constant", constant.place) if constant else None
 
     def indexed(
         self, each: Mapping[str, str], where: YamlNode, scope: Scope
@@ -247,8 +236,12 @@ class Expressions:
             return {}, scope
         indices = indices_of(each, where)
         for index in indices.values():
-            if declared := self._declaration(index.name):
-                report_clash(index, *declared, self.findings)
+            constant = self.definitions.constants.get(index.name)
+            key = next((key for key in _LATER if index.name in self._own_names(key)), None)
+            if self.home is not None and key:
+                report_clash(index, _LATER[key], self.home[key][index.name].key, self.findings)
+            elif constant:
+                report_clash(index, "a constant", constant.place, self.findings)
         known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
         return indices, replace(scope, constants={**scope.constants, **known})
 
@@ -265,20 +258,13 @@ _NUMBER = re.compile(r"\d{1,12}(?:\.\d{0,12}|/\d{1,12})?(?:[eE][+-]?\d{1,2})?", 
 _RATE_SLIP = re.compile(r"(\d{1,12}(?:\.\d{1,12})?)\s*(?:hz)?", re.ASCII | re.IGNORECASE)
 
 
-def _fraction(text: str) -> Fraction:
-    """Exact value of a number of bearable size. Raises ValueError for anything else."""
-    if not _NUMBER.fullmatch(text):
-        raise ValueError(text)
-    return Fraction(text)
-
-
 def rate_of(text: str, where: YamlNode, findings: Findings) -> Fraction | None:
     """Periods per second from `500 Hz`, `2 kHz` or `10 ms`; None after reporting."""
     number, _, unit_text = text.strip().partition(" ")
-    try:
-        value, unit = _fraction(number), parse_unit(unit_text.strip() or "1")
-    except (ValueError, ZeroDivisionError, UnitError):
-        unit = None
+    value, unit = Fraction(0), None
+    with suppress(ZeroDivisionError, UnitError):
+        if _NUMBER.fullmatch(number):
+            value, unit = Fraction(number), parse_unit(unit_text.strip() or "1")
     scaled = value * Fraction(unit.scale).limit_denominator(10**9) if unit else Fraction(0)
     if unit and unit.same_kind(HERTZ) and scaled > 0:
         return scaled

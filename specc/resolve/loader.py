@@ -24,6 +24,7 @@ from specc.source import (
     real_path,
 )
 
+_PARTS = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
 _WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004", "E0022"))
 
 
@@ -75,7 +76,10 @@ class Loader:
 
     def _load(self, path: str, named_at: YamlNode | None) -> Loaded | None:
         if not self.reach.holds(path):
-            self._outside(path, named_at)
+            if named_at is not None:
+                self.findings.report_outside(self.reach, path, named_at)
+            else:
+                self.findings.diagnostics.append(self.reach.link_out(path))
             return None
         if len(self._files) >= MAX_FILES:
             self._refuse(f"more than {MAX_FILES} files are used", named_at)
@@ -96,7 +100,8 @@ class Loader:
         if spec is None:
             return None
         top = YamlNode(path, (), data)
-        if _parts(spec) > MAX_PARTS:
+        agents = [*spec.agents.values(), *([spec.agent] if spec.agent else [])]
+        if sum(1 + sum(len(getattr(agent, key)) for key in _PARTS) for agent in agents) > MAX_PARTS:
             message = f"the file describes more than {MAX_PARTS} agents, subsystems and devices"
             hint = "describe repeated parts once, in a file of their own, or split the system"
             self.findings.report("E0017", message, top["agents"].key, help=hint)
@@ -109,28 +114,12 @@ class Loader:
             )
         return Loaded(path, spec, top)
 
-    def _outside(self, path: str, named_at: YamlNode | None) -> None:
-        if named_at is not None:
-            self.findings.report_outside(self.reach, path, named_at)
-        else:
-            self.findings.diagnostics.append(self.reach.link_out(path))
-
     def _refuse(self, message: str, named_at: YamlNode | None) -> None:
         """Report, once, that there is too much to read."""
         if not self._full and named_at is not None:
             hint = "move a part of the system into a specification of its own"
             self.findings.report("E0017", message, named_at.place, help=hint)
         self._full = True
-
-
-def _parts(spec: SpecFile) -> int:
-    """Agents, subsystems and devices."""
-    agents = [*spec.agents.values(), *([spec.agent] if spec.agent else [])]
-    groups = (
-        (a.virtual_effectors, a.virtual_receptors, a.real_effectors, a.real_receptors)
-        for a in agents
-    )
-    return len(agents) + sum(len(group) for groups_ in groups for group in groups_)
 
 
 def _at(finding: Diagnostic, named_at: YamlNode | None) -> Diagnostic:
