@@ -115,7 +115,8 @@ class _Text:
         text, (start, end) = self.meaning.text, expr.span
         match expr:
             case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() | m.Call():
-                kind, name = _KINDS[type(expr)], m.written(_name(expr))
+                own = expr.operator if isinstance(expr, m.Call) else expr.name
+                kind, name = _KINDS[type(expr)], m.written(own)
                 if self._stands(name, start):
                     type_ = None if kind == "operator" else expr.type
                     yield from self._use(start, start + len(name), self._defined(kind, name), type_)
@@ -132,10 +133,13 @@ class _Text:
                 opening = text.find("{", expr.item.span[1], end)
                 for found in NAME.finditer(text, opening, end) if opening >= 0 else ():
                     yield from self._use(*found.span(), self._part(enum, found.group()), enum)
-            case m.Quantifier() if declared := self._declaration(expr):
-                at = self.meaning.where.place.within(*declared)
-                variables = {**variables, expr.variable: at}
-                yield from self._use(*declared, at)
+            case m.Quantifier():
+                spans = _VARIABLE.finditer(text, expr.body.span[1], expr.over.span[0])
+                declared = next((f.span(1) for f in spans if f[1] == expr.variable), None)
+                if declared:
+                    at = self.meaning.where.place.within(*declared)
+                    variables = {**variables, expr.variable: at}
+                    yield from self._use(*declared, at)
         for child in m.children(expr):
             yield from self.named(child, variables)
 
@@ -202,11 +206,6 @@ class _Text:
         where = self.meaning.where
         return Place(where.file, (*split(where.route)[0], "x", peer), "key")
 
-    def _declaration(self, expr: m.Quantifier) -> tuple[int, int] | None:
-        """Where a quantifier declares its variable."""
-        found = _VARIABLE.finditer(self.meaning.text, expr.body.span[1], expr.over.span[0])
-        return next((f.span(1) for f in found if f.group(1) == expr.variable), None)
-
 
 _KINDS = {
     m.MemoryRef: "memory",
@@ -215,10 +214,6 @@ _KINDS = {
     m.FileRef: "file",
     m.Call: "operator",
 }
-
-
-def _name(expr: m.MemoryRef | m.LetRef | m.ConstantRef | m.FileRef | m.Call) -> str:
-    return expr.operator if isinstance(expr, m.Call) else expr.name
 
 
 # Names in the texts of types.
@@ -266,7 +261,8 @@ def types_named(findings: Findings, path: str) -> MentionedTypes:
     # Most texts stand many times in a part, and name the same there.
     for text in {(text.where.route[:2], text.form, text.text): text for text in texts}.values():
         labels = found.setdefault(text.where.route[:2], set())
-        labels.update(_label(use.of) for use in uses_in_type(text) if use.of.file == path)
+        for of in (use.of for use in uses_in_type(text) if use.of.file == path):
+            labels.add(f"{str(of.route[0]).removesuffix('s')} {of.route[1]}")
     return found
 
 
@@ -297,7 +293,3 @@ def named_in_agents(named: MentionedTypes, findings: Findings, path: str) -> fro
         for name in (m.constants_in(meaning.expr) if meaning.expr else ())
     }
     return frozenset(constants.union(*parts))
-
-
-def _label(of: Place) -> str:
-    return f"{str(of.route[0]).removesuffix('s')} {of.route[1]}"
