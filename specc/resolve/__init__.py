@@ -6,7 +6,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import ExprError, parse_type
 from specc.lang.packages import PACKAGES
@@ -17,7 +16,7 @@ from specc.model.system import Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
 from specc.model.trace import Trace
 from specc.model.wires import Wires
-from specc.read import ANYWHERE, Reach
+from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, SetValues, YamlNode
 from specc.resolve.definitions import Definitions, types_in
@@ -62,7 +61,7 @@ def resolve(
     file: Loaded,
     load: Load,
     findings: Findings,
-    reach: Reach = ANYWHERE,
+    reach: AllowedPaths = ANYWHERE,
     instead: Mapping[str, YamlNode] | None = None,
     stop_when: YamlNode | None = None,
 ) -> Resolved:
@@ -100,7 +99,7 @@ def resolve(
         tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
         types_in(known),
         tuple(operators.values()),
-        _constants(definitions, findings.cache),
+        tuple(definitions.constants.values()),
         tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
         plant,
@@ -191,20 +190,6 @@ def _stop(formulas: FormulaResolver, at: YamlNode) -> Requirement | None:
     return found
 
 
-def _constants(definitions: Definitions, kept: AnswerCache | None) -> tuple[Constant, ...]:
-    """The constants of the system: the same objects as before if all that they name is the same."""
-    if kept is None:
-        return tuple(definitions.constants.values())
-    known: dict[str, tuple[str, Constant]] = kept.answer("constants", None) or {}
-    found = {}
-    for name, constant in definitions.constants.items():
-        behind = definitions.made_from.of(definitions.made_from.constants.get(name, constant))
-        before = known.get(name)
-        found[name] = before if before and before[0] == behind else (behind, constant)
-    kept.keep("constants", None, found)
-    return tuple(constant for _, constant in found.values())
-
-
 def _agents(
     file: Loaded, library: Library, definitions: Definitions, findings: Findings
 ) -> tuple[tuple[Agent, ...], AgentResolver]:
@@ -234,7 +219,7 @@ its user can give nothing but values of parameters, the rate and the title.
 
 
 def resolve_alone(
-    file: Loaded, load: Load, findings: Findings, reach: Reach
+    file: Loaded, load: Load, findings: Findings, reach: AllowedPaths
 ) -> tuple[System, AgentResolver]:
     """Resolve a description with its user left open; definitions have no user to leave open.
 

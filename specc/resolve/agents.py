@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
 
 from specc.diagnostics import Diagnostic
-from specc.limits import left, spend
 from specc.model.system import Agent, Device, DeviceKind, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
 from specc.resolve.context import Findings, YamlNode, duration_in, trace_of
@@ -121,8 +119,9 @@ class AgentResolver:
         at: Setting,
     ) -> Subsystem | None:
         """The subsystem that `where` describes or uses, or None if what it uses cannot be used."""
-        before, withheld = len(self.findings.diagnostics), self.findings.suppressed
-        repeated = len(self.findings.repeated)
+        findings = self.findings
+        before, suppressed = len(findings.diagnostics), findings.suppressed
+        repeated = len(findings.repeated)
         at = indexed(at, definition.each, where, self.findings)
         levels, inside = self._levels(f"{agent}.{name}", definition, where, at)
         if inside is None:
@@ -133,7 +132,6 @@ class AgentResolver:
         )
         interfaces = inside.definitions.interfaces
         described, here = with_machine(described, here, interfaces, self.findings)
-        inside = replace(inside, groups=groups)
         device_user, at_uses = _first(levels, "uses")
         if definition.uses is None and device_user.uses is not None and kind != "control":
             peers = peers_of_virtual(agent, name, kind, device_user, around)
@@ -147,22 +145,42 @@ class AgentResolver:
         absent = {peer: f"{agent}.{peer}" for peer in missing}
         self.broken |= set(absent.values())
         peers = {**peers, **absent}
-        rate = self._rate(*_first(levels, "rate"), where)
-        budget_s = duration_in(*_first(levels, "budget"), "budget", self.findings)
-        title = next((level.title for level, _ in levels if level.title), "")
-
-        def made() -> Subsystem:
-            found = self._inside(agent, name, kind, described, here, peers, inside, rate)
-            return replace(found, title=title, place=where.key, budget_s=budget_s)
-
-        times = rate, budget_s
-        given = kind, title, where.key, here.place, tuple(peers.items()), times, repr(groups)
-        behind = inside.definitions.made_from.of(here.raw) if self.findings.cache else ""
-        # Notes for completion have the types of all constants.
-        constants = inside.definitions.constants.values()
-        types = tuple((constant.name, constant.value.type) for constant in constants)
-        resolved = self._kept(f"{agent}.{name}", (*given, behind, types), made)
-        self._note_errors(resolved.qualified_name, here, before, repeated, withheld)
+        timed, at_rate = _first(levels, "rate")
+        rate = None
+        if timed.rate is None:
+            message = "the subsystem has no rate yet"
+            findings.report("O0601", message, where.key, help="add e.g. `rate: 100 Hz`")
+        else:
+            rate = rate_of(timed.rate, at_rate["rate"], findings)
+        budget_s = duration_in(*_first(levels, "budget"), "budget", findings)
+        expressions = Expressions(findings, inside.definitions, home=here, groups=groups)
+        ports, memory, lets, scope = resolve_buffers(described, here, peers, expressions)
+        machine = MachineResolver(described, here, scope, ports, memory, expressions)
+        resolved = Subsystem(
+            agent=agent,
+            name=name,
+            kind=kind,
+            title=next((level.title for level, _ in levels if level.title), ""),
+            rate_hz=rate or Fraction(1),
+            ports=tuple(port for port in ports if port.other_end),
+            constants=inside.given,
+            memory=memory,
+            lets=lets,
+            **machine.resolve(),
+            initial_state=self._initial_state(described, here),
+            trace=trace_of(described),
+            place=where.key,
+            outside=inside.definitions.outside(),
+            rated=rate is not None,
+            begun=described.initial_state in described.states,
+            budget_s=budget_s,
+        )
+        found = [*findings.diagnostics[before:], *findings.repeated[repeated:]]
+        if found:
+            inner = all(_only_inside(finding, here) for finding in found)
+            (self.faulty if inner else self.broken).add(resolved.qualified_name)
+        elif findings.suppressed > suppressed:
+            self.faulty.add(resolved.qualified_name)
         return resolved
 
     def _levels(
@@ -186,17 +204,6 @@ class AgentResolver:
             inside = used
         return levels, inside
 
-    def _note_errors(
-        self, name: str, here: YamlNode, before: int, repeated: int, withheld: int
-    ) -> None:
-        """Note what the errors found since some counts mean for others who look at a subsystem."""
-        found = [*self.findings.diagnostics[before:], *self.findings.repeated[repeated:]]
-        if found:
-            inner = all(_only_inside(finding, here) for finding in found)
-            (self.faulty if inner else self.broken).add(name)
-        elif self.findings.suppressed > withheld:
-            self.faulty.add(name)
-
     def _groups(
         self, kind: SubsystemKind, agent: str, virtual: Groups, given: Definitions
     ) -> Groups:
@@ -208,72 +215,6 @@ class AgentResolver:
             for name, members in (self.library.groups | given.groups).items()
         }
         return {name: members for name, members in (others | virtual).items() if members}
-
-    def _kept(
-        self, name: str, given: tuple[object, ...], made: Callable[[], Subsystem]
-    ) -> Subsystem:
-        """A subsystem as an earlier analysis has it, if that found nothing wrong with it."""
-        findings, kept = self.findings, self.findings.cache
-        if kept is None:
-            return made()
-        known: tuple[Subsystem, tuple[list[Any], ...], int] | None = kept.answer(name, given)
-        if known is not None and known[2] <= left("parts"):  # else it is made, as far as it goes
-            spend("parts", known[2])
-            findings.note(known[1])
-            return known[0]
-        before, noted, parts = self._told(), findings.noted(), left("parts")
-        subsystem = made()
-        if self._told() == before:
-            kept.keep(name, given, (subsystem, findings.notes(noted), parts - left("parts")))
-        return subsystem
-
-    def _told(self) -> tuple[int, ...]:
-        """What would be different if anything had been found, or looked up to be suggested."""
-        findings = self.findings
-        return len(findings.diagnostics), findings.suppressed, left("names compared")
-
-    def _inside(
-        self,
-        agent: str,
-        name: str,
-        kind: SubsystemKind,
-        definition: SubsystemDef,
-        where: YamlNode,
-        peers: Mapping[str, str],
-        at: Setting,
-        rate: Fraction | None,
-    ) -> Subsystem:
-        expressions = Expressions(self.findings, at.definitions, home=where, groups=at.groups)
-        buffers = resolve_buffers(definition, where, peers, expressions)
-        machine = MachineResolver(
-            definition, where, buffers.scope, buffers.ports, buffers.memory, expressions
-        )
-        return Subsystem(
-            agent=agent,
-            name=name,
-            kind=kind,
-            title=definition.title,
-            rate_hz=rate or Fraction(1),
-            ports=tuple(port for port in buffers.ports if port.other_end),
-            constants=at.given,
-            memory=buffers.memory,
-            lets=buffers.lets,
-            **machine.resolve(),
-            initial_state=self._initial_state(definition, where),
-            trace=trace_of(definition),
-            place=where.key,
-            outside=at.definitions.outside(),
-            rated=rate is not None,
-            begun=definition.initial_state in definition.states,
-        )
-
-    def _rate(self, definition: SubsystemDef, at: YamlNode, where: YamlNode) -> Fraction | None:
-        text = definition.rate
-        if text is None:
-            message = "the subsystem has no rate yet"
-            self.findings.report("O0601", message, where.key, help="add e.g. `rate: 100 Hz`")
-            return None
-        return rate_of(text, at["rate"], self.findings)
 
     def _initial_state(self, definition: SubsystemDef, where: YamlNode) -> str:
         name, states, findings = definition.initial_state, definition.states, self.findings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
@@ -22,21 +22,13 @@ DEEPEST_LET = 100
 """Longest chain of lets that depend on each other; nobody reads more, and passes recurse."""
 
 
-@dataclass(eq=False, slots=True)
-class Buffers:
-    """The static declarations of a subsystem: ports, memory, lets, and their scope."""
-
-    ports: tuple[Port, ...] = ()
-    """As they are declared; `other_end` is "" where the peer is unknown."""
-    memory: tuple[Memory, ...] = ()
-    lets: tuple[Let, ...] = ()
-    scope: Scope = field(default_factory=Scope)
-
-
 def resolve_buffers(
     definition: SubsystemDef, where: YamlNode, ends: Mapping[str, str], expressions: Expressions
-) -> Buffers:
-    """Resolve ports (`ends`: peer -> name of the other end), memory and lets, in this order."""
+) -> tuple[tuple[Port, ...], tuple[Memory, ...], tuple[Let, ...], Scope]:
+    """Ports, memory and lets of a subsystem, and the scope that they make.
+
+    `ends` has the name of the other end for each peer that is known.
+    """
     ports = _ports(definition, where, ends, expressions)
     inputs = {
         (port.peer, element.name): Declared(element.type, element.place)
@@ -54,7 +46,7 @@ def resolve_buffers(
     clear = {m.name: Declared(m.type, m.place) for m in resolved if _is_clear(m.name, expressions)}
     inside = replace(known, memory=clear, later=(), allow_clock=True)
     found, scope = _lets(definition, where["let"], inside, expressions)
-    return Buffers(ports, resolved, found, scope)
+    return ports, resolved, found, scope
 
 
 def _is_clear(name: str, expressions: Expressions) -> bool:

@@ -10,14 +10,13 @@ from fractions import Fraction
 from math import isfinite
 from typing import Any, Literal
 
-from specc.answers import AnswerCache
-from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
+from specc.diagnostics import Diagnostic, Related, is_typo, nearest, rename_fix, sole_correction
 from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
 from specc.model.types import Real, Type
 from specc.model.units import DIMENSIONLESS, UnitError, parse_unit
-from specc.read import Reach
+from specc.read import AllowedPaths
 from specc.schema.desugar import Desugared, route_below
 from specc.schema.keys import Traced
 from specc.source import Place, Route
@@ -104,9 +103,8 @@ class Use:
 class Findings:
     """Collects diagnostics, so that all that is wrong is reported in one go.
 
-    For editors there are `meanings`, every expression that was read, `types`, every type, and
-    `uses`, the names in all other texts; and `kept`, what they found earlier.
-    `withheld` counts errors that only follow from others and are not reported.
+    `meanings` has every expression that was read, `types` every type, `uses` the names in all
+    other texts. `suppressed` counts errors that only follow from others and are not reported.
     """
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
@@ -114,7 +112,6 @@ class Findings:
     types: list[TypeText] = field(default_factory=list)
     uses: list[Use] = field(default_factory=list)
     suppressed: int = 0
-    cache: AnswerCache | None = None
     depth: int = 0
     """Of the definition that is being made inside others."""
     has_unread_file: bool = False
@@ -127,23 +124,6 @@ class Findings:
         """Those findings that do not depend on names in a file that cannot be read."""
         return tuple(d for d in found if not self.has_unread_file or d.code.startswith(_OF_FILES))
 
-    @property
-    def _notes(self) -> tuple[list[Any], ...]:
-        return self.meanings, self.types, self.uses
-
-    def noted(self) -> tuple[int, ...]:
-        """How much is noted for editors."""
-        return tuple(map(len, self._notes))
-
-    def notes(self, since: tuple[int, ...] = (0, 0, 0)) -> tuple[list[Any], ...]:
-        """What is noted for editors, without what was `noted` before."""
-        return tuple(notes[count:] for notes, count in zip(self._notes, since, strict=True))
-
-    def note(self, notes: tuple[list[Any], ...]) -> None:
-        """Take in the notes of others."""
-        for known, more in zip(self._notes, notes, strict=True):
-            known += more
-
     def use(
         self,
         of: Place | None,
@@ -153,8 +133,8 @@ class Findings:
         start: int | None = None,
         end: int | None = None,
     ) -> None:
-        """Note for an editor that a value at or below a place, a key or a part of it is a name."""
-        if of is not None and self.cache is not None:
+        """Record that a value at or below a place, a key or a part of it names a definition."""
+        if of is not None:
             self.uses.append(Use(Place(at.file, (*at.route, *below), part, start, end), of))
 
     def report(
@@ -191,17 +171,17 @@ class Findings:
             related += (target,)
         missing = (lacks,) if lacks else ()
         found = Diagnostic(error.code, error.message, place, "", related, error.help, lacks=missing)
-        self._add(replace(found, fix=renaming(place, error.wrong, error.repair)))
+        self._add(replace(found, fix=rename_fix(place, error.wrong, error.repair)))
 
-    def report_outside(self, reach: Reach, path: str, where: YamlNode) -> None:
+    def report_outside(self, reach: AllowedPaths, path: str, where: YamlNode) -> None:
         """Report a file that a specification may not name."""
         message = f"the file lies outside the project: {path}"
-        self.report("E0021", message, where.place, help=reach.way_in(path))
+        self.report("E0021", message, where.place, help=reach.hint_to_allow(path))
 
-    def report_escape(self, reach: Reach, folder: str, where: YamlNode) -> None:
+    def report_escape(self, reach: AllowedPaths, folder: str, where: YamlNode) -> None:
         """Report a folder from which a link leads to what a specification may not name."""
         try:
-            link = reach.link_below(folder)
+            link = reach.escaping_link(folder)
         except OverflowError as error:
             self.report("E0017", str(error), where.place, help="name a smaller folder")
         else:
@@ -225,7 +205,7 @@ class Findings:
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
         help = suggest(name, names)
         may_come = what in _MAY_COME and (what != "agent" or name.isidentifier())
-        if may_come and not is_slip(name, names):
+        if may_come and not is_typo(name, names):
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
             way = or_else(_MAY_COME[what], help if names else "")
             if what.endswith("condition") and not name.isidentifier():
@@ -233,7 +213,7 @@ class Findings:
                 way = way if what.startswith("initial") else f"write `{{when: ...}}`, or {way}"
             self.report_missing(part, place, way, lacks)
             return True
-        fix = renaming(place, name, surely_meant(name, nearest(name, names)))
+        fix = rename_fix(place, name, sole_correction(name, nearest(name, names)))
         message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
         self.diagnostics.append(
             Diagnostic(code, message, place, "", (), help, fix, lacks=(lacks,) if lacks else ())

@@ -17,7 +17,6 @@ from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Enum, Frame, Int, Opaque, Record, Type
 from specc.resolve.context import Findings, TypeText, YamlNode
-from specc.resolve.fingerprint import Fingerprint
 from specc.schema.files import TypeDef
 from specc.schema.subsystem import InterfaceDef
 from specc.source import Place
@@ -189,8 +188,6 @@ class Definitions:
     """As `Scope.has_points`."""
     in_place: bool = False
     """Whether the parameters are indices, and all other constants those of the file."""
-    made_from: Fingerprint = field(default_factory=Fingerprint)
-    """What is defined in the file and in those that it uses."""
 
     def add(self, constant: Constant) -> None:
         """Take in a constant, which those after it may name."""
@@ -209,7 +206,6 @@ class Definitions:
             constants=dict(self.constants),
             given=(self.given or {}) | {index.name: index for index in indices},
             in_place=self.given is None or self.in_place,
-            made_from=replace(self.made_from, others=f"{self.made_from.others} {indices}"),
             declared=dict(self.declared),
         )
         for index in indices:

@@ -123,7 +123,9 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
                     findings.report("E0221", message, place, help=help_text)
         alone = _alone(interface)
         findings.diagnostics += alone.diagnostics
-        findings.note(alone.notes())
+        findings.meanings += alone.meanings
+        findings.types += alone.types
+        findings.uses += alone.uses
 
 
 def all_elements(

@@ -55,12 +55,12 @@ def targets_of(target: str, groups: Mapping[str, Members]) -> list[str]:
     return [target]
 
 
-Buffer = tuple[BufferDef, Any, Route]
+_SourcedBuffer = tuple[BufferDef, Any, Route]
 """A buffer with its data and where they stand."""
 
 
 def _with_buffers(
-    definition: SubsystemDef, where: YamlNode, sides: Mapping[str, Mapping[str, Buffer]]
+    definition: SubsystemDef, where: YamlNode, sides: Mapping[str, Mapping[str, _SourcedBuffer]]
 ) -> tuple[SubsystemDef, YamlNode]:
     """The subsystem with these buffers in place of its own."""
     raw = where.mapping
@@ -74,7 +74,7 @@ def _with_buffers(
     return definition.model_copy(update=defined), where.with_content(raw)
 
 
-def _buffers(definition: SubsystemDef, where: YamlNode, side: str) -> dict[str, Buffer]:
+def _buffers(definition: SubsystemDef, where: YamlNode, side: str) -> dict[str, _SourcedBuffer]:
     """The buffers that a subsystem declares on a side."""
     at = where[side]
     return {p: (b, at[p].raw, at[p].route) for p, b in getattr(definition, side).items()}

@@ -29,7 +29,7 @@ from specc.lang import (
     parse_type,
     spread,
 )
-from specc.limits import take
+from specc.limits import spend_or_raise
 from specc.model.expr import Expr, constants_in, has_unknown
 from specc.model.system import Constant
 from specc.model.types import Bool, Type
@@ -70,7 +70,7 @@ _OF_A_DECLARATION = 4
 def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> float:
     """The value of an expression over constants; raises ExprError if only a run can tell it."""
     try:
-        count = partial(take, "folding")
+        count = partial(spend_or_raise, "folding")
         value = float(evaluate(inlined(expr, constants), Environment(count=count)))
     except (LookupError, ArithmeticError, ValueError) as error:
         if constants_in(expr) and not isinstance(error, LookupError):
@@ -168,11 +168,10 @@ class Expressions:
             return None
 
     def _note(self, where: YamlNode, text: str, scope: Scope, expr: Expr | None) -> None:
-        """Note a text for editors; outside of subsystems `resolve.uses` reads it, too."""
-        if self.home is None or self.findings.cache is not None:
-            told = None if expr is None or has_unknown(expr) else expr
-            places = self.definitions.places
-            self.findings.meanings.append(Meaning(where, text, scope, told, places, self.home))
+        """Record the meaning of a text for editors and `resolve.uses`."""
+        known = None if expr is None or has_unknown(expr) else expr
+        places = self.definitions.places
+        self.findings.meanings.append(Meaning(where, text, scope, known, places, self.home))
 
     def _typed(
         self,

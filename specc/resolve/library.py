@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from specc.lang import (
     RESERVED,
@@ -15,10 +15,10 @@ from specc.lang import (
     members_of,
     parse_signature,
 )
-from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, left, spend
+from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, remaining, spend
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
-from specc.read import ANYWHERE, Reach
+from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.context import (
     Findings,
     SetValues,
@@ -68,7 +68,7 @@ class Library:
     load: Load
     base: str
     findings: Findings
-    reach: Reach = ANYWHERE
+    reach: AllowedPaths = ANYWHERE
     given: SetValues = field(default_factory=SetValues)
     shared: bool = False
     agents: tuple[str, ...] = ()
@@ -107,8 +107,6 @@ class Library:
         own.places |= {f"parameter {n}": parameters[n].key for n in file.spec.parameters}
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         self._use_others(file, own)
-        if self.findings.cache is not None:
-            self._note_texts(file, (frames, sizes), own)
         for name, title, _ in self._unclashing("frames", file, own):
             own.frames.setdefault(name, name)
             own.frame_titles[own.frames[name]] = title
@@ -118,22 +116,11 @@ class Library:
             self.findings.types.append(note)
         return own
 
-    def _note_texts(self, file: Loaded, given: object, own: Definitions) -> None:
-        """Note what a file defines, beside the files that it uses, for answers that are kept."""
-        constants = file.top["constants"]
-        other = set(get_args(_Section)) - {"constants"}
-        texts = [file.top[key].raw for key in ("specc", "use", "parameters", *sorted(other))]
-        own.made_from.add((file.path, given, texts))
-        for name in file.spec.constants:
-            own.made_from.define(name, (file.path, constants[name].raw))
-
     def complete(
         self, own: Definitions, file: Loaded, given: tuple[Constant, ...] | None = None
     ) -> None:
         """Add what else is in force in `file`, whose value parameters are `given`."""
         if given is not None:
-            if self.findings.cache is not None:
-                own.made_from.add(given)
             own.given = {c.name: c for c in given}
             for constant in given:
                 if constant.name not in own.constants:
@@ -165,7 +152,6 @@ class Library:
                 inner = replace(self, _using=(*self._using, file.path))
                 self._known[other.path] = inner.definitions(other)
             known = self._known[other.path]
-            own.made_from.merge(known.made_from)
             if self._is_allowed(1 + len(known.places) // _NAMES_OF_A_PART, where.place):
                 own.absorb(known, self.findings)
             else:
@@ -209,7 +195,7 @@ class Library:
                 self._unique_name("file", name, path, where.key, own),
                 relative_path(path, self.base),
             )
-            if not self.reach.holds(path):
+            if not self.reach.contains(path):
                 self.findings.report_outside(self.reach, path, where)
             elif os.path.isdir(path):
                 self.findings.report_escape(self.reach, path, where)
@@ -252,7 +238,7 @@ class Library:
 
     def _is_allowed(self, parts: int, where: Place) -> bool:
         """Whether so many parts are allowed; reports the first ones that are not."""
-        is_first = left("parts") >= 0
+        is_first = remaining("parts") >= 0
         if spend("parts", parts):
             return True
         if is_first:
@@ -272,7 +258,6 @@ class Library:
             found = name if not (known or sizes) else f"{name}@{relative_path(at.file, self.base)}"
             found += f"#{sizes}" if sizes else ""
         known[at, sizes] = known[means] = found
-        own.made_from.others += found
         return found
 
     def _constants(self, file: Loaded, own: Definitions) -> None:

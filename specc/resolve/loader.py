@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
 from specc.model.binding import Published
-from specc.read import ANYWHERE, Document, Reach, read_file, specification
+from specc.read import ANYWHERE, AllowedPaths, Document, read_file, specification
 from specc.resolve.context import Findings, YamlNode
 from specc.resolve.library import Loaded
 from specc.schema import ROW_KEYS, SpecFile, desugar, shape
@@ -37,7 +37,7 @@ class Loader:
 
     findings: Findings
     read: Callable[[str, tuple[str, ...]], Document] = read_file
-    reach: Reach = ANYWHERE
+    reach: AllowedPaths = ANYWHERE
     sources: Sources = field(default_factory=Sources)
     _files: dict[str, Loaded | None] = field(default_factory=dict)
     _values: int = 0
@@ -75,11 +75,11 @@ class Loader:
         return all(file is not None for file in self._files.values())
 
     def _load(self, path: str, named_at: YamlNode | None) -> Loaded | None:
-        if not self.reach.holds(path):
+        if not self.reach.contains(path):
             if named_at is not None:
                 self.findings.report_outside(self.reach, path, named_at)
             else:
-                self.findings.diagnostics.append(self.reach.link_out(path))
+                self.findings.diagnostics.append(self.reach.link_finding(path))
             return None
         if len(self._files) >= MAX_FILES:
             self._refuse(f"more than {MAX_FILES} files are used", named_at)

@@ -151,8 +151,7 @@ class MachineResolver:
 
     def _assignment(self, target: str, item: AssignmentDef, at: YamlNode) -> Assignment | None:
         found = self._targets.get(target)
-        if self._findings.cache is not None:
-            note_target(self._findings, target, at, self.where, found[2] if found else None)
+        note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
             self._no_target(target, at)
         indices, scope = self.expressions.indexed(item.each, at, self.scope)

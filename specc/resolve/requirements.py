@@ -20,8 +20,8 @@ from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
 from specc.limits import MAX_SPAN_S
 from specc.model.expr import Expr, Logic, Offsets, has_unknown
 from specc.model.requirement import (
+    BoolOp,
     FormulaLet,
-    Junction,
     Reading,
     Requirement,
     Temporal,
@@ -267,7 +267,7 @@ class FormulaResolver:
             return None
         self._note(reader, at, found)
         names, place = reader.names, self.lets.places[name]
-        if not isinstance(found, TickCondition | Junction | Temporal):
+        if not isinstance(found, TickCondition | BoolOp | Temporal):
             return FormulaLet(name, None, found, names, place)
         readings = tuple(reader.readings.values())
         said = Requirement(text, "", found, True, readings, at.place, name, names)
@@ -289,7 +289,7 @@ class FormulaResolver:
         self, reader: _RequirementReader, at: YamlNode, found: TemporalFormula | Expr
     ) -> None:
         """Note the meaning of a text, for editors."""
-        if isinstance(found, TickCondition | Junction | Temporal):
+        if isinstance(found, TickCondition | BoolOp | Temporal):
             parts = tuple(dict.fromkeys(expressions_in(found)))
         else:
             parts = (found,)
@@ -372,14 +372,14 @@ class _RequirementReader:
         match node:
             case ast.BoolOp():
                 both = isinstance(node.op, ast.And)
-                return Junction("and" if both else "or", self._all(node.values), span(node))
+                return BoolOp("and" if both else "or", self._all(node.values), span(node))
             case ast.UnaryOp(op=ast.Not()):
-                return Junction("not", self._all([node.operand]), span(node))
+                return BoolOp("not", self._all([node.operand]), span(node))
         op = _operator(node)
         if op == "implies":
             premise, conclusion = self._all(self._arguments(node, 2))
-            opposite = Junction("not", (premise,), span_of(premise))
-            return Junction("or", (opposite, conclusion), span(node), premise)
+            opposite = BoolOp("not", (premise,), span_of(premise))
+            return BoolOp("or", (opposite, conclusion), span(node), premise)
         if op == "since":
             return Temporal("since", self._all(self._arguments(node, 2)), at=span(node))
         if op in TIMED:

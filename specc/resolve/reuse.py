@@ -9,7 +9,7 @@ from functools import partial
 from specc.diagnostics import Related, nearest
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size, parse_type
 from specc.lang.mentioned import names_of
-from specc.limits import MAX_DEPTH, take
+from specc.limits import MAX_DEPTH, spend_or_raise
 from specc.model.expr import Call, Expr, constants_in, walk
 from specc.model.system import Constant
 from specc.model.types import Frame, Int, Type
@@ -75,8 +75,6 @@ def reuse(
     agents, groups = binder.agents(definitions)
     if not binder.complete:
         return None
-    if library.findings.cache is not None:
-        definitions.made_from.add(at.definitions.made_from.of(given))
     library.complete(definitions, file, given)
     definitions.agents, definitions.groups = agents, groups
     return Setting(file, definitions, given, using=(*at.using, file.path))
@@ -267,7 +265,7 @@ def _whole(given: Constant, outer: Definitions) -> int | None:
     marks = {name: partial(int, size.mark) for name, size in still.items()}
     try:
         value = inlined(given.value, outer.constants)
-        env = Environment(operators=marks, count=partial(take, "folding"))
+        env = Environment(operators=marks, count=partial(spend_or_raise, "folding"))
         number = int(evaluate(value, env))
     except (LookupError, ArithmeticError, ValueError, ExprError):
         return None

@@ -6,7 +6,7 @@ from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang import ExprError, Scope
 from specc.model.binding import PLANT, Binding, Published, Ros2
 from specc.model.expr import Expr, Number, Truth
@@ -227,7 +227,7 @@ class _DisturbanceReader:
         if item.at is None and item.when is None:
             self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
         if not found.deeds:
-            way = f"add {listed((f'`{verb}`' for verb in VERBS), 'or')}"
+            way = f"add {join_words((f'`{verb}`' for verb in VERBS), 'or')}"
             self._report(at, "nothing happens in a disturbance", way)
         elif item.lasts is not None and not lasting:
             self._report(at["lasts"], "what is moved stays there", "delete `lasts`")

@@ -52,8 +52,6 @@ def note_element(
     findings: Findings, name: str, at: YamlNode, home: YamlNode, element: Place
 ) -> None:
     """Note peer and element of `x.peer.element` or `y.peer.element`, declared at `element`."""
-    if findings.cache is None:
-        return
     begin, middle = 2, name.rindex(".")
     findings.use(_buffer_of(home, name[0], name[begin:middle]), at, start=begin, end=middle)
     findings.use(element, at, start=middle + 1, end=len(name))
@@ -67,8 +65,6 @@ def note_row(
     conditions: Mapping[tuple[str, str], Condition],
 ) -> None:
     """Note the states and the condition that a row names."""
-    if findings.cache is None:
-        return
     named = [(name, at["from"][index]) for index, name in enumerate(row.sources)]
     for name, state in (*named, (row.target, at["to"])):
         findings.use(declared_at(home, "states", name), state)

@@ -14,8 +14,8 @@ from specc.diagnostics import (
     Faults,
     TooManyFaultsError,
     nearest,
-    renaming,
-    surely_meant,
+    rename_fix,
+    sole_correction,
 )
 from specc.schema.desugar import route_below
 from specc.schema.keys import (
@@ -191,8 +191,8 @@ class _Translation:
             rest = ", ..." if len(known) > _LISTED_KEYS else ""
             hint = f"known keys: {', '.join(f'`{one}`' for one in known[:_LISTED_KEYS])}{rest}"
         place = Place(self._file, (*route, name), "key")
-        meant = surely_meant(name, close)
-        fix = renaming(place, name, meant)
+        meant = sole_correction(name, close)
+        fix = rename_fix(place, name, meant)
         words = f"unknown key `{name}`{_inside(route)}"
         self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
 
