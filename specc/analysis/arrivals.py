@@ -39,10 +39,10 @@ def always_present(subsystem: Subsystem, wires: Wires) -> frozenset[InputName]:
     """Inputs that have a value from the first period on."""
     return frozenset(
         (wire.port.peer, element.name)
-        for wire in wires.of(subsystem)
+        for wire in wires.wires_of(subsystem)
         if wire.port.direction == "x"
         for element in wire.port.elements
-        if element.init is not None or wire.device
+        if element.init is not None or wire.peer_device
     )
 
 
@@ -57,20 +57,20 @@ def arrivals_of(
     declared = always_present(subsystem, wires)
     always, later, fresh = set(declared), set[InputName](), set[InputName]()
     together: dict[InputName, frozenset[InputName]] = {}
-    for wire in wires.of(subsystem):
-        if wire.port.direction != "x" or wire.device:
+    for wire in wires.wires_of(subsystem):
+        if wire.port.direction != "x" or wire.peer_device:
             continue
-        sender, end, port = wire.other, wire.end, wire.port
-        if sender is None or end is None or wire.name in broken:
+        sender, end, port = wire.peer_subsystem, wire.peer_port, wire.port
+        if sender is None or end is None or wire.peer_name in broken:
             always |= {(port.peer, element.name) for element in port.elements}
             continue
         # What the sender's end lacks would be sent if that were mended.
         always |= {(port.peer, e.name) for e in port.elements if not end.element(e.name)}
         behaviours = {state.behaviour.name: state.behaviour for state in sender.states}.values()
-        sent = [wire.arriving(behaviour) for behaviour in behaviours if behaviour.whole]
+        sent = [wire.inputs_sent_by(behaviour) for behaviour in behaviours if behaviour.is_complete]
         # A behaviour that is not known may well send nothing of this, or all of it.
         unsure = not behaviours or len(sent) < len(behaviours)
-        rated = timed and sender.rated and subsystem.rated
+        rated = timed and sender.has_rate and subsystem.has_rate
         if not rated or sender.rate_hz >= subsystem.rate_hz:
             later |= _first_sent(sender, wire)
             if rated and not unsure:
@@ -85,8 +85,10 @@ def _everything(wire: Wire) -> frozenset[InputName]:
 
 def _first_sent(sender: Subsystem, wire: Wire) -> frozenset[InputName]:
     """What the first period of a sender sends, and all that it may if that is not known."""
-    first = sender.state(sender.initial_state).behaviour if sender.begun else None
-    return _everything(wire) if first is None or not first.whole else wire.arriving(first)
+    first = sender.state(sender.initial_state).behaviour if sender.has_initial_state else None
+    return (
+        _everything(wire) if first is None or not first.is_complete else wire.inputs_sent_by(first)
+    )
 
 
 def _sent_together(

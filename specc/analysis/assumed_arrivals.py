@@ -88,21 +88,21 @@ class AssumptionChecker:
 
     def _cases(self, reader: Subsystem, asked: frozenset[InputName]) -> Iterator[list[Arrived]]:
         """For each sender whose times are known, what may arrive from it together."""
-        for wire in self._wires.of(reader):
-            port, sender = wire.port, self._machines.get(wire.name)
+        for wire in self._wires.wires_of(reader):
+            port, sender = wire.port, self._machines.get(wire.peer_name)
             mine = {(port.peer, element.name) for element in port.elements}
             about = any(peer == port.peer for peer, _ in asked)
-            if port.direction != "x" or not about or sender is None or not wire.end:
+            if port.direction != "x" or not about or sender is None or not wire.peer_port:
                 continue
             subsystem = sender.subsystem
-            timed = reader.rated and subsystem.rated and subsystem.rate_hz <= reader.rate_hz
-            whole = all(state.behaviour.whole for state in subsystem.states)
+            timed = reader.has_rate and subsystem.has_rate and subsystem.rate_hz <= reader.rate_hz
+            whole = all(state.behaviour.is_complete for state in subsystem.states)
             if not (timed and whole and subsystem.states):
                 continue
             found = dict[frozenset[InputName], Arrived]()
             for state in subsystem.states:
                 if state.name in sender.reached:
-                    names = wire.arriving(state.behaviour) & mine & asked
+                    names = wire.inputs_sent_by(state.behaviour) & mine & asked
                     found.setdefault(names, Arrived(state, names))
             # Of the same rate, and never silent: something arrives in every period.
             slower = subsystem if subsystem.rate_hz < reader.rate_hz else None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from specc.analysis.machine import Machine
 from specc.analysis.reads import ExpressionText, text_of
-from specc.lang.dependence_order import InOrder
+from specc.lang.dependence_order import InDependenceOrder
 from specc.lang.ranges import ANY
 from specc.model.expr import (
     LITERALS,
@@ -21,7 +21,7 @@ from specc.model.expr import (
     walk,
 )
 from specc.model.fsm import Condition
-from specc.model.logic import joined, negation
+from specc.model.logic import junction, negation
 from specc.model.types import Bool, Real
 from specc.proof import EvaluationPoint
 
@@ -57,7 +57,7 @@ class ConstantPart:
             if isinstance(outer, Quantifier):
                 said = replace(outer, kind="all", body=said, type=Bool())
             else:
-                said = joined("or", (negation(outer), said))
+                said = junction("or", (negation(outer), said))
         return said
 
 
@@ -70,7 +70,7 @@ class ConstantConditions:
         self._machine = machine
         self._misfits = machine.suspicious
         lets = {item.name: item for item in subsystem.lets}
-        self._of_lets = InOrder(
+        self._of_lets = InDependenceOrder(
             {name: item.value for name, item in lets.items()},
             lambda name: self._in(text_of(lets[name]), lets[name].value, None),
         )

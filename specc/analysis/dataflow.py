@@ -186,7 +186,7 @@ class DataFlow:
         machine = self._machines.get(sender)
         if machine is None or machine.faulty:
             return
-        written = machine.subsystem.written.get(output, {})
+        written = machine.subsystem.assigned_values.get(output, {})
         edges = {name: self._edges(sender, values) for name, values in written.items()}
         for state in self._reads[sender].states:
             if state.behaviour.name in edges:
@@ -213,7 +213,7 @@ class DataFlow:
         machine = self._machines.get(sender)
         if machine is None:
             return
-        written, dependences = machine.subsystem.written, machine.dependences
+        written, dependences = machine.subsystem.assigned_values, machine.dependences
 
         def assigned(target: tuple[str, str]) -> list[Expr]:
             return [value for values in written.get(target, {}).values() for value in values]
@@ -230,7 +230,7 @@ class DataFlow:
         return self._wires.sender(node.reader, node[1:])
 
     def _measured(self, node: InputNode) -> Measured | None:
-        device = self._wires.devices.get(self._wires.measured(node.reader, node.peer))
+        device = self._wires.devices.get(self._wires.measuring_device(node.reader, node.peer))
         element = next((e for e in device.y if e.name == node.element), None) if device else None
         if device is None or element is None:
             return None
@@ -248,4 +248,4 @@ class DataFlow:
 
     def _is_shared(self, device: str, element: str) -> bool:
         """Whether several subsystems read what a device reports."""
-        return len(self._wires.users(device, "x", element)) > 1
+        return len(self._wires.wires_of_element(device, "x", element)) > 1

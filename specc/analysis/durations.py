@@ -14,7 +14,7 @@ from specc.analysis.reads import Dependences
 from specc.analysis.unknown_parts import may_hold_part
 from specc.model.expr import Expr, has_unknown
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
-from specc.model.logic import joined
+from specc.model.logic import junction
 from specc.model.system import Subsystem
 from specc.proof import Prover, RowVerdict
 
@@ -123,7 +123,7 @@ class Durations:
     def excludes(self, row: Transition) -> bool:
         """Whether a row that is never taken is never taken because of conditions on time."""
         source = self._subsystem.state(row.source).behaviour
-        return self.is_cause(*as_conditions(source.ended(row.cause)), row.condition.when)
+        return self.is_cause(*as_conditions(source.facts_after(row.cause)), row.condition.when)
 
     def is_cause(self, *conditions: Expr) -> bool:
         """Whether conditions that never hold together could, but for what they say of time."""
@@ -144,7 +144,7 @@ class Durations:
 
     def _found(self, behaviour: Behaviour) -> _Ending | None:
         error, terminal = behaviour.error, behaviour.terminal
-        either = joined("or", (error.when, terminal.when))
+        either = junction("or", (error.when, terminal.when))
         for periods in self._candidates(either):
             now = self._prover.timer.lasted("==", periods)
             if self._prover.implies([now], either):
@@ -154,7 +154,10 @@ class Durations:
                 return _Ending(
                     periods / self._subsystem.rate_hz,
                     (not other, not alone),
-                    {cause: [*as_conditions(behaviour.ended(cause)), by_then] for cause in CAUSES},
+                    {
+                        cause: [*as_conditions(behaviour.facts_after(cause)), by_then]
+                        for cause in CAUSES
+                    },
                 )
         return None
 

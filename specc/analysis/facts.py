@@ -24,7 +24,7 @@ from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, take
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT
-from specc.model.expr import Call, ConstantRef, FileRef, constants_in, has_unknown, walk
+from specc.model.expr import Call, ConstantRef, FileRef, constant_names, has_unknown, walk
 from specc.model.fsm import Cause
 from specc.model.requirement import Requirement
 from specc.model.system import Constant, Element, Subsystem, System
@@ -116,7 +116,7 @@ class Facts:
     @cached_property
     def valueless(self) -> tuple[tuple[Constant, str], ...]:
         """Constants and parameters without a value, with the reason; those at one place once."""
-        lists = dict.fromkeys((self.system.constants, *self.system.described))
+        lists = dict.fromkeys((self.system.constants, *self.system.description_uses))
         found = (none for constants in lists for none in valueless(constants))
         return tuple({constant.place: (constant, why) for constant, why in found}.values())
 
@@ -132,7 +132,7 @@ class Facts:
         return {name: constant for name, constant in self._constants.items() if name in found}
 
     def _constants_in(self, name: str) -> Iterable[str]:
-        return constants_in(self._constants[name].value) if name in self._constants else ()
+        return constant_names(self._constants[name].value) if name in self._constants else ()
 
     @cached_property
     def suspicious(self) -> SuspiciousExpressions:
@@ -255,7 +255,7 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
 def _is_known(constant: Constant, values: dict[str, Any]) -> bool:
     value = constant.value
     given = any(isinstance(node, (Call, FileRef)) for node in walk(value))
-    return not given and values.keys() >= set(constants_in(value)) and not has_unknown(value)
+    return not given and values.keys() >= set(constant_names(value)) and not has_unknown(value)
 
 
 def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:

@@ -34,7 +34,7 @@ def failure(expr: Expr, value: Callable[[Expr], float | None]) -> str:
             compute = SIGNS[op].value
             if op == "/" and known[0] is None:
                 known[0] = 1.0  # whatever it is, only a divisor of zero fails
-        case Builtin(name=name) if FUNCTIONS[name].may_fail and FUNCTIONS[name].folds:
+        case Builtin(name=name) if FUNCTIONS[name].may_fail and FUNCTIONS[name].is_foldable:
             compute = FUNCTIONS[name].value
         case _:
             return ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from specc.analysis.machine import Machine
-from specc.model.expr import Compare, Expr, Member, MemoryRef, mapped
+from specc.model.expr import Compare, Expr, Member, MemoryRef, map_children
 from specc.model.requirement import Reading
 from specc.model.system import System
 from specc.model.types import Bool, Enum
@@ -33,14 +33,14 @@ def _said_of(reading: Reading, known: Expr) -> Expr:
     """What is known of memory, of the reading of it."""
     if isinstance(known, MemoryRef):
         return MemoryRef(reading.name, type=known.type)
-    return mapped(known, lambda part: _said_of(reading, part))
+    return map_children(known, lambda part: _said_of(reading, part))
 
 
 def begins_in(reading: Reading, system: System) -> Expr | None:
     """That a subsystem is in the state that it has at the first tick."""
     if reading.kind != "state" or not isinstance(reading.type, Enum):
         return None
-    found = {s.qualified_name: s.initial_state for s in system.subsystems if s.begun}
+    found = {s.qualified_name: s.initial_state for s in system.subsystems if s.has_initial_state}
     state = found.get(reading.subsystem)
     if state not in reading.type.members:
         return None

@@ -8,7 +8,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.reads import ExpressionText, text_of
-from specc.lang.dependence_order import InOrder
+from specc.lang.dependence_order import InDependenceOrder
 from specc.model.expr import (
     LENGTH,
     Builtin,
@@ -122,7 +122,7 @@ class ImpliedFacts(Generic[T]):
         """`lets` are in order of dependence."""
         self._told = told
         values = {let.name: let.value for let in lets}
-        self._of_lets = InOrder(
+        self._of_lets = InDependenceOrder(
             values, lambda name: (self.by(values[name], False), self.by(values[name], True))
         )
 
@@ -158,7 +158,7 @@ def tested_conditions(
     yield (), [error]
     yield ((error.when, False),), [terminal]
     for cause in CAUSES:
-        yield state.behaviour.ended(cause), [r.condition for r in rows if r.cause == cause]
+        yield state.behaviour.facts_after(cause), [r.condition for r in rows if r.cause == cause]
 
 
 def as_conditions(tests: Tests) -> tuple[Expr, ...]:

@@ -266,7 +266,7 @@ class Machine:
     @cached_property
     def reached(self) -> frozenset[str]:
         """The states that it can enter; all of them where that is not known."""
-        if not self.subsystem.begun or not self.ways_are_known:
+        if not self.subsystem.has_initial_state or not self.ways_are_known:
             return frozenset(state.name for state in self.subsystem.states)
         return reached_from(self.subsystem.initial_state, self.leaving)
 

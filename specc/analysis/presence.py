@@ -27,9 +27,9 @@ from specc.model.expr import (
     MemoryRef,
     Present,
     Quantifier,
-    Sure,
     Unary,
     Unknown,
+    Unwrap,
     has_free_variable,
     has_unknown,
 )
@@ -142,7 +142,7 @@ class DefiniteAssignment:
 
     def _fixpoint(self) -> HeldByState[InputName]:
         most = {state.name: self._everything for state in self._subsystem.states}
-        if not self._subsystem.begun:
+        if not self._subsystem.has_initial_state:
             return most
         most[self._subsystem.initial_state] = self.in_first_period
         if self.in_first_period == self._everything:
@@ -180,7 +180,7 @@ class Need:
     On each of the `ways` to it the tests of that way hold.
     """
 
-    sure: Sure
+    sure: Unwrap
     ways: tuple[Premises, ...]
     let: Let | None
 
@@ -211,12 +211,12 @@ class PresentValues:
     @cached_property
     def needed(self) -> bool:
         """Whether any expression needs a value to be there."""
-        return any(isinstance(node, Sure) for node in nodes(self._subsystem))
+        return any(isinstance(node, Unwrap) for node in nodes(self._subsystem))
 
     def needs(self, expr: Expr) -> Iterator[Need]:
         """What an evaluation of `expr` may need."""
         for part in self._guards.parts(expr, ((),)):
-            if isinstance(part.expr, Sure):
+            if isinstance(part.expr, Unwrap):
                 yield Need(part.expr, part.known, part.let)
 
     def lacking(self, use: Evaluation) -> Sequence[Need]:
@@ -291,7 +291,9 @@ class PresentValues:
             ends = (state.behaviour.terminal.when, state.behaviour.error.when)
             found[state.name] = [(state.name, self._timeless(map(negation, ends)))]
         for row in self._rows:
-            before = as_conditions(self._subsystem.state(row.source).behaviour.ended(row.cause))
+            before = as_conditions(
+                self._subsystem.state(row.source).behaviour.facts_after(row.cause)
+            )
             found[row.source].append((row.target, self._timeless([*before, row.condition.when])))
         return found
 

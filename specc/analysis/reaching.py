@@ -16,8 +16,8 @@ from specc.model.expr import (
     Items,
     LetRef,
     MemoryRef,
-    Sure,
     Unary,
+    Unwrap,
 )
 from specc.model.requirement import Reading
 from specc.model.system import Constant, Subsystem
@@ -54,7 +54,7 @@ def component(expr: Expr, index: int) -> Expr:
     match expr:
         case Items(items=items):
             return items[index]
-        case Sure(value=value):
+        case Unwrap(value=value):
             return component(value, index)
         case Unary(op="-", operand=operand):
             return Unary("-", component(operand, index), type=type_, span=expr.span)
@@ -107,7 +107,7 @@ class ReachingDefinitions:
             if not isinstance(expr, Component):
                 return [replace(scalar, expr=expr)]
         match expr:
-            case Sure(value=value):
+            case Unwrap(value=value):
                 return [replace(scalar, expr=value)]
             case Choice(then=then, otherwise=otherwise):
                 return [replace(scalar, expr=then), replace(scalar, expr=otherwise)]
@@ -155,7 +155,7 @@ class ReachingDefinitions:
         self, reader: Subsystem, key: tuple[str, str], index: int | None
     ) -> Iterator[ScalarDefinition]:
         peer, name = key
-        if device := self._wires.measured(reader.qualified_name, peer):
+        if device := self._wires.measuring_device(reader.qualified_name, peer):
             yield ReportedScalar(f"{device}.{name}", index or 0)
             return
         element = reader.inputs.get(key)

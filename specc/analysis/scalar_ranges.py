@@ -9,7 +9,7 @@ from specc.analysis.machine import Machine
 from specc.analysis.reaching import ReachingDefinitions, ScalarExpr
 from specc.analysis.reads import Dependence
 from specc.lang import ranges
-from specc.lang.bounds import bounds
+from specc.lang.bounds import range_of_parts
 from specc.lang.ranges import ANY, Range
 from specc.model.expr import Choice, Compare, Component, Expr, Input, MemoryRef, children, walk
 from specc.model.types import Int, Real
@@ -65,10 +65,10 @@ class ScalarRanges:
         expr = scalar.expr
         parts = [self._of_part(replace(scalar, expr=part)) for part in children(expr)]
         whole = [ranges.union(*each) for each in parts]
-        yield bounds(expr, whole)
+        yield range_of_parts(expr, whole)
         for index, each in enumerate(parts):
             for one in each if len(each) <= _MOST_RANGES else ():
-                yield bounds(expr, [*whole[:index], one, *whole[index + 1 :]])
+                yield range_of_parts(expr, [*whole[:index], one, *whole[index + 1 :]])
 
     def _of_part(self, scalar: ScalarExpr) -> list[Range]:
         if not isinstance(scalar.expr.type, (Int, Real)):

@@ -16,7 +16,7 @@ from typing import Literal
 from specc.analysis.failures import Answer, failure, is_asked
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts, texts_of_system
 from specc.lang import ranges
-from specc.lang.bounds import bounded
+from specc.lang.bounds import range_of
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.ranges import Range
 from specc.lang.row import BuiltinFunction
@@ -173,7 +173,7 @@ class SuspiciousExpressions:
     def _answer(self, test: Expr) -> Answer:
         """Whether a condition holds, as far as constants decide it."""
         value = self._numbering.value(self._numbering.number(test))
-        least, greatest = bounded(test, self._known)
+        least, greatest = range_of(test, self._known)
         if isinstance(value, bool) or least == greatest:
             return "yes" if (value if isinstance(value, bool) else least) else "no"
         return "settled" if self._rests_on_constants(test) else "some"
@@ -252,7 +252,7 @@ class SuspiciousExpressions:
                 continue
             if self._value(inner) is not None:
                 continue
-            least, most = bounded(whole, self._known)
+            least, most = range_of(whole, self._known)
             if least > value if is_least else most < value:
                 because = limit, inner
                 return [
@@ -318,7 +318,7 @@ class SuspiciousExpressions:
 
     def _known(self, expr: Expr) -> Range | None:
         value = self._value(expr)
-        return None if value is None else ranges.of_value(value)
+        return None if value is None else ranges.range_of_value(value)
 
     def _itself(
         self, text: ExpressionText, expr: Expr, bound: Depths
@@ -326,7 +326,7 @@ class SuspiciousExpressions:
         match expr:
             case Compare(left=left, right=right) | Binary(op="-" | "/", left=left, right=right):
                 pairs = [(left, right)]
-            case Builtin(name=name, args=args) if FUNCTIONS[name].alike:
+            case Builtin(name=name, args=args) if FUNCTIONS[name].same_arguments:
                 compared = args[:2] if FUNCTIONS[name].compares else args
                 pairs = list(self._alike(compared, bound))
             case Logic(operands=args):

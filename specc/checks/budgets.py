@@ -105,7 +105,7 @@ def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
 
 def _too_short(device: Device, facts: Facts) -> Iterator[Diagnostic]:
     assert device.silence_s is not None
-    for subsystem in (wire.subsystem for wire in facts.wires.at(device.qualified_name, "y")):
+    for subsystem in (wire.subsystem for wire in facts.wires.wires_to(device.qualified_name, "y")):
         period_s = 1 / subsystem.rate_hz
         if device.silence_s <= period_s:
             yield Diagnostic(

@@ -68,7 +68,7 @@ def _of_element(
 def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[ScalarDefinition]:
     """What states send to an element, and what is safe for it."""
     element = bound.element
-    for wire in facts.wires.users(bound.binding.device, "y", element.name):
+    for wire in facts.wires.wires_of_element(bound.binding.device, "y", element.name):
         if wire.subsystem.qualified_name not in facts.broken:
             target = wire.port.peer, element.name
             yield from facts.definitions.sent(wire.subsystem, target, index)

@@ -110,7 +110,7 @@ def _way_back(machine: Machine, state: State, counter: str, reached: Expr) -> Ro
 def _is_taken(machine: Machine, step: RowEdge, reached: Expr) -> bool:
     """Whether a row may be taken while the counter has reached the limit."""
     behaviour = machine.subsystem.state(step.row.source).behaviour
-    ended = [w if held else negation(w) for w, held in behaviour.ended(step.row.cause)]
+    ended = [w if held else negation(w) for w, held in behaviour.facts_after(step.row.cause)]
     asked = [*ended, step.row.condition.when, reached]
     return machine.prover.satisfiable(asked) is True
 

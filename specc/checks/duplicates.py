@@ -69,7 +69,7 @@ def _only_grows(machine: Machine, item: Memory) -> bool:
     if not isinstance(item.type, ListOf):
         return False
     asked = machine.dependences.all(condition.when for condition in subsystem.exit_conditions)
-    written = subsystem.written.get(("", item.name), {})
+    written = subsystem.assigned_values.get(("", item.name), {})
     values = [numbering.looked_through(value) for each in written.values() for value in each]
     again = any(
         ("", item.name) in {(a.peer, a.name) for a in state.behaviour.assignments}

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.model.system import Device, Element, Port, Shared, Subsystem
+from specc.model.system import Device, Element, InterfaceRef, Port, Subsystem
 from specc.model.types import Enum, Opaque, Record, Type
 from specc.model.wires import Wire
 from specc.source import Place
@@ -22,14 +22,14 @@ _MOST_SHOWN = 4
 def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
     """O0403, E0404 and E0405, for connections with subsystems and with devices."""
     for subsystem in facts.subsystems:
-        for wire in facts.wires.of(subsystem):
-            if wire.name in facts.broken | facts.wires.contested:
+        for wire in facts.wires.wires_of(subsystem):
+            if wire.peer_name in facts.broken | facts.wires.shared_devices:
                 continue
-            if wire.device is not None:
-                there = _side(wire.device, "y" if wire.port.direction == "x" else "x")
+            if wire.peer_device is not None:
+                there = _side(wire.peer_device, "y" if wire.port.direction == "x" else "x")
                 yield from _compare(_end(wire.port), _End(there, wire.elements))
-            elif wire.other is not None:
-                yield from _between_subsystems(wire, wire.other, facts)
+            elif wire.peer_subsystem is not None:
+                yield from _between_subsystems(wire, wire.peer_subsystem, facts)
     for device in facts.system.devices:
         yield from _unconnected(device, facts)
 
@@ -40,7 +40,7 @@ def _side(device: Device, side: str) -> Place:
 
 
 def _between_subsystems(wire: Wire, other: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
-    subsystem, port, end = wire.subsystem, wire.port, wire.end
+    subsystem, port, end = wire.subsystem, wire.port, wire.peer_port
     if other is subsystem:
         yield Diagnostic(
             "E0401",
@@ -90,13 +90,13 @@ def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
     """E0413; two parameters of a description may stand for one agent."""
     for subsystem in facts.subsystems:
         first: dict[tuple[str, str], Port] = {}
-        for wire in facts.wires.of(subsystem):
+        for wire in facts.wires.wires_of(subsystem):
             port = wire.port
-            earlier = first.setdefault((port.direction, wire.name), port)
-            if earlier is not port and wire.other:
+            earlier = first.setdefault((port.direction, wire.peer_name), port)
+            if earlier is not port and wire.peer_subsystem:
                 yield Diagnostic(
                     "E0413",
-                    f"`{port.peer}` and `{earlier.peer}` are both `{wire.name}`",
+                    f"`{port.peer}` and `{earlier.peer}` are both `{wire.peer_name}`",
                     port.place,
                     related=(
                         Related(earlier.place, "the other one"),
@@ -125,7 +125,7 @@ class _End:
     port: Port | None = None
 
     @property
-    def interface(self) -> Shared | None:
+    def interface(self) -> InterfaceRef | None:
         return self.port.interface if self.port else None
 
     def place_of(self, element: Element) -> Place:
@@ -268,8 +268,8 @@ def _two_lists(here: _Lack, there: _Lack) -> Diagnostic:
 
 def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
     """A device of which only one side is connected; one without any is `devices_used`'s matter."""
-    wires = facts.wires.at(device.qualified_name)
-    contested = device.qualified_name in facts.wires.contested
+    wires = facts.wires.wires_to(device.qualified_name)
+    contested = device.qualified_name in facts.wires.shared_devices
     if not wires or contested or any(w.subsystem.qualified_name in facts.broken for w in wires):
         return
     subsystem, port = wires[0].subsystem, wires[0].port

@@ -13,7 +13,7 @@ from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import Binary, Builtin, Choice, Lag, Logic, walk
 from specc.model.fsm import Assignment, Behaviour
 from specc.model.requirement import expressions
-from specc.model.system import Constant, Let, Memory, Outside, Subsystem
+from specc.model.system import Constant, Let, Memory, OuterName, Subsystem
 from specc.source import Place
 
 # Constants that arithmetic gives have a value.
@@ -37,7 +37,7 @@ def lateness_of_subsystems(facts: Facts) -> Iterator[Diagnostic]:
             for node in walk(text.expr):
                 if not (isinstance(node, Lag) and node.name == "late"):
                     continue
-                if facts.wires.measured(subsystem.qualified_name, node.input.peer):
+                if facts.wires.measuring_device(subsystem.qualified_name, node.input.peer):
                     message = f"`{show(node.input)}` comes from a device, which has no periods"
                     help = f"ask how old the measurement is: `age({show(node.input)})`"
                     yield Diagnostic("E0339", message, text.place(node), help=help)
@@ -147,7 +147,7 @@ def _itself(misfit: SuspiciousExpression) -> str:
         return f"`{one}` and `{other}` are the same"
     match misfit.expr:
         case Builtin(name=name):
-            return FUNCTIONS[name].alike.format(one)
+            return FUNCTIONS[name].same_arguments.format(one)
         case Logic(op=name):
             return f"`{one}` stands twice beside `{name}`"
         case Binary(op=op):
@@ -158,7 +158,7 @@ def _itself(misfit: SuspiciousExpression) -> str:
 # A bare name in the expressions of a subsystem means one thing.
 
 
-NamedValue = Memory | Let | Constant | Outside
+NamedValue = Memory | Let | Constant | OuterName
 
 
 def names_distinct(facts: Facts) -> Iterator[Diagnostic]:

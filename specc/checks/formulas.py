@@ -209,7 +209,7 @@ def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
 
 def _at_the_beginning(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
     """W0336, about formulas without `always`: what the first states say of them."""
-    if item.lasts or item not in facts.system.requirements:
+    if item.holds_always or item not in facts.system.requirements:
         return
     ticks = facts.ticks
     begun = [known for r in item.readings if (known := begins_in(r, facts.system))]
@@ -334,7 +334,7 @@ def _the_same(
 ) -> Iterator[tuple[Requirement, Requirement]]:
     first: dict[object, Requirement] = {}
     for item in required:
-        earlier = first.setdefault((item.lasts, ticks.formula_at(item.formula)), item)
+        earlier = first.setdefault((item.holds_always, ticks.formula_at(item.formula)), item)
         if earlier is not item:
             yield earlier, item
 
@@ -348,7 +348,9 @@ def _alike(required: Sequence[Requirement]) -> Iterator[tuple[Requirement, Requi
     """Pairs that are asked at the same ticks, of the same values in part."""
     names = {id(each): {r.name for r in each.readings} for each in required}
     for one, other in combinations(required, 2):
-        if one.lasts == other.lasts and not names[id(one)].isdisjoint(names[id(other)]):
+        if one.holds_always == other.holds_always and not names[id(one)].isdisjoint(
+            names[id(other)]
+        ):
             yield one, other
 
 

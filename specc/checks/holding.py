@@ -46,7 +46,7 @@ class HeldOutputs:
         """One for each state and output that it does not declare to hold."""
         subsystem = self._machine.subsystem
         for output, element in subsystem.outputs.items():
-            written = subsystem.written.get(output, {})
+            written = subsystem.assigned_values.get(output, {})
             silent = [s for s in self._states if s.behaviour.name not in written]
             if not moves(element.type) or not silent or len(silent) == len(self._states):
                 continue
@@ -163,7 +163,7 @@ def _without_effect(
     if sent:
         message = f"state `{state.name}` holds {name} and sends it"
         related = tuple(Related(item.place, "sent here") for item in sent)
-    elif output not in subsystem.written:
+    elif output not in subsystem.assigned_values:
         message, related = f"state `{state.name}` holds {name}, which no state sends", ()
     else:
         return

@@ -56,7 +56,7 @@ def elements_in_one_order(facts: Facts) -> Iterator[Diagnostic]:
     joints = {id(b): _joints(b, facts.model) for b in facts.bindings if b.plant == "model"}
     found: set[tuple[Place, Place]] = set()
     for subsystem in facts.subsystems:
-        devices = {wire.name for wire in facts.wires.of(subsystem) if wire.device}
+        devices = {wire.peer_name for wire in facts.wires.wires_of(subsystem) if wire.peer_device}
         own = [b for b in facts.bindings if b.binding.device in devices and joints.get(id(b))]
         own.sort(key=lambda bound: not bound.commanded)
         for one, other in combinations(own, 2):

@@ -8,11 +8,11 @@ from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, bindable, raw_numbers
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.diagnostics.phrases import counted
-from specc.lang import or_else
+from specc.lang import joined_help
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT, Binding
 from specc.model.system import System
-from specc.model.types import Image, Record, Type, within
+from specc.model.types import Image, Record, Type, nested_types
 from specc.resolve.context import suggestion
 from specc.source import Place
 
@@ -71,7 +71,7 @@ def _unknown_element(binding: Binding, message: str, name: str, known: list[str]
     if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
-    help = or_else("add it to the agent", hint)
+    help = joined_help("add it to the agent", hint)
     return Diagnostic("O0205", absent, binding.place, message, help=help)
 
 
@@ -109,7 +109,7 @@ def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
 
 
 def _classless(type_: Type) -> set[str]:
-    found = within([type_])
+    found = nested_types([type_])
     return {part.name for part in found if isinstance(part, Record) and not part.python}
 
 

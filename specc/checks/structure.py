@@ -60,9 +60,9 @@ def _claim(device: Device, subsystem: Subsystem, port: Port) -> Place:
 
 def devices_used(facts: Facts) -> Iterator[Diagnostic]:
     """O0404; not of an agent with a broken subsystem, or one that claims another's device."""
-    unsure = {name.split(".")[0] for name in facts.broken | facts.wires.contested}
+    unsure = {name.split(".")[0] for name in facts.broken | facts.wires.shared_devices}
     for device in facts.system.devices:
-        if not facts.wires.at(device.qualified_name) and device.agent not in unsure:
+        if not facts.wires.wires_to(device.qualified_name) and device.agent not in unsure:
             kind = "effector" if device.kind == "real_effector" else "receptor"
             yield Diagnostic(
                 "O0404",
@@ -101,7 +101,7 @@ def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
         if _is_unsure(agent, facts):
             continue
         kind = _derived(agent, facts)
-        if kind == "C" and not all(subsystem.begun for subsystem in agent.subsystems):
+        if kind == "C" and not all(subsystem.has_initial_state for subsystem in agent.subsystems):
             continue
         if kind == "C":
             yield Diagnostic(
@@ -137,10 +137,10 @@ def _derived(agent: Agent, facts: Facts) -> str:
     kinds |= {device.kind for device in agent.devices}
     ends = {kind.rpartition("_")[2] for kind in kinds}
     own = f"{agent.name}.c"
-    wires = [wire for s in agent.subsystems if s.name == "c" for wire in facts.wires.of(s)]
+    wires = [wire for s in agent.subsystems if s.name == "c" for wire in facts.wires.wires_of(s)]
     talks = any(
-        wire.subsystem.kind == "control" and _agent(wire.name) != wire.subsystem.agent
-        for wire in (*wires, *facts.wires.at(own))
+        wire.subsystem.kind == "control" and _agent(wire.peer_name) != wire.subsystem.agent
+        for wire in (*wires, *facts.wires.wires_to(own))
     )
     return "C" + "E" * ("effector" in ends) + "R" * ("receptor" in ends) + "T" * talks
 

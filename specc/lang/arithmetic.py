@@ -6,8 +6,8 @@ import ast
 from dataclasses import replace
 from typing import Literal
 
-from specc.lang.context import Context, infer_alike, needs_context, unlike
-from specc.lang.errors import each
+from specc.lang.context import Context, infer_same_type, mismatch, needs_context
+from specc.lang.errors import collect
 from specc.lang.mismatch import scalar_unit
 from specc.lang.parse import span
 from specc.model import expr as m
@@ -50,7 +50,7 @@ def unary(ctx: Context, node: ast.UnaryOp, hint: Type | None) -> Expr:
     if _is_quantity(operand.type):
         return m.Unary("-", operand, type=_frameless(operand.type), span=span(node))
     message = f"`{ctx.quote(node.operand)}` is `{operand.type}`, which cannot be negated"
-    raise ctx.error(node, message, code="E0313").because(ctx.origins(operand))
+    raise ctx.error(node, message, code="E0313").with_origins(ctx.origins(operand))
 
 
 def _is_quantity(type: Type) -> bool:
@@ -58,29 +58,29 @@ def _is_quantity(type: Type) -> bool:
 
 
 def _sum(ctx: Context, node: ast.BinOp, op: Literal["+", "-"], hint: Type | None) -> Expr:
-    left, right = infer_alike(ctx, [node.left, node.right], hint)
+    left, right = infer_same_type(ctx, [node.left, node.right], hint)
     a, b = scalar_unit(left.type), scalar_unit(right.type)
     if a is not None and a == b:
         whole = isinstance(left.type, Int) and isinstance(right.type, Int)
         return m.Binary(op, left, right, type=Int() if whole else Real(a), span=span(node))
-    joined = _joined(left.type, right.type) if op == "+" else None
-    if joined is not None:
-        return m.Builtin(m.JOINED, (left, right), type=joined, span=span(node))
-    left, right = _beside(left, right), _beside(right, left)
-    type = _summed(left.type, right.type, op)
+    list_type = _concatenation(left.type, right.type) if op == "+" else None
+    if list_type is not None:
+        return m.Builtin(m.JOINED, (left, right), type=list_type, span=span(node))
+    left, right = _as_displacement(left, right), _as_displacement(right, left)
+    type = _sum_type(left.type, right.type, op)
     if type is not None:
         return m.Binary(op, left, right, type=type, span=span(node))
-    raise unlike(ctx, (node.left, left), (node.right, right), _SUMS[op])
+    raise mismatch(ctx, (node.left, left), (node.right, right), _SUMS[op])
 
 
-def _joined(a: Type, b: Type) -> ListOf | None:
+def _concatenation(a: Type, b: Type) -> ListOf | None:
     """The type of the items of two lists of one kind."""
     if isinstance(a, ListOf) and isinstance(b, ListOf) and a.element == b.element:
         return ListOf(a.element, nonempty=a.nonempty or b.nonempty)
     return None
 
 
-def _beside(expr: Expr, other: Expr) -> Expr:
+def _as_displacement(expr: Expr, other: Expr) -> Expr:
     """A literal beside a point is how far it is moved."""
     if not isinstance(expr, m.Items) or isinstance(other, m.Items):
         return expr
@@ -92,7 +92,7 @@ def _frameless(type: Type) -> Type:
     return replace(type, frame="") if isinstance(type, Vector) else type
 
 
-def _summed(a: Type, b: Type, op: Literal["+", "-"]) -> Type | None:
+def _sum_type(a: Type, b: Type, op: Literal["+", "-"]) -> Type | None:
     """A point that is moved is a point, the difference of two in one frame is a vector."""
     if not isinstance(a, Vector) or not isinstance(b, Vector) or not (a.frame or b.frame):
         return a if a == b and _is_quantity(a) else None
@@ -104,21 +104,21 @@ def _summed(a: Type, b: Type, op: Literal["+", "-"]) -> Type | None:
 
 
 def _product(ctx: Context, node: ast.BinOp, op: Literal["*", "/"]) -> Expr:
-    left, right = each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
-    type = _scaled(left.type, right.type, op)
+    left, right = collect(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
+    type = _product_type(left.type, right.type, op)
     if type is None and op == "*":
-        type = _scaled(right.type, left.type, op)
+        type = _product_type(right.type, left.type, op)
     if type is None:
         a, b = ctx.quote(node.left), ctx.quote(node.right)
         sides = f"`{a}` is `{left.type}` and `{b}` is `{right.type}`"
         help = "poses are composed with `@`" if isinstance(left.type, Pose) else ""
         verb = "multiplied" if op == "*" else "divided"
         error = ctx.error(node, f"{sides}: they cannot be {verb}", help, "E0313")
-        raise error.because(ctx.origins(left, right))
-    return m.Binary(op, left, right, type=_within_reason(ctx, node, type), span=span(node))
+        raise error.with_origins(ctx.origins(left, right))
+    return m.Binary(op, left, right, type=_reasonable(ctx, node, type), span=span(node))
 
 
-def _scaled(type: Type, by: Type, op: Literal["*", "/"]) -> Type | None:
+def _product_type(type: Type, by: Type, op: Literal["*", "/"]) -> Type | None:
     """Type of `type * by` or `type / by` where `by` is a number; None if there is none."""
     factor = scalar_unit(by)
     if factor is None:
@@ -139,7 +139,7 @@ def _scaled(type: Type, by: Type, op: Literal["*", "/"]) -> Type | None:
     return None
 
 
-def _within_reason(ctx: Context, node: ast.BinOp, type: Type) -> Type:
+def _reasonable(ctx: Context, node: ast.BinOp, type: Type) -> Type:
     if any(not unit.is_reasonable for unit in type.units):
         message, help = (
             "the powers in the unit of this are too large",
@@ -150,7 +150,7 @@ def _within_reason(ctx: Context, node: ast.BinOp, type: Type) -> Type:
 
 
 def _power(ctx: Context, node: ast.BinOp) -> Expr:
-    base, exponent = each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
+    base, exponent = collect(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
     power = int(exponent.value) if isinstance(exponent, m.Number) else _LARGEST_POWER + 1
     if not isinstance(exponent.type, Int) or abs(power) > _LARGEST_POWER:
         message = (
@@ -160,45 +160,45 @@ def _power(ctx: Context, node: ast.BinOp) -> Expr:
     unit = scalar_unit(base.type)
     if unit is None:
         message = f"`{ctx.quote(node.left)}` is `{base.type}`, which cannot be raised to a power"
-        raise ctx.error(node, message, code="E0313").because(ctx.origins(base))
+        raise ctx.error(node, message, code="E0313").with_origins(ctx.origins(base))
     type = Int() if isinstance(base.type, Int) and power >= 0 else Real(unit**power)
-    return m.Binary("**", base, exponent, type=_within_reason(ctx, node, type), span=span(node))
+    return m.Binary("**", base, exponent, type=_reasonable(ctx, node, type), span=span(node))
 
 
 def _composition(ctx: Context, node: ast.BinOp, hint: Type | None) -> Expr:
-    left, right = _poses(ctx, node, hint)
+    left, right = _infer_operands(ctx, node, hint)
     if isinstance(left.type, Pose) and isinstance(right.type, Vector) and right.type.frame:
-        return _moved(ctx, node, left, right)
+        return _moved_point(ctx, node, left, right)
     if not isinstance(left.type, Pose) or not isinstance(right.type, Pose):
         side, expr = (node.right, right) if isinstance(left.type, Pose) else (node.left, left)
         message = f"`{ctx.quote(side)}` is `{expr.type}`; `@` composes poses and moves points"
         error = ctx.error(side, message, "numbers are multiplied with `*`", "E0313")
-        raise error.because(ctx.origins(expr))
+        raise error.with_origins(ctx.origins(expr))
     if left.type.child == right.type.parent:
         type = Pose(left.type.parent, right.type.child)
         return m.Binary("@", left, right, type=type, span=span(node))
     frames = f"frames `{left.type.child}` and `{right.type.parent}` differ"
     message = f"`{left.type} @ {right.type}`: {frames}"
-    error = ctx.error(node, message, _meeting(ctx, node, left.type, right.type), "E0312")
-    raise error.because(ctx.origins(left, right))
+    error = ctx.error(node, message, _frame_help(ctx, node, left.type, right.type), "E0312")
+    raise error.with_origins(ctx.origins(left, right))
 
 
-def _moved(ctx: Context, node: ast.BinOp, X: Expr, p: Expr) -> Expr:
+def _moved_point(ctx: Context, node: ast.BinOp, X: Expr, p: Expr) -> Expr:
     """A point in the parent's frame of a pose, by that in the child's."""
     assert isinstance(X.type, Pose)  # the caller looked
     assert isinstance(p.type, Vector)  # the same
     if p.type.frame == X.type.child:
         return m.Binary("@", X, p, type=point(X.type.parent), span=span(node))
     frames = f"frames `{X.type.child}` and `{p.type.frame}` differ"
-    turned = (
+    inverted = (
         f"`inverse({ctx.quote(node.left)}) @ {ctx.quote(node.right)}` is `{point(X.type.child)}`"
     )
-    help = turned if p.type.frame == X.type.parent else ""
+    help = inverted if p.type.frame == X.type.parent else ""
     error = ctx.error(node, f"`{X.type} @ {p.type}`: {frames}", help, "E0312")
-    raise error.because(ctx.origins(X, p))
+    raise error.with_origins(ctx.origins(X, p))
 
 
-def _poses(ctx: Context, node: ast.BinOp, hint: Type | None) -> tuple[Expr, Expr]:
+def _infer_operands(ctx: Context, node: ast.BinOp, hint: Type | None) -> tuple[Expr, Expr]:
     """Both sides; a pose without frames of its own gets them from the other and from the hint."""
     if isinstance(node.right, ast.List):
         left = ctx.infer(node.left)
@@ -212,11 +212,11 @@ def _poses(ctx: Context, node: ast.BinOp, hint: Type | None) -> tuple[Expr, Expr
         right = ctx.infer(node.right)
         inner = Pose(hint.parent, right.type.parent) if isinstance(right.type, Pose) else None
         return ctx.infer(node.left, inner), right
-    left, right = each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
+    left, right = collect(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
     return left, right
 
 
-def _meeting(ctx: Context, node: ast.BinOp, left: Pose, right: Pose) -> str:
+def _frame_help(ctx: Context, node: ast.BinOp, left: Pose, right: Pose) -> str:
     a, b = ctx.quote(node.left), ctx.quote(node.right)
     if left.child == right.child:
         return f"frame `{left.child}` matches in `{a} @ inverse({b})`"

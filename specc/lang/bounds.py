@@ -28,8 +28,8 @@ def operation_of(expr: m.Expr) -> Operation | None:
     if operation is None or not any(is_whole):
         return operation
     if isinstance(expr, m.Compare) and not all(is_whole):
-        return partial(_either_way, operation, is_whole)
-    return operation if _takes_whole(expr) else partial(_of_floats, operation, is_whole)
+        return partial(_rounded_either_way, operation, is_whole)
+    return operation if _keeps_integers(expr) else partial(_on_floats, operation, is_whole)
 
 
 def _operation(expr: m.Expr) -> Operation | None:
@@ -42,55 +42,57 @@ def _operation(expr: m.Expr) -> Operation | None:
             return ranges.CONDITIONS[word]
         case m.Builtin(name=name):
             return FUNCTIONS[name].range
-        case m.Items() | m.Component() | m.Sure():
+        case m.Items() | m.Component() | m.Unwrap():
             return ranges.union
     return ranges.choice if isinstance(expr, m.Choice) else None
 
 
-def _takes_whole(expr: m.Expr) -> bool:
+def _keeps_integers(expr: m.Expr) -> bool:
     """Whether whole numbers are taken as they are: a quotient is rounded, and not what it is of."""
     if isinstance(expr, m.Binary) and expr.op == "/":
         return isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
     return not any(type_.units for type_ in (expr.type, *expr.type.parts))
 
 
-def _of_floats(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
+def _on_floats(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
     pairs = zip(parts, is_whole, strict=True)
-    return operation(*[ranges.of_float(part) if whole else part for part, whole in pairs])
+    return operation(*[ranges.as_floats(part) if whole else part for part, whole in pairs])
 
 
-def _either_way(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
+def _rounded_either_way(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
     """Of a comparison: numpy rounds a whole number beside a float, and Python does not."""
-    return ranges.union(operation(*parts), _of_floats(operation, is_whole, *parts))
+    return ranges.union(operation(*parts), _on_floats(operation, is_whole, *parts))
 
 
-def bounds(expr: m.Expr, parts: Sequence[Range]) -> Range:
+def range_of_parts(expr: m.Expr, parts: Sequence[Range]) -> Range:
     """The range of an expression by those of its parts."""
     if isinstance(expr, (m.Number, m.Truth)):
-        return ranges.of_value(expr.value)
-    ever, operation = _ever(expr), operation_of(expr)
+        return ranges.range_of_value(expr.value)
+    static, operation = _static_range(expr), operation_of(expr)
     if operation is None:
-        return ever
+        return static
     if not isinstance(expr, m.Logic):  # generated code has operands of others in its own
         pairs = zip(m.children(expr), parts, strict=True)
-        parts = [ranges.whole(part) if isinstance(of.type, Int) else part for of, part in pairs]
-    return ranges.both(ranges.computed(operation, parts), ever)
+        parts = [
+            ranges.as_integers(part) if isinstance(of.type, Int) else part for of, part in pairs
+        ]
+    return ranges.intersection(ranges.apply(operation, parts), static)
 
 
-def _ever(expr: m.Expr) -> Range:
+def _static_range(expr: m.Expr) -> Range:
     """What the values lie between whatever the parts are."""
     if isinstance(expr.type, Bool):
         return False, True
     if isinstance(expr, (m.Clock, m.Lag)):
         return ranges.NOT_NEGATIVE
-    return FUNCTIONS[expr.name].within if isinstance(expr, m.Builtin) else ANY
+    return FUNCTIONS[expr.name].bounds if isinstance(expr, m.Builtin) else ANY
 
 
-def bounded(expr: m.Expr, known: Callable[[m.Expr], Range | None]) -> Range:
+def range_of(expr: m.Expr, known: Callable[[m.Expr], Range | None]) -> Range:
     """The range of an expression; `known` gives that of a leaf, None for what has to be computed.
 
     No expression is looked through: a let or a constant is a leaf.
     """
     if (leaf := known(expr)) is not None:
         return leaf
-    return bounds(expr, [bounded(part, known) for part in m.children(expr)])
+    return range_of_parts(expr, [range_of(part, known) for part in m.children(expr)])

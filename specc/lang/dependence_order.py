@@ -11,7 +11,7 @@ from specc.reachable import reachable
 T = TypeVar("T")
 
 
-class InOrder(Mapping[str, T]):
+class InDependenceOrder(Mapping[str, T]):
     """What `find` tells of named expressions, for each at most once, when it is first wanted.
 
     Those that it names come first: so `find` meets only names of which the answer is known, and no

@@ -52,7 +52,7 @@ def _present(e: m.Present, env: Environment) -> bool:
     return (e.input.peer, e.input.element) in known
 
 
-def _go_through(env: Environment, values: Iterable[Value]) -> None:
+def _count_items(env: Environment, values: Iterable[Value]) -> None:
     """Count the components and items of values before something is made of each."""
     env.count(sum(len(value) for value in values if isinstance(value, tuple)))
 
@@ -63,7 +63,7 @@ def _arguments(args: tuple[m.Expr, ...], env: Environment) -> list[Value]:
 
 def _unary(e: m.Unary, env: Environment) -> Value:
     value = evaluate(e.operand, env)
-    _go_through(env, (value,))
+    _count_items(env, (value,))
     if e.op == "not":
         return not value
     return tuple(-v for v in value) if isinstance(value, tuple) else -value
@@ -71,15 +71,15 @@ def _unary(e: m.Unary, env: Environment) -> Value:
 
 def _binary(e: m.Binary, env: Environment) -> Value:
     left, right = evaluate(e.left, env), evaluate(e.right, env)
-    _go_through(env, (left, right))
-    return _finite(SIGNS[e.op].value(left, right))
+    _count_items(env, (left, right))
+    return _check_finite(SIGNS[e.op].value(left, right))
 
 
-def _finite(value: Value) -> Value:
+def _check_finite(value: Value) -> Value:
     """What was computed; raises OverflowError if a number, or one of its numbers, is too large."""
     if isinstance(value, tuple):
         for part in value:
-            _finite(part)
+            _check_finite(part)
     elif isinstance(value, float) and not math.isfinite(value):
         raise OverflowError("the result is too large")
     return value
@@ -87,8 +87,8 @@ def _finite(value: Value) -> Value:
 
 def _compare(e: m.Compare, env: Environment) -> bool:
     left, right = evaluate(e.left, env), evaluate(e.right, env)
-    _go_through(env, (left, right))
-    return m.COMPARED[e.op](left, right)
+    _count_items(env, (left, right))
+    return m.COMPARISONS[e.op](left, right)
 
 
 def _logic(e: m.Logic, env: Environment) -> bool:
@@ -121,11 +121,11 @@ def _extreme(kind: str, numbers: list[float], items: Sequence[Value]) -> Value:
 
 
 def _choice(e: m.Choice, env: Environment) -> Value:
-    (value,) = _placed(e, [evaluate(e.then if evaluate(e.test, env) else e.otherwise, env)])
-    return value
+    (result,) = _as_floats(e, [evaluate(e.then if evaluate(e.test, env) else e.otherwise, env)])
+    return result
 
 
-def _placed(whole: m.Expr, values: Sequence[Value]) -> Sequence[Value]:
+def _as_floats(whole: m.Expr, values: Sequence[Value]) -> Sequence[Value]:
     """What an expression chooses from: where it is a real, integers become floats."""
     if isinstance(whole.type, Real):
         return [float(value) if isinstance(value, int) else value for value in values]
@@ -138,12 +138,12 @@ def _literal(e: Any, env: Environment) -> Value:
 
 def _builtin(e: m.Builtin, env: Environment) -> Value:
     args = _arguments(e.args, env)
-    _go_through(env, args)
-    value = FUNCTIONS[e.name].value(*_placed(e, args))
-    return _finite(value) if FUNCTIONS[e.name].overflows else value
+    _count_items(env, args)
+    value = FUNCTIONS[e.name].value(*_as_floats(e, args))
+    return _check_finite(value) if FUNCTIONS[e.name].overflows else value
 
 
-def _named(kind: str, e: Any, env: Environment) -> Value:
+def _lookup(kind: str, e: Any, env: Environment) -> Value:
     return getattr(env, kind)[e.name]
 
 
@@ -155,14 +155,14 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Unused: lambda e, env: math.nan,
     m.Nothing: lambda e, env: None,
     m.IsNone: lambda e, env: evaluate(e.value, env) is None,
-    m.Sure: lambda e, env: evaluate(e.value, env),
+    m.Unwrap: lambda e, env: evaluate(e.value, env),
     m.Input: lambda e, env: env.inputs[e.peer, e.element],
-    m.MemoryRef: partial(_named, "memory"),
-    m.LetRef: partial(_named, "lets"),
-    m.ConstantRef: partial(_named, "constants"),
-    m.FileRef: partial(_named, "files"),
-    m.BoundVariable: partial(_named, "bound"),
-    m.Clock: partial(_named, "clock"),
+    m.MemoryRef: partial(_lookup, "memory"),
+    m.LetRef: partial(_lookup, "lets"),
+    m.ConstantRef: partial(_lookup, "constants"),
+    m.FileRef: partial(_lookup, "files"),
+    m.BoundVariable: partial(_lookup, "bound"),
+    m.Clock: partial(_lookup, "clock"),
     m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
     m.Present: _present,
     m.Lag: lambda e, env: env.lags[e.name, e.input.peer, e.input.element],
@@ -171,7 +171,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Unary: _unary,
     m.Binary: _binary,
     m.Compare: _compare,
-    m.Among: lambda e, env: evaluate(e.item, env) in e.members,
+    m.IsOneOf: lambda e, env: evaluate(e.item, env) in e.members,
     m.Logic: _logic,
     m.Choice: _choice,
     m.Items: _items,

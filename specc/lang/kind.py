@@ -39,7 +39,7 @@ class Kind:
 
     # What every constructor has.
 
-    first: Callable[[Any, float], Value]
+    first_value: Callable[[Any, float], Value]
     """A value to begin with, as `specc.lang.evaluate` has them: nothing, the identity, the first
     member; where it consists of numbers, of this one."""
     decode: Callable[[Any, Any, Of], Value]
@@ -55,9 +55,9 @@ class Kind:
 
     data: Callable[[Any, Value, Of], Any] = lambda type, value, of: str(value)
     """What recordings have of a value."""
-    others: Callable[[Any, Value], Iterator[Value]] = lambda type, value: iter(())
+    other_values: Callable[[Any, Value], Iterator[Value]] = lambda type, value: iter(())
     """Some values beside a given one."""
-    rebuilt: Callable[[Any, Value, Of], Value] = lambda type, value, of: value
+    map_parts: Callable[[Any, Value, Of], Value] = lambda type, value, of: value
     """A value with each part as `of` gives it."""
     literal: Callable[[Any, Value, Of], Expr | None] = lambda type, value, of: None
     """The expression of a value; None if there is none."""
@@ -67,7 +67,7 @@ class Kind:
 
     # How it is told.
 
-    says: Callable[[Any, Callable[[str], str], Callable[[Type], list[str]]], list[str]] = (
+    descriptions: Callable[[Any, Callable[[str], str], Callable[[Type], list[str]]], list[str]] = (
         lambda type, frame, of: []
     )
     """In words, with frames as `frame` names them."""

@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 from specc.lang.kind import Kind, Of, Python
-from specc.lang.values import Fields, Gone, Token, Value, compose, translation
+from specc.lang.values import Fields, NotRecorded, Token, Value, compose, translation
 from specc.model import expr as m
 from specc.model import types as t
 from specc.model.types import Type
@@ -35,7 +35,7 @@ def _whole(type_: t.Int, data: Any, of: Of) -> Value:
     return data if type(data) is int else ...
 
 
-def _around(type_: Type, value: Value) -> Iterator[Value]:
+def _neighbours(type_: Type, value: Value) -> Iterator[Value]:
     return iter((value + 1, value - 1))
 
 
@@ -48,14 +48,14 @@ def _in_unit(type_: t.Real | t.Vector, *_: object) -> list[str]:
 
 def _with_another_first(type_: Type, value: Value) -> Iterator[Value]:
     for part in type_.components[:1]:
-        yield from ((first, *value[1:]) for first in others(value[0], part))
+        yield from ((first, *value[1:]) for first in other_values(value[0], part))
 
 
 def _each(type_: t.Vector | t.ListOf, value: Value, of: Of) -> Value:
     return value if type_.is_array else tuple([of(type_.element, item) for item in value])
 
 
-def _listed(type_: t.Vector | t.ListOf, value: Value, of: Of) -> list[Any]:
+def _list_of(type_: t.Vector | t.ListOf, value: Value, of: Of) -> list[Any]:
     return [of(type_.element, item) for item in value]
 
 
@@ -78,15 +78,15 @@ def _rows(type_: t.Pose, data: Any, of: Of) -> Value:
     return tuple([tuple(numbers[i : i + 4]) for i in range(0, 16, 4)])
 
 
-def _if_there(type_: t.OptionalOf, value: Value, of: Of) -> Value:
+def _unless_none(type_: t.OptionalOf, value: Value, of: Of) -> Value:
     return None if value is None else of(type_.value, value)
 
 
-def _inside(type_: t.PartialOf, value: Value, of: Of) -> Value:
+def _of_value(type_: t.PartialOf, value: Value, of: Of) -> Value:
     return of(type_.value, value)
 
 
-def _not_missing(type_: t.PartialOf, data: Any, of: Of) -> Value:
+def _without_gaps(type_: t.PartialOf, data: Any, of: Of) -> Value:
     if type(data) is not list:
         return ...
     return of(type_.value, [math.nan if item is None else item for item in data])
@@ -98,7 +98,9 @@ def _fields(type_: t.Record, value: Value, of: Of) -> dict[str, Any]:
 
 def _another_field(type_: t.Record, value: Value) -> Iterator[Value]:
     for name, part in type_.fields:
-        yield from (value.having(name, other) for other in others(getattr(value, name), part))
+        yield from (
+            value.with_field(name, other) for other in other_values(getattr(value, name), part)
+        )
 
 
 def _of_fields(type_: t.Record, data: Any, of: Of) -> Value:
@@ -127,15 +129,15 @@ def _vector_shapes(type_: t.Vector) -> tuple[str, ...]:
     return (*sized, "vector", "joints") if type_.frame else ("vector", "joints", *sized)
 
 
-def _is(kind: type) -> Callable[[Type, Any, Of], Value]:
+def _instance_of(kind: type) -> Callable[[Type, Any, Of], Value]:
     """Data of a class, which is the value."""
     return lambda type_, data, of: data if type(data) is kind else ...
 
 
 _text = partial(
     Kind,
-    first=lambda type, number: "",
-    decode=_is(str),
+    first_value=lambda type, number: "",
+    decode=_instance_of(str),
     annotation=lambda type, py: "str",
     contract=lambda type, py: py.own("as_text"),
     form=lambda type, py: py.own("TEXT"),
@@ -147,11 +149,11 @@ _text = partial(
 
 KINDS: dict[type[Type], Kind] = {
     t.Bool: Kind(
-        first=lambda type, number: False,
-        others=lambda type, value: iter((not value,)),
+        first_value=lambda type, number: False,
+        other_values=lambda type, value: iter((not value,)),
         literal=lambda type, value, of: m.Truth(value, type=type),
         data=lambda type, value, of: bool(value),
-        decode=_is(bool),
+        decode=_instance_of(bool),
         words=lambda type: ("False", "True"),
         shapes=lambda type: ("Bool",),
         annotation=lambda type, py: "bool",
@@ -160,8 +162,8 @@ KINDS: dict[type[Type], Kind] = {
         sort="truth",
     ),
     t.Int: Kind(
-        first=lambda type, number: int(number),
-        others=_around,
+        first_value=lambda type, number: int(number),
+        other_values=_neighbours,
         literal=_number,
         data=lambda type, value, of: int(value),
         decode=_whole,
@@ -172,12 +174,12 @@ KINDS: dict[type[Type], Kind] = {
         sort="whole",
     ),
     t.Real: Kind(
-        first=lambda type, number: number,
-        others=_around,
+        first_value=lambda type, number: number,
+        other_values=_neighbours,
         literal=_number,
         data=lambda type, value, of: float(value),
         decode=lambda type_, data, of: float(data) if type(data) in (float, int) else ...,
-        says=_in_unit,
+        descriptions=_in_unit,
         shapes=lambda type: ("Float64", "joints"),
         annotation=lambda type, py: "float",
         contract=lambda type, py: py.own("as_real"),
@@ -191,8 +193,8 @@ KINDS: dict[type[Type], Kind] = {
     ),
     t.File: _text(),
     t.Enum: Kind(
-        first=lambda type, number: type.members[0],
-        others=lambda type, value: (member for member in type.members if member != value),
+        first_value=lambda type, number: type.members[0],
+        other_values=lambda type, value: (member for member in type.members if member != value),
         literal=lambda type, value, of: m.Member(value, type=type),
         decode=lambda type, data, of: data if data in type.members else ...,
         words=lambda type: type.members,
@@ -202,13 +204,13 @@ KINDS: dict[type[Type], Kind] = {
         sort="item",
     ),
     t.Vector: Kind(
-        first=lambda type, number: (first_value(type.element, number),) * type.size,
-        others=_with_another_first,
-        rebuilt=_each,
+        first_value=lambda type, number: (first_value(type.element, number),) * type.size,
+        other_values=_with_another_first,
+        map_parts=_each,
         literal=_items,
-        data=_listed,
+        data=_list_of,
         decode=_components,
-        says=_in_unit,
+        descriptions=_in_unit,
         shapes=_vector_shapes,
         annotation=lambda type, py: py.own("Vector") if type.is_array else _tuple(type, py),
         contract=lambda type, py: (
@@ -223,12 +225,12 @@ KINDS: dict[type[Type], Kind] = {
         ),
     ),
     t.Spatial: Kind(
-        first=lambda type, number: (number,) * 6,
-        others=_with_another_first,
+        first_value=lambda type, number: (number,) * 6,
+        other_values=_with_another_first,
         literal=_items,
         data=lambda type, value, of: [float(number) for number in value],
         decode=_components,
-        says=lambda type, frame, of: [
+        descriptions=lambda type, frame, of: [
             f"in the axes of {frame(type.frame)}; units {type.linear} and {type.angular}"
         ],
         shapes=lambda type: tuple({str(type).partition("[")[0]} & t.SPATIAL_KINDS.keys()),
@@ -237,21 +239,23 @@ KINDS: dict[type[Type], Kind] = {
         form=lambda type, py: _call(py, "array", 6),
     ),
     t.Pose: Kind(
-        first=lambda type, number: translation(0.0, 0.0, 0.0),
-        others=lambda type, value: iter((compose(value, translation(1.0, 0.0, 0.0)),)),
+        first_value=lambda type, number: translation(0.0, 0.0, 0.0),
+        other_values=lambda type, value: iter((compose(value, translation(1.0, 0.0, 0.0)),)),
         data=lambda type, value, of: [float(number) for row in value for number in row],
         decode=_rows,
-        says=lambda type, frame, of: [f"pose of {frame(type.child)} in {frame(type.parent)}"],
+        descriptions=lambda type, frame, of: [
+            f"pose of {frame(type.child)} in {frame(type.parent)}"
+        ],
         shapes=lambda type: ("pose", "transform"),
         annotation=lambda type, py: py.own("Pose"),
         contract=lambda type, py: py.own("as_pose"),
         form=lambda type, py: _call(py, "array", 4, 4),
     ),
     t.Image: Kind(
-        first=lambda type, number: Token("image"),
+        first_value=lambda type, number: Token("image"),
         data=lambda type, value, of: [type.height, type.width, 3][: 3 if type.channels == 3 else 2],
-        decode=lambda type, data, of: Gone(),
-        says=lambda type, frame, of: ["a depth map, unit m"] * (type.channels == 1),
+        decode=lambda type, data, of: NotRecorded(),
+        descriptions=lambda type, frame, of: ["a depth map, unit m"] * (type.channels == 1),
         shapes=lambda type: ("image" if type.channels == 3 else "depth",),
         annotation=lambda type, py: py.own("Rgb" if type.channels == 3 else "Depth"),
         contract=lambda type, py: _call(
@@ -260,15 +264,15 @@ KINDS: dict[type[Type], Kind] = {
         form=lambda type, py: _call(py, "image", type.height, type.width, type.channels),
     ),
     t.ListOf: Kind(
-        first=lambda type, number: (first_value(type.element),) * type.nonempty,
-        others=lambda type, value: iter(((*value, first_value(type.element)),)),
-        rebuilt=_each,
+        first_value=lambda type, number: (first_value(type.element),) * type.nonempty,
+        other_values=lambda type, value: iter(((*value, first_value(type.element)),)),
+        map_parts=_each,
         literal=_items,
-        data=_listed,
+        data=_list_of,
         decode=lambda type_, data, of: (
             tuple([of(type_.element, item) for item in data]) if type(data) is list else ...
         ),
-        says=lambda type, frame, of: [f"each: {words}" for words in of(type.element)],
+        descriptions=lambda type, frame, of: [f"each: {words}" for words in of(type.element)],
         annotation=_tuple,
         contract=lambda type, py: _call(
             py, "as_list", py.of(type.element), *["least=1"] * type.nonempty
@@ -276,42 +280,44 @@ KINDS: dict[type[Type], Kind] = {
         form=lambda type, py: _call(py, "items", py.of(type.element)),
     ),
     t.OptionalOf: Kind(
-        first=lambda type, number: None,
-        rebuilt=_if_there,
+        first_value=lambda type, number: None,
+        map_parts=_unless_none,
         literal=lambda type, value, of: (
             m.Nothing(type=type) if value is None else of(type.value, value)
         ),
-        data=_if_there,
-        decode=_if_there,
-        says=lambda type, frame, of: ["or None", *of(type.value)],
+        data=_unless_none,
+        decode=_unless_none,
+        descriptions=lambda type, frame, of: ["or None", *of(type.value)],
         annotation=lambda type, py: f"{py.of(type.value)} | None",
         contract=lambda type, py: _call(py, "as_optional", py.of(type.value)),
         form=lambda type, py: _call(py, "optional", py.of(type.value)),
     ),
     t.PartialOf: Kind(
-        first=lambda type, number: first_value(type.value, number),
-        others=lambda type, value: others(value, type.value),
-        literal=_inside,
-        data=_inside,
-        decode=_not_missing,
-        says=lambda type, frame, of: ["or without some components", *of(type.value)],
+        first_value=lambda type, number: first_value(type.value, number),
+        other_values=lambda type, value: other_values(value, type.value),
+        literal=_of_value,
+        data=_of_value,
+        decode=_without_gaps,
+        descriptions=lambda type, frame, of: ["or without some components", *of(type.value)],
         annotation=lambda type, py: py.of(type.value),
         contract=lambda type, py: _call(py, "as_partial", len(type.value.components)),
         form=lambda type, py: py.of(type.value),
     ),
     t.Record: Kind(
-        first=lambda type, number: Fields(**{n: first_value(of, number) for n, of in type.fields}),
-        others=_another_field,
-        rebuilt=lambda type, value, of: Fields(**_fields(type, value, of)),
+        first_value=lambda type, number: Fields(
+            **{n: first_value(of, number) for n, of in type.fields}
+        ),
+        other_values=_another_field,
+        map_parts=lambda type, value, of: Fields(**_fields(type, value, of)),
         data=_fields,
         decode=_of_fields,
         contract=lambda type, py: _record(type, py, "as_record"),
         form=lambda type, py: _record(type, py, "record"),
     ),
     t.Opaque: Kind(
-        first=lambda type, number: Token(type.name),
-        others=lambda type, value: iter((Token(f"another {type.name}"),)),
-        decode=lambda type, data, of: Gone(),
+        first_value=lambda type, number: Token(type.name),
+        other_values=lambda type, value: iter((Token(f"another {type.name}"),)),
+        decode=lambda type, data, of: NotRecorded(),
         contract=lambda type, py: _call(
             py, "as_instance", py.named(type) if type.python else "object"
         ),
@@ -327,9 +333,9 @@ def kind(type_: Type) -> Kind:
 
 def first_value(type_: Type, number: float = 0.0) -> Value:
     """A value of a type: nothing, the number, the first member, the identity."""
-    return KINDS[type(type_)].first(type_, number)
+    return KINDS[type(type_)].first_value(type_, number)
 
 
-def others(value: Value, type_: Type) -> Iterator[Value]:
+def other_values(value: Value, type_: Type) -> Iterator[Value]:
     """Some values of a type beside a given one."""
-    return KINDS[type(type_)].others(type_, value)
+    return KINDS[type(type_)].other_values(type_, value)

@@ -8,7 +8,7 @@ from functools import partial
 
 from specc.diagnostics.nearest import nearest, surely_meant
 from specc.lang.context import Context, needs_context
-from specc.lang.errors import ExprError, did_you_mean, each
+from specc.lang.errors import ExprError, collect, did_you_mean
 from specc.lang.parse import span
 from specc.limits import MAX_DEPTH
 from specc.model.expr import Expr, Items, Nothing, Number, TextLiteral, Truth, Unused
@@ -24,7 +24,7 @@ from specc.model.types import (
     Text,
     Type,
     Vector,
-    whole,
+    complete_type,
 )
 from specc.model.units import UNITS, UnitError, unit_of
 
@@ -48,8 +48,8 @@ _WRITTEN_OUT = {
 def unit_error(error: UnitError, end: int, example: str) -> ExprError:
     """The finding about a unit, whose last character stands before `end` if it does not say."""
     word = error.name.casefold()
-    meant = _WRITTEN_OUT.get(word) or _WRITTEN_OUT.get(word.removesuffix("s"))
-    close = [meant] if meant else nearest(error.name, UNITS) if error.name else []
+    unit = _WRITTEN_OUT.get(word) or _WRITTEN_OUT.get(word.removesuffix("s"))
+    close = [unit] if unit else nearest(error.name, UNITS) if error.name else []
     help = did_you_mean(close) or f"for example {example}"
     end = end if error.end is None else error.end
     found = ExprError(error.message, error.start, end, help, "E0304")
@@ -110,7 +110,7 @@ def quantity(ctx: Context, node: ast.Subscript) -> Expr:
 
 def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
     """`[a, b, c]`: a vector, spatial vector or list, as the hint says."""
-    kind = hint if hint is None else whole(hint)
+    kind = hint if hint is None else complete_type(hint)
     match kind:
         case Vector() | Spatial():
             types = kind.components
@@ -118,13 +118,13 @@ def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
             types = (kind.element,) * len(node.elts)
             kind = ListOf(kind.element, nonempty=bool(node.elts))
         case _:
-            return _inferred(ctx, node)
+            return _infer_items(ctx, node)
     wanted = kind.size if isinstance(kind, Vector) else len(types)  # which may be open
     if len(node.elts) != wanted:
         message = f"{len(node.elts)} items; `{kind}` has {wanted}"
         raise ctx.error(node, message, "write exactly as many", "E0316")
     pairs = zip(node.elts, types, strict=True)
-    found = each(*(partial(_item, ctx, item, wanted, hint) for item, wanted in pairs))
+    found = collect(*(partial(_item, ctx, item, wanted, hint) for item, wanted in pairs))
     if isinstance(hint, PartialOf) and any(isinstance(item, Unused) for item in found):
         kind = hint
     return Items(tuple(found), type=kind, span=span(node))
@@ -146,7 +146,7 @@ def _is_dash(node: ast.expr) -> bool:
     return isinstance(node, ast.Name) and node.id == "_"
 
 
-def _inferred(ctx: Context, node: ast.List) -> Items:
+def _infer_items(ctx: Context, node: ast.List) -> Items:
     """A vector or list whose items say what they are: the first that has a type of its own."""
     used = [item for item in node.elts if not _is_dash(item)]
     if not used:
@@ -156,7 +156,7 @@ def _inferred(ctx: Context, node: ast.List) -> Items:
     decisive = next((e for e in used if not needs_context(e, ctx.scope)), used[0])
     first = ctx.infer(decisive, Real())
     element = first.type
-    found = each(
+    found = collect(
         *(
             partial(_item, ctx, item, element, None) if item is not decisive else lambda: first
             for item in node.elts

@@ -10,7 +10,7 @@ from typing import Literal
 from specc.lang.errors import ExprError
 from specc.lang.parse import parse_syntax, span
 from specc.lang.signatures import signature_parts
-from specc.lang.types import SHAPES, applied
+from specc.lang.types import SHAPES, name_and_arguments
 
 NameKind = Literal["type", "interface", "frame", "argument", "size"]
 
@@ -58,12 +58,12 @@ def names_of_signature(text: str, types: Collection[str]) -> Iterator[NameMentio
 def names_of_interface(text: str, types: Collection[str]) -> Iterator[NameMention]:
     """The interface that a buffer names, and the frames and types that it is given."""
     tree = _tree(text)
-    name, items = applied(tree) if tree is not None else ("", [])
+    name, items = name_and_arguments(tree) if tree is not None else ("", [])
     if tree is not None and name:
-        yield _head("interface", tree, name)
+        yield _head_mention("interface", tree, name)
     for item in items:
         if isinstance(item, ast.Name):
-            yield _named("argument", item)
+            yield _mention("argument", item)
         else:
             yield from _in_type(item, types)
 
@@ -79,28 +79,28 @@ def _tree(text: str) -> ast.expr | None:
 
 
 def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[NameMention]:
-    name, items = applied(node)
+    name, items = name_and_arguments(node)
     if name in types:
-        yield _head("type", node, name)
-        yield from (m for item in items for m in _plain("frame", item))
+        yield _head_mention("type", node, name)
+        yield from (m for item in items for m in _plain_mention("frame", item))
     elif name in SHAPES:
         for taken, item in zip(SHAPES[name].takes, items, strict=False):
             if taken == "frame" or taken == "size":
-                yield from _plain(taken, item)
+                yield from _plain_mention(taken, item)
             else:
                 yield from _in_type(item, types)
 
 
-def _head(kind: NameKind, node: ast.expr, name: str) -> NameMention:
+def _head_mention(kind: NameKind, node: ast.expr, name: str) -> NameMention:
     """The name with which a text begins."""
     start = span(node)[0]
     return NameMention(kind, name, start, start + len(name))
 
 
-def _plain(kind: NameKind, node: ast.expr) -> Iterator[NameMention]:
+def _plain_mention(kind: NameKind, node: ast.expr) -> Iterator[NameMention]:
     if isinstance(node, ast.Name):
-        yield _named(kind, node)
+        yield _mention(kind, node)
 
 
-def _named(kind: NameKind, node: ast.Name) -> NameMention:
+def _mention(kind: NameKind, node: ast.Name) -> NameMention:
     return NameMention(kind, node.id, *span(node))

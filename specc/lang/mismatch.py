@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from specc.lang.errors import Scope
-from specc.model.expr import Builtin, Expr, Number, written
+from specc.model.expr import Builtin, Expr, Number, source_name
 from specc.model.types import (
     Bool,
     Frame,
@@ -36,8 +36,8 @@ def unify(pattern: Type, actual: Type, bindings: Bindings) -> bool:
     if isinstance(pattern, Vector) and isinstance(actual, Vector) and not pattern.frame:
         return pattern == replace(actual, frame="")
     if isinstance(pattern, (OptionalOf, PartialOf)):
-        there = actual.value if type(actual) is type(pattern) else actual
-        return unify(pattern.value, there, bindings)
+        value = actual.value if type(actual) is type(pattern) else actual
+        return unify(pattern.value, value, bindings)
     trial = dict(bindings)
     if not _same_shape(pattern, actual):
         return False
@@ -96,7 +96,7 @@ def scalar_unit(type: Type) -> Unit | None:
     return DIMENSIONLESS if isinstance(type, Int) else None
 
 
-def way_out(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
+def mismatch_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
     """A help line for an expression that is not of the expected type; "" if none is obvious."""
     return (
         _unit_help(expr, expected, text)
@@ -165,7 +165,7 @@ def _operator_help(actual: Type, expected: Type, text: str, scope: Scope) -> str
         if len(operator.parameters) != 1:
             continue
         bindings: dict[str, str] = {}
-        taken = unify(operator.parameters[0][1], actual, bindings)
-        if taken and substitute(operator.result, bindings) == expected:
-            found.append(written(operator.name))
+        is_taken = unify(operator.parameters[0][1], actual, bindings)
+        if is_taken and substitute(operator.result, bindings) == expected:
+            found.append(source_name(operator.name))
     return f"`{found[0]}({text})` is `{expected}`" if len(found) == 1 and actual != expected else ""

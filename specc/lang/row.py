@@ -35,7 +35,7 @@ class SolverTerms(Protocol):
         """A number of which it is known that a float has it."""
 
 
-Wanted = Iterator[tuple[int, Value]]
+ArgumentChoices = Iterator[tuple[int, Value]]
 """Indices of arguments, each with a value that it could have."""
 Encoding = Callable[..., Any]
 """From a `SolverTerms` and terms of arguments, also of the result where that is unknown."""
@@ -58,11 +58,11 @@ class BuiltinFunction:
     The defaults are what is safe to believe of a function that nobody has thought about.
     """
 
-    says: str
+    signature: str
     """Parameters, result and what it is, for editors: `X -> pose: pose[B, A] of a pose[A, B]`."""
     rule: Rule | None
     """Types a call; None for a function that only the compiler calls."""
-    gives_way: bool = False
+    is_overridable: bool = False
     """Whether an operator of that name takes its place; version 1 did not have it."""
 
     # What it computes, and how.
@@ -82,16 +82,16 @@ class BuiltinFunction:
     """Whether checks find the constant arguments for which it raises."""
     overflows: bool = True
     """Whether finite arguments may give a result that is not finite."""
-    shows: bool = False
+    propagates: bool = False
     """Whether an argument that is not finite gives a result that is not finite, or an error."""
     is_costly: bool = False
     """Whether calling it again costs more than keeping its result; arrays always do."""
 
     # What proofs know of it.
 
-    folds: bool = False
+    is_foldable: bool = False
     """Whether `value` is what every machine computes, so that it is known of known arguments."""
-    within: Range = ANY
+    bounds: Range = ANY
     """The least and greatest value that the result ever has."""
     range: Operation | None = None
     """The least and greatest value of the result by those of the arguments."""
@@ -114,13 +114,13 @@ class BuiltinFunction:
     laws: Callable[..., Iterable[Any]] | None = None
     """Where it has no such term: facts, made by a `SolverTerms` of the term of the result, which is
     otherwise not known, and those of the arguments."""
-    inverse: Callable[[Sequence[Type], Sequence[Value], Value], Wanted] | None = None
+    inverse: Callable[[Sequence[Type], Sequence[Value], Value], ArgumentChoices] | None = None
     """What arguments may be so that the result is a wanted one: from their types, their present
     values and the result that is wanted."""
 
     # Which calls cannot be meant.
 
-    alike: str = ""
+    same_arguments: str = ""
     """What is wrong with two arguments that have one value, with braces for it; "" if nothing."""
     direction: int | None = None
     """The argument that says a direction: a vector of length 1."""
@@ -128,7 +128,7 @@ class BuiltinFunction:
     """An argument, its value with which the call gives the first one as it is, and a way out."""
 
     @property
-    def is_followed(self) -> bool:
+    def is_modelled(self) -> bool:
         """Whether proofs have its result by the values of its arguments."""
         return self.term is not None or self.compares
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from specc.lang.errors import ExprError, unknown
+from specc.lang.errors import ExprError, unknown_name
 from specc.lang.parse import LONGEST, parse_syntax, span
-from specc.lang.types import TypeNames, TypeReader, applied, parse_type
+from specc.lang.types import TypeNames, TypeReader, name_and_arguments, parse_type
 from specc.model import types as t
 from specc.model.types import Type
 
@@ -99,7 +99,7 @@ def _type(text: str, start: int, end: int, names: TypeNames) -> Type:
     try:
         return parse_type(text[start:end], names)
     except ExprError as error:
-        raise error.moved(start) from None
+        raise error.shifted(start) from None
 
 
 def _check_variables(parameters: dict[str, Type], result: Type, start: int, end: int) -> None:
@@ -136,14 +136,14 @@ def parse_interface(
         tree = parse_syntax(text)
     except ExprError as error:
         raise ExprError(_NO_INTERFACE, error.start, error.end, _INTERFACE, "E0237") from None
-    name, args = applied(tree)
+    name, args = name_and_arguments(tree)
     if not name:
         raise ExprError(_NO_INTERFACE, 0, len(text), _INTERFACE, "E0237")
     if name not in interfaces:
         start = span(tree)[0]
         at = start, start + len(name)
         way = "declare it under `interfaces:`"
-        raise unknown("interface", name, interfaces, way, at, "E0236")
+        raise unknown_name("interface", name, interfaces, way, at, "E0236")
     frames, types = interfaces[name]
     if len(args) != len(frames) + len(types):
         usage = ", ".join((*frames, *types))

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from specc.lang import ranges
 from specc.lang.ranges import Operation
-from specc.lang.values import compose, elementwise, inverse, moved
+from specc.lang.values import compose, elementwise, inverse, transform_point
 
 _MOST_BITS = 1 << 16
 """Of a whole number; a run could hold larger ones, no design needs them."""
@@ -36,31 +36,31 @@ class Sign:
     commutes: bool = False
     may_fail: bool = False
     """Whether it raises for some numbers, so that it is computed only where it is needed."""
-    shows: int = 2
+    propagates: int = 2
     """In how many operands, from the left, a number that is not finite makes the result so."""
 
 
-def _applied(X: Any, to: Any) -> Any:
-    return compose(X, to) if _is_pose(to) else moved(X, to)
+def _apply_pose(X: Any, to: Any) -> Any:
+    return compose(X, to) if _is_pose(to) else transform_point(X, to)
 
 
 def _is_pose(value: Any) -> bool:
     return isinstance(value[0], tuple)
 
 
-def _before(value: Any, X: Any) -> Any:
+def _factor_before(value: Any, X: Any) -> Any:
     return compose(value, inverse(X)) if _is_pose(value) else None
 
 
 def _times(a: Any, b: Any) -> Any:
-    return _bounded(a, b, 1) and a * b
+    return _is_bounded(a, b, 1) and a * b
 
 
 def _power(a: Any, b: Any) -> Any:
-    return _bounded(a, a, abs(b)) and a**b
+    return _is_bounded(a, a, abs(b)) and a**b
 
 
-def _bounded(a: Any, b: Any, times: int) -> bool:
+def _is_bounded(a: Any, b: Any, times: int) -> bool:
     whole = isinstance(a, int) and isinstance(b, int)
     if whole and max(a.bit_length(), b.bit_length()) * (times + 1) > _MOST_BITS:
         raise OverflowError("the result is too large")
@@ -96,8 +96,10 @@ SIGNS = {
         (_dividend, None),
         ranges.quotient,
         may_fail=True,
-        shows=1,
+        propagates=1,
     ),
-    "**": Sign("power", _power, (None, None), ranges.power, may_fail=True, shows=1),
-    "@": Sign("product", _applied, (_before, lambda value, X: _applied(inverse(X), value))),
+    "**": Sign("power", _power, (None, None), ranges.power, may_fail=True, propagates=1),
+    "@": Sign(
+        "product", _apply_pose, (_factor_before, lambda value, X: _apply_pose(inverse(X), value))
+    ),
 }

@@ -25,7 +25,7 @@ def parse_formula(text: str) -> ast.expr:
     """The syntax tree of a formula, one's own to change; raises `ExprError`."""
     if not re.search(r"\bimplies\b", text):
         return parse(text, own=True)
-    written, origins = _with_calls(text)
+    written, origins = _implies_as_calls(text)
     try:
         tree = parse(written, own=True)
     except ExprError as error:
@@ -38,7 +38,7 @@ def parse_formula(text: str) -> ast.expr:
     return tree
 
 
-def refuse_misspelt(node: ast.expr, operators: Iterable[str]) -> None:
+def refuse_misspelling(node: ast.expr, operators: Iterable[str]) -> None:
     """Raise `ExprError` for a call of what is meant to be an operator of formulas."""
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
         name, known = node.func.id, {*operators, *BUILTIN_NAMES, "state"}
@@ -54,41 +54,44 @@ def _original(origins: list[int], start: int, end: int) -> tuple[int, int]:
     return origins[min(start, last)], origins[min(max(end - 1, 0), last)] + 1
 
 
-def _with_calls(text: str) -> tuple[str, list[int]]:
+def _implies_as_calls(text: str) -> tuple[str, list[int]]:
     """The text with each `p implies q` as `implies(p, q)`, and whence each character comes.
 
     It binds weaker than anything else and to the right: `p implies (q implies r)`.
     """
     out: list[tuple[str, int]] = []
-    begun, left_open = [0], [0]  # by bracket: where the last operand begins, calls to close
+    operand_starts, open_calls = (
+        [0],
+        [0],
+    )  # by bracket: where the last operand begins, calls to close
 
     def close(at: int) -> None:
-        out.extend((")", max(at - 1, 0)) for _ in range(left_open[-1]))
-        left_open[-1] = 0
+        out.extend((")", max(at - 1, 0)) for _ in range(open_calls[-1]))
+        open_calls[-1] = 0
 
     done = 0
     for token in _TOKEN.finditer(text):
         place, word = token.start(), token[0]
         out += [(char, done + i) for i, char in enumerate(text[done:place])]
         done = token.end()
-        if word == "implies" and any(not char.isspace() for char, _ in out[begun[-1] :]):
-            first = out[begun[-1]][1]
-            out[begun[-1] : begun[-1]] = [(char, first) for char in "implies("]
+        if word == "implies" and any(not char.isspace() for char, _ in out[operand_starts[-1] :]):
+            first = out[operand_starts[-1]][1]
+            out[operand_starts[-1] : operand_starts[-1]] = [(char, first) for char in "implies("]
             out.append((",", place))
-            left_open[-1] += 1
-            begun[-1] = len(out)
+            open_calls[-1] += 1
+            operand_starts[-1] = len(out)
             continue
         if word in (")", "]", "}", ",", "for"):  # of a quantifier: what it says is over
             close(place)
         out += [(char, place + i) for i, char in enumerate(word)]
         if word in "([{":
-            begun.append(len(out))
-            left_open.append(0)
-        elif word in ")]}" and len(begun) > 1:
-            begun.pop()
-            left_open.pop()
+            operand_starts.append(len(out))
+            open_calls.append(0)
+        elif word in ")]}" and len(operand_starts) > 1:
+            operand_starts.pop()
+            open_calls.pop()
         elif word == ",":
-            begun[-1] = len(out)
+            operand_starts[-1] = len(out)
     out += [(char, done + i) for i, char in enumerate(text[done:])]
     close(len(text))
     return "".join(char for char, _ in out), [origin for _, origin in out]

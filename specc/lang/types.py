@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from specc.diagnostics.nearest import nearest
 from specc.lang.builtins import RESERVED
-from specc.lang.errors import ExprError, did_you_mean, unknown
+from specc.lang.errors import ExprError, did_you_mean, unknown_name
 from specc.lang.literals import unit_error
 from specc.lang.parse import parse_syntax, span
 from specc.model import types as t
@@ -43,15 +43,15 @@ _USAGE = {
     "partial": "partial[wrench[E]]",
 }
 
-SPELT = {**dict.fromkeys(_PLAIN, ""), **_USAGE}
+SYNTAX = {**dict.fromkeys(_PLAIN, ""), **_USAGE}
 """The types of the language, with how those that take something are spelt."""
-TYPE_WORDS = frozenset(SPELT) - {"point"}
+TYPE_WORDS = frozenset(SYNTAX) - {"point"}
 """Names of the language; a specification gives them to no type of its own.
 
 Version 1 had no points: a type of that name is the one that is meant.
 """
 
-_FOREIGN = {
+_FOREIGN_TYPES = {
     **dict.fromkeys(("float", "double", "float32", "float64", "number"), "real"),
     **dict.fromkeys(("string", "str"), "text"),
     **dict.fromkeys(("integer", "int32", "int64", "uint8"), "int"),
@@ -79,11 +79,11 @@ def parse_type(text: str, names: TypeNames) -> t.Type:
     try:
         tree = parse_syntax(text)
     except ExprError as error:
-        raise _about_types(error) from None
+        raise _as_type_error(error) from None
     return TypeReader(names).type(tree)
 
 
-def _about_types(error: ExprError) -> ExprError:
+def _as_type_error(error: ExprError) -> ExprError:
     """What is said about an expression, said about a type."""
     if error.code == "E0303":
         message = error.message.replace("expression", "type")
@@ -93,7 +93,7 @@ def _about_types(error: ExprError) -> ExprError:
     return ExprError("this is not a type", error.start, error.end, help, "E0306")
 
 
-def applied(node: ast.expr) -> tuple[str, list[ast.expr]]:
+def name_and_arguments(node: ast.expr) -> tuple[str, list[ast.expr]]:
     """A name and what it has in brackets, as in `pose[B, E]`; no name if it is anything else."""
     match node:
         case ast.Name(id=name):
@@ -113,7 +113,7 @@ class TypeReader:
 
     def type(self, node: ast.expr) -> t.Type:
         """The type that a tree spells."""
-        name, args = applied(node)
+        name, args = name_and_arguments(node)
         if not name:
             raise self._error(node, "this is not a type", f"for example `{_USAGE['vector']}`")
         is_plain = isinstance(node, ast.Name)
@@ -151,13 +151,13 @@ class TypeReader:
         help = f"for example `{_USAGE['image']}`"
         raise self._error(node, "an image has 3 channels, a depth map 1", help)
 
-    def _present(self, node: ast.expr) -> t.Type:
+    def _non_optional(self, node: ast.expr) -> t.Type:
         value = self.type(node)
         if isinstance(value, t.OptionalOf):
             raise self._error(node, f"{value} may be None already", "leave one optional[...] out")
         return value
 
-    def _complete(self, node: ast.expr) -> t.Type:
+    def _partial_base(self, node: ast.expr) -> t.Type:
         value = self.type(node)
         match value:
             case t.Spatial() | t.Vector(element=t.Real(), frame=""):
@@ -167,7 +167,7 @@ class TypeReader:
 
     def _element(self, node: ast.expr) -> t.Real | t.Enum | t.Int | t.Bool:
         name = node.id if isinstance(node, ast.Name) else ""
-        if name in self.names.types or name in _PLAIN or applied(node)[0] == "enum":
+        if name in self.names.types or name in _PLAIN or name_and_arguments(node)[0] == "enum":
             type = self.type(node)
             if isinstance(type, (t.Real, t.Enum, t.Int, t.Bool)):
                 return type
@@ -195,7 +195,9 @@ class TypeReader:
             return known[node.id]
         if self.names.variables_allowed:
             return f"?{node.id}"
-        raise unknown("frame", node.id, known, "declare it under `frames:`", span(node), "E0209")
+        raise unknown_name(
+            "frame", node.id, known, "declare it under `frames:`", span(node), "E0209"
+        )
 
     def _size(self, node: ast.expr) -> int:
         match node:
@@ -238,8 +240,8 @@ class TypeReader:
         known = [*self.names.types, *_PLAIN, *_USAGE]
         start = span(node)[0]
         at = start, start + len(name)
-        ours = [ours for word, ours in _FOREIGN.items() if word == name.lower()]
-        return unknown("type", name, known, "declare it under `types:`", at, "E0233", ours)
+        ours = [ours for word, ours in _FOREIGN_TYPES.items() if word == name.lower()]
+        return unknown_name("type", name, known, "declare it under `types:`", at, "E0233", ours)
 
     def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
         return ExprError(message, *span(node), help, "E0306")
@@ -293,6 +295,6 @@ _READERS: dict[TypeArgument, Callable[[TypeReader, ast.expr], Any]] = {
     "unit": TypeReader._unit,
     "element": TypeReader._element,
     "type": TypeReader.type,
-    "present": TypeReader._present,
-    "complete": TypeReader._complete,
+    "present": TypeReader._non_optional,
+    "complete": TypeReader._partial_base,
 }

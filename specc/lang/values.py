@@ -28,7 +28,7 @@ def _combination(row: PoseRow, rows: PoseRows) -> PoseRow:
     return w, x, y, z
 
 
-def moved(X_AB: PoseRows, p_B: Floats) -> Floats:
+def transform_point(X_AB: PoseRows, p_B: Floats) -> Floats:
     """The point p in A, metres."""
     return tuple(sum(row[k] * p_B[k] for k in range(3)) + row[3] for row in X_AB[:3])
 
@@ -130,7 +130,7 @@ class Token:
         return f"Token({self.name!r})"
 
 
-class Gone:
+class NotRecorded:
     """An image, or a value that only operators look into, of which nothing is recorded."""
 
 
@@ -152,7 +152,7 @@ class Fields:
     def __repr__(self) -> str:
         return f"Fields({', '.join(f'{name}={literal_of(value)}' for name, value in self)})"
 
-    def having(self, name: str, value: Value) -> Fields:
+    def with_field(self, name: str, value: Value) -> Fields:
         """The same record with another value of one field."""
         return Fields(**{**self.__dict__, name: value})
 
@@ -170,12 +170,12 @@ def literal_of(value: Value) -> str:
     return repr(value)
 
 
-def alike(a: Value, b: Value) -> bool:
+def is_close(a: Value, b: Value) -> bool:
     """Whether two values are the same but for rounding; NaN is like NaN."""
     if isinstance(a, tuple) and isinstance(b, tuple):
-        return len(a) == len(b) and all(map(alike, a, b))
+        return len(a) == len(b) and all(map(is_close, a, b))
     if isinstance(a, Fields) and isinstance(b, Fields):
-        return alike(tuple(a), tuple(b))
+        return is_close(tuple(a), tuple(b))
     if isinstance(a, float) and isinstance(b, (int, float)):
         both_nan = math.isnan(a) and math.isnan(b)
         return both_nan or math.isclose(a, b, rel_tol=_RELATIVE, abs_tol=_ABSOLUTE)

@@ -11,7 +11,7 @@ from specc.analysis.ages import Ages
 from specc.analysis.dataflow import InputNode, ReadEdge
 from specc.analysis.reads import nodes
 from specc.lower.module import buffer_names
-from specc.lower.names import Imports, call, given, literal
+from specc.lower.names import Imports, call, keyword_arguments, literal
 from specc.model.expr import Lag
 from specc.model.system import Element, Subsystem, System
 from specc.reachable import grouped, reachable
@@ -21,19 +21,19 @@ def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[s
     """Calls of `Behind`, `MaxAge` and `MaxCommandAge`; nothing for a system that asks for none."""
     limits = list(_limits(system, ages, imports))
     commands = list(_commands(system, ages, imports))
-    asked = {*_asked(system), *(node for node, _ in limits), *(node for node, _ in commands)}
+    inputs = {*_aged_inputs(system), *(node for node, _ in limits), *(node for node, _ in commands)}
     found = {
-        "behind": tuple(_behind(system, ages, asked, imports)),
+        "behind": tuple(_age_sources(system, ages, inputs, imports)),
         "limits": tuple(text for _, text in limits),
         "commands": tuple(text for _, text in commands),
     }
     if not any(found.values()):
         return {}
-    imports.own("AgeRules")
+    imports.runtime_name("AgeRules")
     return found
 
 
-def _asked(system: System) -> Iterator[InputNode]:
+def _aged_inputs(system: System) -> Iterator[InputNode]:
     """The inputs whose age is asked for."""
     for subsystem in system.subsystems:
         for part in nodes(subsystem):
@@ -47,9 +47,9 @@ def _limits(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[Inpu
         for (peer, name), element in subsystem.inputs.items():
             node = InputNode(subsystem.qualified_name, peer, name)
             if element.max_age_s is not None and ages.oldest(node) is not None:
-                told = tuple(_limit(subsystem, node, element, ages))
-                if told:
-                    yield node, call(imports.own("MaxAge"), told)
+                arguments = tuple(_limit(subsystem, node, element, ages))
+                if arguments:
+                    yield node, call(imports.runtime_name("MaxAge"), arguments)
 
 
 def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) -> Iterator[str]:
@@ -57,13 +57,13 @@ def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) 
     reads = ages.sources.reads_of(node.reader)
     states = reads.states if reads else []
     name = node.peer, node.element
-    asked = tuple(
+    in_conditions = tuple(
         s.name for s in states if reads and name in {r.input for r in reads.read_by_conditions(s)}
     )
-    used = tuple(
+    in_functions = tuple(
         s.name for s in states if reads and name in {r.input for r in reads.read_by_functions(s)}
     )
-    if not asked and not used:
+    if not in_conditions and not in_functions:
         return
     assert element.max_age_s is not None  # callers looked
     yield literal(node.reader)
@@ -71,7 +71,9 @@ def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) 
     yield literal(f"x.{node.peer}.{node.element}")
     yield literal(float(element.max_age_s))
     fresh, computed = ages.sources.only_on_arrival(node), not ages.is_measured(node)
-    yield from given({"asked": asked, "used": used, "fresh": fresh, "computed": computed})
+    yield from keyword_arguments(
+        {"asked": in_conditions, "used": in_functions, "fresh": fresh, "computed": computed}
+    )
 
 
 def _commands(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[InputNode, str]]:
@@ -83,45 +85,49 @@ def _commands(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[In
             sent = ages.sources.sender(node)
             if element.max_age_s is None or sent is None or ages.oldest(node) is None:
                 continue
-            told = literal(sent[0]), literal(buffer_names(subsystems[sent[0]].outputs)[sent[1]])
+            command = literal(sent[0]), literal(buffer_names(subsystems[sent[0]].outputs)[sent[1]])
             limit = literal(float(element.max_age_s)), literal(node.short)
-            computed = given({"computed": not ages.is_measured(node)})
-            yield node, call(imports.own("MaxCommandAge"), (*told, *limit, *computed))
+            computed = keyword_arguments({"computed": not ages.is_measured(node)})
+            yield node, call(imports.runtime_name("MaxCommandAge"), (*command, *limit, *computed))
 
 
-def _behind(
-    system: System, ages: Ages, asked: Iterable[InputNode], imports: Imports
+def _age_sources(
+    system: System, ages: Ages, inputs: Iterable[InputNode], imports: Imports
 ) -> Iterator[str]:
     """What outputs are computed from that values with an age come from, directly or not."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
-    known = {node: ages.behind(node) for node in asked}
+    known = {node: ages.behind(node) for node in inputs}
 
-    def above(node: InputNode) -> Iterator[InputNode]:
+    def sources(node: InputNode) -> Iterator[InputNode]:
         known.setdefault(node, ages.behind(node))
         return (one for each in known[node].values() for one, _ in each)
 
     found: list[tuple[str, str, str]] = []
-    for node in reachable(sorted(known), above):
+    for node in reachable(sorted(known), sources):
         sent = ages.sources.sender(node)
         if not known[node] or sent is None:
             continue
         sender = subsystems[sent[0]]
         output = buffer_names(sender.outputs)[sent[1]]
-        for states, edges in _alike(known[node]):
-            told = [literal(sender.qualified_name), literal(output), literal(states)]
-            told += _inputs(sender, edges, computed=not ages.is_measured(node))
-            found.append((sender.qualified_name, output, call(imports.own("Behind"), told)))
+        for states, edges in _grouped_states(known[node]):
+            arguments = [literal(sender.qualified_name), literal(output), literal(states)]
+            arguments += _input_arguments(sender, edges, computed=not ages.is_measured(node))
+            found.append(
+                (sender.qualified_name, output, call(imports.runtime_name("Behind"), arguments))
+            )
     yield from (text for _, _, text in sorted(found))
 
 
-def _alike(by_state: dict[str, list[ReadEdge]]) -> Iterator[tuple[tuple[str, ...], list[ReadEdge]]]:
+def _grouped_states(
+    by_state: dict[str, list[ReadEdge]],
+) -> Iterator[tuple[tuple[str, ...], list[ReadEdge]]]:
     """The states with what is read there, those that read the same together."""
     groups = grouped((tuple(edges), state) for state, edges in by_state.items())
     return ((tuple(states), list(edges)) for edges, states in groups.items() if edges)
 
 
-def _inputs(sender: Subsystem, edges: list[ReadEdge], *, computed: bool) -> Iterator[str]:
+def _input_arguments(sender: Subsystem, edges: list[ReadEdge], *, computed: bool) -> Iterator[str]:
     names = buffer_names(sender.inputs)
-    held = tuple(names[node.peer, node.element] for node, fresh in edges if not fresh)
+    not_fresh = tuple(names[node.peer, node.element] for node, fresh in edges if not fresh)
     fresh = tuple(names[node.peer, node.element] for node, fresh in edges if fresh)
-    return given({"held": held, "fresh": fresh, "computed": computed})
+    return keyword_arguments({"held": not_fresh, "fresh": fresh, "computed": computed})

@@ -25,7 +25,7 @@ def named_types(system: System) -> tuple[tuple[str, Type], ...]:
     found: dict[Type, tuple[str, Type]] = {}
     for type_ in types_used(system):
         if name := getattr(type_, "name", ""):
-            found.setdefault(plain(type_), (name, type_))
+            found.setdefault(frameless(type_), (name, type_))
     order = {named.name: index for index, named in enumerate(system.types)}
     # Of several with one name, each in another file, the first in the system keeps it.
     return tuple(sorted(found.values(), key=lambda t: (order.get(t[0], len(order)), t[0])))
@@ -39,18 +39,18 @@ class PythonTypes:
 
     def __init__(self, types: tuple[tuple[str, Type], ...]) -> None:
         names = Namespace(OWN_NAMES)
-        self.of: dict[Type, str] = {}
+        self.names: dict[Type, str] = {}
         self.declared: list[tuple[str, Type]] = []
         for name, type_ in types:
             if isinstance(type_, Opaque) and not type_.python:
                 continue  # the types of its values are not known
-            if plain(type_) not in self.of:
-                self.of[plain(type_)] = names.new(name)
+            if frameless(type_) not in self.names:
+                self.names[frameless(type_)] = names.new(name)
                 if not getattr(type_, "python", ""):
-                    self.declared.append((self.of[plain(type_)], type_))
+                    self.declared.append((self.names[frameless(type_)], type_))
 
 
-def plain(type_: Type) -> Type:
+def frameless(type_: Type) -> Type:
     """A type without frames: Python does not tell `Object[K]` from `Object[B]`."""
     return type_.framed(lambda frame: "")
 
@@ -65,10 +65,12 @@ class Annotations:
 
     def of(self, type_: Type) -> str:
         """The annotation of a type."""
-        return kind(type_).annotation(type_, Python(self.of, self._imports.own, self._named))
+        return kind(type_).annotation(
+            type_, Python(self.of, self._imports.runtime_name, self._named)
+        )
 
     def _named(self, type_: Type) -> str:
-        name = self._names.of.get(plain(type_))
+        name = self._names.names.get(frameless(type_))
         python = getattr(type_, "python", "")
         if python:
             module, _, attribute = python.partition(":")
@@ -76,10 +78,10 @@ class Annotations:
         if name is not None:
             return self._imports.add(self._own_module, name) if self._own_module else name
         if isinstance(type_, Enum):
-            self._imports.own("Literal")
+            self._imports.runtime_name("Literal")
             return literal_type(type_)
         if isinstance(type_, Opaque):
-            return self._imports.own("Any")
+            return self._imports.runtime_name("Any")
         raise TypeError(f"no annotation for {type_!r}")
 
 
@@ -94,7 +96,7 @@ def literal_type(enum: Enum) -> str:
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
-def _may_stand_in(type_: Type) -> bool:
+def _is_replaceable(type_: Type) -> bool:
     """Whether something else may represent a value: an image, or what has a class."""
     return isinstance(type_, Image) or hasattr(type_, "python")
 
@@ -115,16 +117,16 @@ class Contracts:
         self.plans: list[NamedPlan] = []
         self._names: dict[Type, str] = {}
         self._imports = imports
-        self._python = Python(self.of, imports.own, annotations.of)
+        self._python = Python(self.of, imports.runtime_name, annotations.of)
         self._new_name = new_name
 
     def of(self, type_: Type) -> str:
         """The contract of a type, as an expression."""
-        if self._stand_ins and _may_stand_in(type_):
-            return self._imports.own("as_any")
+        if self._stand_ins and _is_replaceable(type_):
+            return self._imports.runtime_name("as_any")
         if not isinstance(type_, Enum | Record):
             return kind(type_).contract(type_, self._python)
-        key = plain(type_)  # frames do not show in values
+        key = frameless(type_)  # frames do not show in values
         if key not in self._names:
             value = kind(type_).contract(type_, self._python)
             words = _HUMP.sub("_", type_.name or "one_of").lower()

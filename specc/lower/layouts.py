@@ -62,7 +62,7 @@ class _Layout:
 
 def layouts_plan(system: System, types: PythonTypes) -> FilePlan:
     """The module of layouts; subsystems of one kind share theirs."""
-    names = Namespace((*OWN_NAMES, *types.of.values()))
+    names = Namespace((*OWN_NAMES, *types.names.values()))
     forms = _Forms(types, names)
     known: dict[_Layout, str] = {}
     owners = []
@@ -72,8 +72,8 @@ def layouts_plan(system: System, types: PythonTypes) -> FilePlan:
             known[layout] = names.new(identifier(subsystem.qualified_name).upper())
         owners.append((literal(subsystem.qualified_name), known[layout]))
     if system.plant and system.plant.observed:
-        seen = (((item.name,), f"{PLANT}.{item.name}", item) for item in system.plant.observed)
-        groups = ("x", ()), ("y", tuple(_elements(seen, forms))), ("memory", ())
+        observed = (((item.name,), f"{PLANT}.{item.name}", item) for item in system.plant.observed)
+        groups = ("x", ()), ("y", tuple(_elements(observed, forms))), ("memory", ())
         layout = _Layout(groups, ())
         known[layout] = names.new(PLANT.upper())
         owners.append((literal(PLANT), known[layout]))
@@ -89,11 +89,11 @@ def layouts_plan(system: System, types: PythonTypes) -> FilePlan:
 def _layout(system: System, subsystem: Subsystem, types: PythonTypes, forms: _Forms) -> _Layout:
     methods = Module(system, subsystem, types).state_methods
     memory = memory_names(subsystem)
-    remembered = (((item.name,), memory[item.name], item) for item in subsystem.memory)
+    memory_elements = (((item.name,), memory[item.name], item) for item in subsystem.memory)
     groups = (
         ("x", tuple(_elements(_buffer(subsystem.inputs), forms))),
         ("y", tuple(_elements(_buffer(subsystem.outputs), forms))),
-        ("memory", tuple(_elements(remembered, forms))),
+        ("memory", tuple(_elements(memory_elements, forms))),
     )
     ends = (
         (
@@ -105,16 +105,16 @@ def _layout(system: System, subsystem: Subsystem, types: PythonTypes, forms: _Fo
     return _Layout(groups, tuple(ends))
 
 
-_Named = tuple[tuple[str, ...], str, Element | Memory]
+_NamedElement = tuple[tuple[str, ...], str, Element | Memory]
 
 
-def _buffer(elements: dict[tuple[str, str], Element]) -> Iterator[_Named]:
+def _buffer(elements: dict[tuple[str, str], Element]) -> Iterator[_NamedElement]:
     attributes = buffer_names(elements)
     return ((name, attributes[name], element) for name, element in elements.items())
 
 
-def _elements(named: Iterable[_Named], forms: _Forms) -> Iterator[str]:
+def _elements(named: Iterable[_NamedElement], forms: _Forms) -> Iterator[str]:
     for name, attribute, item in named:
-        said = ", ".join(filter(None, (str(item.type), in_docstring(item.title))))
-        told = (literal(attribute), literal(name), forms.of(item.type), literal(said))
-        yield ", ".join(told)
+        description = ", ".join(filter(None, (str(item.type), in_docstring(item.title))))
+        texts = (literal(attribute), literal(name), forms.of(item.type), literal(description))
+        yield ", ".join(texts)

@@ -18,8 +18,8 @@ from specc.lower.names import (
     NamedPlan,
     Namespace,
     identifier,
-    joined,
     literal,
+    pair_names,
 )
 from specc.lower.terms import Term
 from specc.model import expr as e
@@ -30,22 +30,24 @@ from specc.reachable import grouped, reachable
 # Constants of a module: declared ones, and literal arrays that need not be built every period.
 
 
-def computed(constants: dict[str, Constant], given: Collection[str] = ()) -> frozenset[str]:
+def computed_constants(
+    constants: dict[str, Constant], parameters: Collection[str] = ()
+) -> frozenset[str]:
     """Constants whose value an operator or a file gives, or that are `given`: known when the system
     is built.
     """
     users = grouped(
-        (used, name) for name, c in constants.items() for used in e.constants_in(c.value)
+        (used, name) for name, c in constants.items() for used in e.constant_names(c.value)
     )
     outside = (
         name
         for name, constant in constants.items()
         if any(isinstance(node, (e.Call, e.FileRef)) for node in e.walk(constant.value))
     )
-    return frozenset(reachable((*given, *outside), lambda name: users.get(name, ())))
+    return frozenset(reachable((*parameters, *outside), lambda name: users.get(name, ())))
 
 
-def shared_name(value: e.Expr) -> str:
+def literal_name(value: e.Expr) -> str:
     """Name of a literal array that says what it holds, whatever it is for; "" if there is none."""
     match value:
         case e.Items(items=items) if items and all(isinstance(item, e.Unused) for item in items):
@@ -78,7 +80,7 @@ class Module:
         types: PythonTypes,
         *,
         stand_ins: bool = False,
-        given: Collection[str] = (),
+        parameters: Collection[str] = (),
     ) -> None:
         """`given` are the parameters that the class gets when it is made."""
         self.imports = Imports()
@@ -87,13 +89,13 @@ class Module:
         self.uses_files = False
         declared = {c.name: c for c in (*system.constants, *part.constants)}
         self._declared: dict[str, Constant] = declared
-        self.computed = computed(declared, given)
+        self.computed = computed_constants(declared, parameters)
         arguments = Namespace(("self", "files", "name"))
-        self.given = {name: arguments.new(name) for name in given}
+        self.parameters = {name: arguments.new(name) for name in parameters}
         """Parameter of the specification -> argument of the class."""
         self._operators = {operator.name: operator for operator in system.operators}
-        self._names = Namespace((*OWN_NAMES, *types.of.values()))
-        self._aliases = {name: self._names.new(e.written(name)) for name in self._operators}
+        self._names = Namespace((*OWN_NAMES, *types.names.values()))
+        self._aliases = {name: self._names.new(e.source_name(name)) for name in self._operators}
         self.attributes = methods = Namespace(OWN_ATTRIBUTES)
         self._constant_names = {
             name: methods.new(name) if name in self.computed else self._names.new(name.upper())
@@ -104,10 +106,10 @@ class Module:
         )
         self.operators: dict[str, NamedPlan] = {}
         self._functions = Functions(self.imports, self._names)
-        self.settled: dict[Term, str] = {}
+        self.hoisted: dict[Term, str] = {}
         """Attributes for arrays that stay as they are once the first period is over."""
         self.memory = memory_names(part)
-        self.beside_inputs: set[tuple[str, str, str]] = set()
+        self.input_properties: set[tuple[str, str, str]] = set()
         """`fresh`, `present`, `age` or `late`, peer, element: what is asked of inputs."""
         if isinstance(part, Subsystem):
             self.rate_hz = part.rate_hz
@@ -118,7 +120,7 @@ class Module:
             }
             self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in part.behaviours}
 
-    def parts(self) -> dict[str, object]:
+    def plan_parts(self) -> dict[str, object]:
         """What all that was asked for needs in the module."""
         constants = self.constants.values()
         return {
@@ -131,7 +133,7 @@ class Module:
         }
 
     @property
-    def parts_are_needed(self) -> bool:
+    def has_content(self) -> bool:
         """Whether anything but imports was asked for."""
         return bool(self.constants or self.operators or self.uses_files or self.contracts.plans)
 
@@ -139,7 +141,7 @@ class Module:
         """Names for the inside of a method."""
         return self._names.inner()
 
-    def new(self, wanted: str) -> str:
+    def new_name(self, wanted: str) -> str:
         """A name at the top of the module."""
         return self._names.new(wanted)
 
@@ -147,9 +149,9 @@ class Module:
         """`x.c_T_d`."""
         return f"x.{self.inputs[source.peer, source.element]}"
 
-    def beside(self, kind: str, source: e.Input) -> str:
+    def input_property(self, kind: str, source: e.Input) -> str:
         """`x.fresh_c_T_d`; the buffer gets that slot."""
-        self.beside_inputs.add((kind, source.peer, source.element))
+        self.input_properties.add((kind, source.peer, source.element))
         return f"x.{kind}_{self.inputs[source.peer, source.element]}"
 
     def operator(self, name: str) -> str:
@@ -161,9 +163,9 @@ class Module:
     def _checked(self, name: str) -> str:
         operator = self._operators[name]
         function = self._functions.use(operator.python)
-        parts = [literal(e.written(name)), function, self.contracts.of(operator.result)]
+        parts = [literal(e.source_name(name)), function, self.contracts.of(operator.result)]
         parts += [literal(said) for said in (str(operator.result), str(operator.trace)) if said]
-        return f"{self.imports.own('operator')}({', '.join(parts)})"
+        return f"{self.imports.runtime_name('operator')}({', '.join(parts)})"
 
     def file(self, name: str) -> str:
         """The path of a file of the specification."""
@@ -182,7 +184,7 @@ class Module:
 def buffer_names(pairs: Collection[tuple[str, str]]) -> dict[tuple[str, str], str]:
     """Attribute of every element of the input or output buffers, `<peer>_<element>`."""
     kinds = "fresh", "present", *e.LAGS
-    return joined(pairs, {f"{kind}_{identifier('_'.join(p))}" for p in pairs for kind in kinds})
+    return pair_names(pairs, {f"{kind}_{identifier('_'.join(p))}" for p in pairs for kind in kinds})
 
 
 def memory_names(part: Subsystem | Device) -> dict[str, str]:

@@ -17,7 +17,7 @@ from specc.lower.names import (
     docstring,
     literal,
 )
-from specc.lower.nodes import OR, Nodes
+from specc.lower.nodes import OR, Emitter
 from specc.lower.table import TermTable, term_table
 from specc.model import expr as e
 from specc.model.binding import PLANT
@@ -37,13 +37,13 @@ from specc.source import Place
 REQUIREMENTS, TRIGGERS = "SystemRequirements", "SystemTriggers"
 
 
-_REQUIRED = {
+_REQUIREMENTS = {
     "class_name": REQUIREMENTS,
     "what": "what is required of every run",
     "about": "What every run is watched for",
     "readers": "the requirements",
 }
-_TRIGGERING = {
+_TRIGGERS = {
     "class_name": TRIGGERS,
     "what": "what disturbances wait for",
     "about": "What disturbances wait for",
@@ -59,9 +59,9 @@ class RequirementPlan:
     because: str
     formula: str
     reads: str
-    lasts: bool
+    holds_always: bool
     name: str
-    asked: str
+    trigger: str
     """Of when it asks something of a run; empty where it does at every tick."""
 
 
@@ -72,25 +72,25 @@ def requirements_plan(
     required = system.triggers if triggers else system.requirements
     readings = {r.name: r for item in required for r in item.readings}
     # To expressions, what requirements read is as the memory of a device that reports all of it.
-    read = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
-    watch = Device("", "", "real_receptor", "", (), read, Trace(), Place(""))
-    module = Module(system, watch, types)
+    elements = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
+    device = Device("", "", "real_receptor", "", (), elements, Trace(), Place(""))
+    module = Module(system, device, types)
     module.memory = _attributes(readings)
-    writer = _FormulaWriter(module, term_table(system, watch, module.computed), tick_s)
+    writer = _FormulaWriter(module, term_table(system, device, module.computed), tick_s)
     plans = tuple(writer.plan(item) for item in required)
     values = tuple(_value(module, reading) for reading in readings.values())
-    module.imports.own("Reading")
-    module.imports.own("Requirement")
-    module.imports.own("Requirements")
+    module.imports.runtime_name("Reading")
+    module.imports.runtime_name("Requirement")
+    module.imports.runtime_name("Requirements")
     parts = {
-        **(_TRIGGERING if triggers else _REQUIRED),
+        **(_TRIGGERS if triggers else _REQUIREMENTS),
         "values": values,
         "slots": literal(tuple(item.name for item in values)),
         "readings": tuple(_reading(system, module, reading) for reading in readings.values()),
         "requirements": plans,
-        "atoms": writer.made,
+        "atoms": writer.atoms,
         "methods": writer.methods,
-        **module.parts(),
+        **module.plan_parts(),
     }
     return FilePlan("requirements.py.j2", parts)
 
@@ -102,24 +102,24 @@ def _attributes(readings: dict[str, Reading]) -> dict[str, str]:
 
 def _value(module: Module, reading: Reading) -> AttributePlan:
     annotation = "str" if reading.kind == "state" else module.annotations.of(reading.type)
-    said = reading.name if reading.kind == "state" else f"{reading.name}: {reading.type}"
-    return AttributePlan(module.memory[reading.name], annotation, comment(said))
+    text = reading.name if reading.kind == "state" else f"{reading.name}: {reading.type}"
+    return AttributePlan(module.memory[reading.name], annotation, comment(text))
 
 
 def _reading(system: System, module: Module, reading: Reading) -> str:
     """A call of `Reading`."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
-    said = [module.memory[reading.name], reading.subsystem or PLANT, reading.kind]
+    words = [module.memory[reading.name], reading.subsystem or PLANT, reading.kind]
     if reading.kind == "observed":
-        said.append(f"{PLANT}.{reading.element[0]}")
+        words.append(f"{PLANT}.{reading.element[0]}")
     elif reading.kind == "memory":
-        said.append(memory_names(subsystems[reading.subsystem])[reading.element[0]])
+        words.append(memory_names(subsystems[reading.subsystem])[reading.element[0]])
     elif reading.kind != "state":
         owner = subsystems[reading.subsystem]
         ends = owner.outputs if reading.kind == "sent" else owner.inputs
         peer, element = reading.element
-        said.append(buffer_names(ends)[peer, element])
-    arguments = [literal(text) for text in said]
+        words.append(buffer_names(ends)[peer, element])
+    arguments = [literal(text) for text in words]
     if reading.initial:
         reader, peer, element = reading.initial
         attribute = buffer_names(subsystems[reader].inputs)[peer, element]
@@ -137,7 +137,7 @@ class _FormulaWriter:
     table: TermTable
     tick_s: Fraction
     methods: list[MethodPlan] = field(default_factory=list)
-    made: list[tuple[str, str]] = field(default_factory=list)
+    atoms: list[tuple[str, str]] = field(default_factory=list)
     """Attribute of each atom, and the arguments that make it."""
     _atoms: dict[e.Expr, str] = field(default_factory=dict)
     """Of the conditions in one requirement, each once."""
@@ -153,7 +153,7 @@ class _FormulaWriter:
             literal(item.because),
             formula,
             f"{{{', '.join(pairs)}}}",
-            item.lasts,
+            item.holds_always,
             literal(item.name) if item.name else "",
             "" if premise is None else self._formula(premise),
         )
@@ -163,7 +163,7 @@ class _FormulaWriter:
             if formula.that not in self._atoms:
                 self._atoms[formula.that] = f"self.{self._atom(formula.that)}"
             return self._atoms[formula.that]
-        name = self.module.imports.own(formula.op.capitalize())
+        name = self.module.imports.runtime_name(formula.op.capitalize())
         operands = [self._formula(operand) for operand in formula.operands]
         if isinstance(formula, Temporal) and formula.op != "since":
             operands.insert(0, str(formula.span_s // self.tick_s))
@@ -172,42 +172,44 @@ class _FormulaWriter:
     def _atom(self, that: e.Expr) -> str:
         """A method that judges a condition; returns the attribute with its atom."""
         number = len(self.methods) + 1
-        judged = self.module.imports.own("judged")
-        self.module.imports.own("Judgement")
-        self.module.imports.own("Atom")
-        nodes = Nodes(self.module, self.table)
-        nodes.hint = f"atom_{number}"
-        nodes.is_settled = False  # there is no first period that would put arrays together
-        texts = [nodes.value(self.table.of(that)).text]
+        judge = self.module.imports.runtime_name("judged")
+        self.module.imports.runtime_name("Judgement")
+        self.module.imports.runtime_name("Atom")
+        nodes = Emitter(self.module, self.table)
+        nodes.name_hint = f"atom_{number}"
+        nodes.may_hoist = False  # there is no first period that would put arrays together
+        texts = [nodes.emit(self.table.of(that)).text]
         if _compares(that):
             lazily = "" if isinstance(that, e.Compare) else "lambda: "
             texts.append(lazily + self._margin(nodes, that))
-        lines = ["memory = self.values"] if "memory" in nodes.touched else []
-        lines.append(f"return {judged}({', '.join(texts)})")
-        said = docstring(show(that))
-        self.methods.append(MethodPlan(f"_atom_{number}", (), "Judgement", said, tuple(lines)))
+        lines = ["memory = self.values"] if "memory" in nodes.used_buffers else []
+        lines.append(f"return {judge}({', '.join(texts)})")
+        doc = docstring(show(that))
+        self.methods.append(MethodPlan(f"_atom_{number}", (), "Judgement", doc, tuple(lines)))
         read = (n.name for n in e.walk(that) if isinstance(n, e.MemoryRef))
         names = [literal(self.module.memory[name]) for name in dict.fromkeys(read)]
-        self.made.append((f"atom_{number}", ", ".join([f"self._atom_{number}", *names])))
+        self.atoms.append((f"atom_{number}", ", ".join([f"self._atom_{number}", *names])))
         return f"atom_{number}"
 
-    def _margin(self, nodes: Nodes, that: e.Expr) -> str:
+    def _margin(self, nodes: Emitter, that: e.Expr) -> str:
         """Python for how far a condition is from failing; infinity where it compares no numbers."""
         match that if _compares(that) else None:
             case e.Compare(op, left, right):
                 sides = (right, left) if op in ("<", "<=") else (left, right)
-                return nodes.value(self.table.of(e.Binary("-", *sides, type=left.type))).text
+                return nodes.emit(self.table.of(e.Binary("-", *sides, type=left.type))).text
             case e.Unary(operand=operand):
                 return f"-({self._margin(nodes, operand)})"
             case e.Logic(op, operands):
                 parts = (self._margin(nodes, operand) for operand in operands)
                 return f"{_PICKS[op]}({', '.join(parts)})"
             case e.Quantifier(kind, _, over, body) as node:
-                each = nodes.each(node, self.table.of(over), lambda _: self._margin(nodes, body))
-                of_none = ("-" if kind == "any" else "") + self.module.imports.own("inf")
+                each = nodes.generator(
+                    node, self.table.of(over), lambda _: self._margin(nodes, body)
+                )
+                of_none = ("-" if kind == "any" else "") + self.module.imports.runtime_name("inf")
                 return f"{_PICKS[kind]}(({each}), default={of_none})"
-        inf = self.module.imports.own("inf")
-        return f"{inf} if {nodes.value(self.table.of(that)).at(OR)} else -{inf}"
+        inf = self.module.imports.runtime_name("inf")
+        return f"{inf} if {nodes.emit(self.table.of(that)).bracketed(OR)} else -{inf}"
 
 
 _PICKS = {"and": "min", "all": "min", "or": "max", "any": "max"}

@@ -14,7 +14,7 @@ from specc.analysis.ros2 import (
     watched,
 )
 from specc.lower.module import buffer_names
-from specc.lower.names import Imports, call, given, literal
+from specc.lower.names import Imports, call, keyword_arguments, literal
 from specc.model.binding import Published, Ros2
 from specc.model.system import System
 from specc.model.types import Real
@@ -27,10 +27,10 @@ def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
     if system.plant is None or system.plant.ros2 is None:
         return
     ros2 = system.plant.ros2
-    imports.own("Ros2")
+    imports.runtime_name("Ros2")
     yield literal(ros2.node)
     options = {"wait_s": float(ros2.wait_s), "use_sim_time": ros2.use_sim_time}
-    yield from given({"python": ros2.python, **options})
+    yield from keyword_arguments({"python": ros2.python, **options})
     topics = [_topic(bound, ros2, imports) for bound in bound_elements(system)]
     yield f"topics=({''.join(f'{topic}, ' for topic in topics if topic)})"
     published = [_published(each, system, ros2, imports) for each in system.plant.published]
@@ -46,11 +46,11 @@ def _published(each: Published, system: System, ros2: Ros2, imports: Imports) ->
     subsystem, known = found.subsystem, dict(ros2.frames)
     output = buffer_names(subsystem.outputs)[found.peer, found.element] if found.peer else ""
     frames = [(at, known.get(f, f)) for at, f in frames_of(found.part, found.type) if at and f]
-    told = given({"path": found.part.path, "commanded": True, "frames": tuple(frames)})
+    told = keyword_arguments({"path": found.part.path, "commanded": True, "frames": tuple(frames)})
     first = (found.name, found.topic, found.message, found.part.shape)
-    topic = call(imports.own("Ros2Topic"), (*map(literal, first), *told))
+    topic = call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *told))
     own = literal(subsystem.qualified_name), literal(output)
-    return call(imports.own("Ros2Published"), (*own, topic))
+    return call(imports.runtime_name("Ros2Published"), (*own, topic))
 
 
 def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
@@ -77,4 +77,4 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
         short(binding.message) or _TF,
         part.shape,
     )
-    return call(imports.own("Ros2Topic"), (*map(literal, first), *given(told)))
+    return call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *keyword_arguments(told)))

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from specc.lang import ranges
-from specc.lang.bounds import bounds
+from specc.lang.bounds import range_of_parts
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.ranges import ANY, Range
 from specc.lang.signs import SIGNS
@@ -41,26 +41,26 @@ class Term:
     """Variables of quantifiers around this term that occur in it."""
     is_constant: bool
     """Made of literals and constants alone."""
-    is_settled: bool
+    is_invariant: bool
     """Has one value from the end of the first period on, and computing it cannot fail."""
     reads_clock: bool
     memory: frozenset[str]
     """Memory elements that its evaluation may read."""
-    perhaps: TermSet = field(repr=False)
+    maybe_evaluated: TermSet = field(repr=False)
     """Terms worth keeping that an evaluation of this one may evaluate; itself among them."""
     let: Let | None = None
     """The let that names it; the first one if there are several."""
     is_rounded: bool = False
     """Whether its value comes from arithmetic of reals, which rounds."""
-    rests_on_rounding: bool = False
+    depends_on_rounding: bool = False
     """Whether a comparison with such a value is in it."""
     is_costly: bool = False
     """Whether computing it again costs more than handing its value on."""
     range: Range = ANY
     """What all components lie between."""
-    overflows: bool = False
+    may_overflow: bool = False
     """A result of arithmetic that has not been looked at, and may not be finite."""
-    is_raw: bool = False
+    is_unchecked: bool = False
     """Such a result, or an array that was just made, which has to become read-only."""
 
     @property
@@ -74,16 +74,16 @@ class Term:
         return max(-self.range[0], self.range[1])
 
     @property
-    def is_kept(self) -> bool:
+    def is_worth_local(self) -> bool:
         """Whether its value is worth a local variable when it is needed twice."""
-        return self in self.perhaps
+        return self in self.maybe_evaluated
 
-    def keep(self) -> None:
+    def mark_worth_local(self) -> None:
         """Note that the value is worth a local variable."""
-        self.perhaps |= {self}
+        self.maybe_evaluated |= {self}
 
 
-def unknown(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, None]:
+def unevaluated(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, None]:
     """Terms that an evaluation of `terms` may visit when the values of `known` are there."""
     return reachable(
         (term for term in terms if term not in known),
@@ -91,42 +91,42 @@ def unknown(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, None]:
     )
 
 
-def in_order(terms: Iterable[Term]) -> list[Term]:
+def by_order(terms: Iterable[Term]) -> list[Term]:
     """Terms after those that they are made of; lets in the order of the file."""
     return sorted(terms, key=lambda term: term.order)
 
 
-def term(
+def new_term(
     order: int, node: e.Expr, args: tuple[Term, ...], fixed: tuple[bool, bool], range: Range
 ) -> Term:
     """The term of a node over its operands. `fixed`: whether it is constant, and settled."""
     is_constant, is_settled = fixed
-    perhaps = NONE.union(*(arg.perhaps for arg in args))
+    perhaps = NONE.union(*(arg.maybe_evaluated for arg in args))
     reads_clock = isinstance(node, e.Clock) and node.name != "period"
     memory = frozenset({node.name} if isinstance(node, e.MemoryRef) else ())
     made = Term(
         order=order,
         node=node,
         args=args,
-        bound=_bound(node, args),
+        bound=_bound_variables(node, args),
         is_constant=is_constant,
-        is_settled=is_settled,
+        is_invariant=is_settled,
         reads_clock=reads_clock or any(arg.reads_clock for arg in args),
         memory=memory.union(*(arg.memory for arg in args)),
-        perhaps=perhaps,
+        maybe_evaluated=perhaps,
         is_rounded=_is_rounded(node, args),
-        rests_on_rounding=_compares_rounded(node, args),
+        depends_on_rounding=_compares_rounded(node, args),
         range=range,
     )
-    made.overflows = _overflows(made)
-    made.is_raw = made.overflows or _is_new(made)
+    made.may_overflow = _may_overflow(made)
+    made.is_unchecked = made.may_overflow or _is_new_array(made)
     made.is_costly = not made.bound and not is_settled and _is_costly(node, perhaps)
     if made.is_costly:
-        made.keep()
+        made.mark_worth_local()
     return made
 
 
-def _bound(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
+def _bound_variables(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
     match node:
         case e.BoundVariable(name=name):
             return frozenset({name})
@@ -135,11 +135,11 @@ def _bound(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
     return frozenset[str]().union(*(arg.bound for arg in args))
 
 
-def fixed(node: e.Expr, args: Sequence[Term]) -> tuple[bool, bool]:
+def constness(node: e.Expr, args: Sequence[Term]) -> tuple[bool, bool]:
     """Whether a node that is no name is constant, and settled, by its operands."""
     is_constant, is_settled = (
         all(arg.is_constant for arg in args),
-        all(arg.is_settled for arg in args),
+        all(arg.is_invariant for arg in args),
     )
     match node:
         case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused() | e.Nothing():
@@ -174,7 +174,7 @@ def _compares_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
             return True
         case e.Builtin(name=name) if FUNCTIONS[name].compares:
             return True  # it computes how far the two are apart
-    return any(arg.rests_on_rounding for arg in args)
+    return any(arg.depends_on_rounding for arg in args)
 
 
 def _is_costly(node: e.Expr, perhaps: TermSet) -> bool:
@@ -203,55 +203,55 @@ def _is_costly(node: e.Expr, perhaps: TermSet) -> bool:
 # checked only once: before it is compared, written or handed to an operator.
 
 
-FAR = 1e300
+SAFE_LIMIT = 1e300
 """Numbers below this stay finite in one operation with numbers of their size."""
-LONGEST_S = 1e12
+MAX_DURATION_S = 1e12
 """No state lasts longer than this."""
 
 
-def shows(node: e.Expr) -> range:
+def propagating_operands(node: e.Expr) -> range:
     """The operands in which a number that is not finite makes the result not finite."""
     match node:
         case e.Binary(op="**", right=e.Number(value=exponent)) if exponent < 1:
             return range(0)  # infinity to the power of -1 is 0
         case e.Binary(op=op):
-            return range(SIGNS[op].shows)
-        case e.Unary(op="-") | e.Component() | e.Sure():
+            return range(SIGNS[op].propagates)
+        case e.Unary(op="-") | e.Component() | e.Unwrap():
             return range(1)
-        case e.Builtin(name=name, args=args) if FUNCTIONS[name].shows:
+        case e.Builtin(name=name, args=args) if FUNCTIONS[name].propagates:
             return range(len(args))
         case e.Items(type=Vector() | Spatial(), items=items):
             return range(len(items))
     return range(0)
 
 
-def _overflows(made: Term) -> bool:
+def _may_overflow(made: Term) -> bool:
     """Whether a term is the result of arithmetic that may not be finite.
 
     Finite are results that stay below `FAR`, and those no larger than a finite term that they were
     made from; where poses are composed, generated code looks at the result by itself.
     """
     node, args, largest = made.node, made.args, made.largest
-    if not _is_real(node.type) or _is_composed(node):
+    if not _is_real(node.type) or _is_pose_product(node):
         return False
-    if any(args[place].overflows for place in shows(node)):
+    if any(args[place].may_overflow for place in propagating_operands(node)):
         return True
     match node:
         case e.Builtin(name=name):
-            return FUNCTIONS[name].overflows and largest >= FAR
+            return FUNCTIONS[name].overflows and largest >= SAFE_LIMIT
         case e.Binary(op=op):
-            return largest >= FAR and not _shrinks(op, args)
+            return largest >= SAFE_LIMIT and not _shrinks(op, args)
     return False
 
 
-def _is_new(term: Term) -> bool:
+def _is_new_array(term: Term) -> bool:
     """Whether a term is an array that arithmetic makes, and that is no constant of the module."""
     node = term.node
-    if not _is_real(node.type) or not node.type.is_array or _is_composed(node):
+    if not _is_real(node.type) or not node.type.is_array or _is_pose_product(node):
         return False
-    if any(term.args[place].is_raw for place in shows(node)):
+    if any(term.args[place].is_unchecked for place in propagating_operands(node)):
         return True
-    if term.largest < FAR and all(arg.is_constant for arg in term.args):
+    if term.largest < SAFE_LIMIT and all(arg.is_constant for arg in term.args):
         return False
     return isinstance(node, e.Binary) or (
         FUNCTIONS[node.name].overflows
@@ -260,7 +260,7 @@ def _is_new(term: Term) -> bool:
     )
 
 
-def _is_composed(node: e.Expr) -> bool:
+def _is_pose_product(node: e.Expr) -> bool:
     return isinstance(node, e.Binary) and node.op == "@" and isinstance(node.type, Pose)
 
 
@@ -275,11 +275,11 @@ def range_of(node: e.Expr, args: Sequence[Term]) -> Range:
     """What the number, or all components, that a term stands for lie between."""
     match node:
         case e.Clock(name="elapsed") | e.Lag(name="age"):
-            return 0.0, LONGEST_S
-    return bounds(node, [arg.range for arg in args])
+            return 0.0, MAX_DURATION_S
+    return range_of_parts(node, [arg.range for arg in args])
 
 
-def place_type(node: e.Expr, place: int) -> Type | None:
+def operand_type(node: e.Expr, place: int) -> Type | None:
     """The type that an operand has to have; None where any number will do."""
     match node:
         case e.Choice() if place:

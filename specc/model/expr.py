@@ -195,7 +195,7 @@ class Compare(Node):
     right: Expr
 
 
-COMPARED: dict[str, Callable[[Any, Any], bool]] = {
+COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
     "<": operator.lt,
     "<=": operator.le,
     ">": operator.gt,
@@ -218,7 +218,7 @@ class IsNone(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Sure(Node):
+class Unwrap(Node):
     """An optional value where there has to be one, or a list where there has to be an item.
 
     The types say which: that of `value` is optional, or this one's is a nonempty list.
@@ -228,7 +228,7 @@ class Sure(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Among(Node):
+class IsOneOf(Node):
     """`item in {a, b}` over the members of an enum; a `not in` is a negated one."""
 
     item: Expr
@@ -297,7 +297,7 @@ class Unknown(Node):
 Expr = (
     Number | Truth | TextLiteral | Member | Unused | Nothing | Input | MemoryRef | LetRef
     | ConstantRef | FileRef | BoundVariable | Clock | Fresh | Present | Lag | Call | Builtin
-    | Unary | Binary | Compare | IsNone | Sure | Among | Logic | Choice | Items | FieldOf
+    | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice | Items | FieldOf
     | Component | Quantifier | Unknown
 )  # fmt: skip
 
@@ -305,19 +305,19 @@ TRUE = Truth(True, type=Bool())
 FALSE = Truth(False, type=Bool())
 
 
-def _found_parts(kind: type[Any]) -> tuple[tuple[str, bool], ...]:
+def _subexpression_fields(kind: type[Any]) -> tuple[tuple[str, bool], ...]:
     holding = {"Expr": False, "Input": False, "tuple[Expr, ...]": True}
     return tuple((p.name, holding[p.type]) for p in fields(kind) if p.type in holding)
 
 
-_parts: Callable[[Any], tuple[tuple[str, bool], ...]] = cache(_found_parts)
+_fields_of: Callable[[Any], tuple[tuple[str, bool], ...]] = cache(_subexpression_fields)
 """The fields of a class that hold subexpressions, and whether each holds several."""
 
 
 def children(expr: Expr) -> list[Expr]:
     """The direct subexpressions of `expr`, left to right."""
     found: list[Expr] = []
-    for name, several in _parts(type(expr)):
+    for name, several in _fields_of(type(expr)):
         if several:
             found += getattr(expr, name)
         else:
@@ -325,7 +325,7 @@ def children(expr: Expr) -> list[Expr]:
     return found
 
 
-def written(name: str) -> str:
+def source_name(name: str) -> str:
     """An operator or file as it is written, by its name in the system.
 
     The names differ where files of one system give several meanings to a name: `F@lib/arm.yaml`.
@@ -335,7 +335,7 @@ def written(name: str) -> str:
 
 def walk(expr: Expr) -> Iterator[Expr]:
     """`expr` and all subexpressions, parents first."""
-    return _walk(expr) if _parts(type(expr)) else iter((expr,))
+    return _walk(expr) if _fields_of(type(expr)) else iter((expr,))
 
 
 def _walk(expr: Expr) -> Iterator[Expr]:
@@ -343,20 +343,20 @@ def _walk(expr: Expr) -> Iterator[Expr]:
     while waiting:
         part = waiting.pop()
         yield part
-        if _parts(type(part)):
+        if _fields_of(type(part)):
             waiting += reversed(children(part))
 
 
-def constants_in(expr: Expr) -> list[str]:
+def constant_names(expr: Expr) -> list[str]:
     """Names of the constants in an expression, as often as they stand there."""
     return [node.name for node in walk(expr) if isinstance(node, ConstantRef)]
 
 
-def mapped(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
+def map_children(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
     """`expr` with its direct subexpressions changed; the same object if none is another one."""
     kind: Any = type(expr)
     changed: dict[str, Any] = {}
-    for name, several in _parts(kind):
+    for name, several in _fields_of(kind):
         old = getattr(expr, name)
         if several:
             new: Any = tuple(map(change, old))
@@ -368,11 +368,11 @@ def mapped(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
     return replace(expr, **changed) if changed else expr
 
 
-def instance(body: Expr, variable: str, item: Expr) -> Expr:
+def instantiate(body: Expr, variable: str, item: Expr) -> Expr:
     """The body of a quantifier said of one item."""
     if isinstance(body, BoundVariable):
         return item if body.name == variable else body
-    return mapped(body, lambda part: instance(part, variable, item))
+    return map_children(body, lambda part: instantiate(part, variable, item))
 
 
 def has_free_variable(expr: Expr) -> bool:

@@ -55,7 +55,7 @@ class Function:
     title: str
     trace: Trace
     place: Place
-    whole: bool = True
+    is_complete: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Behaviour:
     title: str
     trace: Trace
     place: Place
-    whole: bool = True
+    is_complete: bool = True
     assignments: tuple[Assignment, ...] = field(init=False, repr=False, compare=False)
 
     @property
@@ -84,7 +84,7 @@ class Behaviour:
         """What ends it by a cause."""
         return self.error if cause == "error" else self.terminal
 
-    def ended(self, cause: Cause) -> tuple[tuple[Expr, bool], ...]:
+    def facts_after(self, cause: Cause) -> tuple[tuple[Expr, bool], ...]:
         """Conditions, and whether they held, once it has ended by a cause."""
         if cause == "error":
             return ((self.error.when, True),)
@@ -121,10 +121,10 @@ class Transition:
     target: str
     trace: Trace
     place: Place
-    remainder: bool = False
+    is_otherwise: bool = False
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """The row as faults and recordings of runs name it."""
         return f"{self.source} {self.cause} {self.condition.name} -> {self.target}"
 

@@ -32,7 +32,7 @@ def opposite(condition: Expr) -> Expr:
     return negation(condition)
 
 
-def joined(op: Literal["and", "or"], parts: Sequence[Expr]) -> Expr:
+def junction(op: Literal["and", "or"], parts: Sequence[Expr]) -> Expr:
     """The conjunction or disjunction of some conditions."""
     if len(parts) < 2:
         return parts[0] if parts else truth(op == "and")
@@ -43,13 +43,13 @@ def conjuncts(condition: Expr) -> Iterator[Expr]:
     """The operands of a conjunction, or the negated operands of a negated disjunction."""
     match condition:
         case Logic(op="and", operands=operands):
-            yield from _each(operands)
+            yield from _conjuncts_of(operands)
         case Unary(op="not", operand=Logic(op="or", operands=operands)):
-            yield from _each(map(negation, operands))
+            yield from _conjuncts_of(map(negation, operands))
         case _:
             yield condition
 
 
-def _each(operands: Iterable[Expr]) -> Iterator[Expr]:
+def _conjuncts_of(operands: Iterable[Expr]) -> Iterator[Expr]:
     for operand in operands:
         yield from conjuncts(operand)

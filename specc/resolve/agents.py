@@ -9,7 +9,15 @@ from typing import Any
 
 from specc.diagnostics import Diagnostic
 from specc.limits import left, spend
-from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
+from specc.model.system import (
+    Agent,
+    Device,
+    DeviceKind,
+    Element,
+    InterfaceRef,
+    Subsystem,
+    SubsystemKind,
+)
 from specc.resolve.buffers import resolve_buffers
 from specc.resolve.context import Findings, Where, duration_in, trace_of
 from specc.resolve.definitions import Definitions
@@ -271,8 +279,8 @@ class AgentResolver:
             trace=trace_of(definition),
             place=where.key,
             outside=at.definitions.outside(),
-            rated=rate is not None,
-            begun=definition.initial_state in definition.states,
+            has_rate=rate is not None,
+            has_initial_state=definition.initial_state in definition.states,
         )
 
     def _rate(self, definition: SubsystemDef, at: Where, where: Where) -> Fraction | None:
@@ -349,7 +357,7 @@ _BESIDE_USE = {"for", "use", "title", "rate", "budget", "with", "uses", "eq", "t
 _DESCRIBED = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
 
 
-def _lacks(found: tuple[Element, ...], buffer: BufferDef, shared: Shared | None) -> bool:
+def _lacks(found: tuple[Element, ...], buffer: BufferDef, shared: InterfaceRef | None) -> bool:
     """Whether elements of a buffer are not known."""
     return len(found) < len(buffer.elements) or (buffer.interface is not None and not shared)
 

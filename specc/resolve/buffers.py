@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
 from specc.diagnostics import nearest
-from specc.lang import RESERVED, Declared, ExprError, Scope, parse
+from specc.lang import RESERVED, Declaration, ExprError, Scope, parse
 from specc.lang.parse import names_in
 from specc.model.system import Let, Memory, Port
 from specc.resolve.context import Where, nobody_knows, trace_of
@@ -39,17 +39,17 @@ def resolve_buffers(
     """Resolve ports (`ends`: peer -> name of the other end), memory and lets, in this order."""
     ports = _ports(definition, where, ends, expressions)
     inputs = {
-        (port.peer, element.name): Declared(element.type, element.place)
+        (port.peer, element.name): Declaration(element.type, element.place)
         for port in ports
         for element in (port.elements if port.direction == "x" else ())
     }
     expressions.broken |= _twice(definition, expressions)
     constants = _without(constant_scope(expressions.definitions), expressions.broken)
-    outside = replace(constants, inputs=inputs, later=expressions.later)
+    outside = replace(constants, inputs=inputs, uninitialized=expressions.later)
     memory = _memory(definition, where, outside, expressions)
     known = _without(outside, expressions.broken)
-    clear = {m.name: Declared(m.type, m.place) for m in memory if _is_clear(m.name, expressions)}
-    inside = replace(known, memory=clear, later=(), allow_clock=True)
+    clear = {m.name: Declaration(m.type, m.place) for m in memory if _is_clear(m.name, expressions)}
+    inside = replace(known, memory=clear, uninitialized=(), allow_clock=True)
     resolver = _Lets(definition, where["let"], inside, expressions)
     return Buffers(ports, memory, resolver.resolve(), resolver.scope)
 
@@ -148,8 +148,8 @@ class _Lets:
         found: list[Let] = []
         depths: dict[str, int] = {}
         # One scope, which grows: in this order each let finds those that it may name.
-        lets: dict[str, Declared] = {}
-        self.scope = replace(self.scope, lets=lets, lets_to_come=self.definition.let.keys())
+        lets: dict[str, Declaration] = {}
+        self.scope = replace(self.scope, lets=lets, all_lets=self.definition.let.keys())
         uses = {name: self._uses(name) for name in self.definition.let}
         for name in self._order(uses):
             item, at = self.definition.let[name], self.where[name]
@@ -167,8 +167,8 @@ class _Lets:
                 value = inlined(value, indices)
                 found.append(Let(name, value, item.title, trace_of(item), at.key))
                 if _is_clear(name, self.expressions):
-                    lets[name] = Declared(value.type, at.key, value)
-        self.scope = replace(self.scope, lets_to_come=())
+                    lets[name] = Declaration(value.type, at.key, value)
+        self.scope = replace(self.scope, all_lets=())
         return tuple(found)
 
     def _order(self, uses: Mapping[str, list[str]]) -> tuple[str, ...]:

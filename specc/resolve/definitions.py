@@ -13,8 +13,8 @@ from specc.lang import ExprError, TypeNames
 from specc.lang.mentioned import names_of_signature, names_of_type
 from specc.lang.types import MakeType
 from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
-from specc.model.expr import ConstantRef, Expr, Number, mapped
-from specc.model.system import Constant, NamedType, Operator, Outside
+from specc.model.expr import ConstantRef, Expr, Number, map_children
+from specc.model.system import Constant, NamedType, Operator, OuterName
 from specc.model.trace import Trace
 from specc.model.types import Frame, Int
 from specc.resolve.context import Findings, Where
@@ -88,7 +88,7 @@ class _Inlining:
             self._count(expr)
         if isinstance(expr, ConstantRef):
             return self._value(expr)
-        return mapped(expr, self.of)
+        return map_children(expr, self.of)
 
     def _value(self, expr: ConstantRef) -> Expr:
         found = None if expr.name in self.kept else self.constants.get(expr.name)
@@ -264,15 +264,15 @@ class Definitions:
         """What type texts may name; with `variables`, undeclared frames are variables."""
         return TypeNames(self.frames, self.types, self.sizes, variables)
 
-    def outside(self) -> tuple[Outside, ...]:
+    def outside(self) -> tuple[OuterName, ...]:
         """Constants and files, also those with an error in their definition."""
         found = []
         for label, place in self.places.items():
             kind, name = label.split(" ", 1)
             if kind == "constant":
-                found.append(Outside("constant", name, place))
+                found.append(OuterName("constant", name, place))
             elif kind == "file":
-                found.append(Outside("file", name, place))
+                found.append(OuterName("file", name, place))
         return tuple(found)
 
     def claim(self, kind: str, name: str, place: Place, findings: Findings) -> bool:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from specc.lang import Declared
-from specc.model.expr import Call, Expr, FileRef, MemoryRef, constants_in, walk
-from specc.model.system import Element, Safe
+from specc.lang import Declaration
+from specc.model.expr import Call, Expr, FileRef, MemoryRef, constant_names, walk
+from specc.model.system import Element, SafeOutput
 from specc.reachable import reachable
 from specc.resolve.context import Where, duration_in, trace_of
 from specc.resolve.expressions import Expressions
@@ -29,7 +29,8 @@ def resolve_elements(
             continue
         init = None
         if definition.init is not None:
-            scope = replace(constant_scope(expressions.definitions), later=expressions.later)
+            constants = constant_scope(expressions.definitions)
+            scope = replace(constants, uninitialized=expressions.later)
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
         is_received = isinstance(definition, ReceivedDef)
@@ -70,9 +71,9 @@ def _safe(
     element: Element,
     reported: tuple[Element, ...],
     expressions: Expressions,
-) -> Safe | None:
+) -> SafeOutput | None:
     constants = constant_scope(expressions.definitions)
-    scope = replace(constants, memory={e.name: Declared(e.type, e.place) for e in reported})
+    scope = replace(constants, memory={e.name: Declaration(e.type, e.place) for e in reported})
     here = at.scalar("is")
     value = expressions.value(here, declared.value, scope, element.type, element.place)
     otherwise = None
@@ -89,7 +90,7 @@ def _safe(
         message = f"`safe` of `{element.name}` may fail, and nothing says what is sent then"
         help_text = "add `otherwise:` with a constant: `safe: {is: ..., otherwise: ...}`"
         expressions.findings.report("E0412", message, here.place, help=help_text)
-    return Safe(value, otherwise, at.key) if value is not None else None
+    return SafeOutput(value, otherwise, at.key) if value is not None else None
 
 
 def _may_fail(value: Expr, expressions: Expressions) -> bool:
@@ -97,7 +98,7 @@ def _may_fail(value: Expr, expressions: Expressions) -> bool:
     constants = expressions.definitions.constants
 
     def used(part: Expr) -> list[str]:
-        return [name for name in constants_in(part) if name in constants]
+        return [name for name in constant_names(part) if name in constants]
 
     names = reachable(used(value), lambda name: used(constants[name].value))
     parts = (value, *(constants[name].value for name in names))

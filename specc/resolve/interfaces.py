@@ -9,7 +9,7 @@ from typing import Literal
 from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, TYPE_WORDS, ExprError, parse_interface
 from specc.lang.types import MakeType
-from specc.model.system import Element, Shared
+from specc.model.system import Element, InterfaceRef
 from specc.model.types import Frame, Type
 from specc.resolve.context import Findings, TypeText, Where
 from specc.resolve.definitions import Definitions, Interface
@@ -40,7 +40,7 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
 
 def all_elements(
     buffer: BufferDef, at: Where, direction: Literal["x", "y"], expressions: Expressions
-) -> tuple[tuple[Element, ...], Shared | None]:
+) -> tuple[tuple[Element, ...], InterfaceRef | None]:
     """The elements of a buffer: those of its interface, if that is known, and its own."""
     found = resolve_elements(buffer.elements, at, expressions)
     if buffer.interface is None:
@@ -52,7 +52,7 @@ def all_elements(
     if direction == "y":
         shared = tuple(replace(element, init=None, max_age_s=None) for element in shared)
     _report_twice(found, shared, expressions)
-    return (*shared, *found), Shared(buffer.interface, interface.where.key)
+    return (*shared, *found), InterfaceRef(buffer.interface, interface.where.key)
 
 
 def _report_twice(

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 from specc.lang import (
     RESERVED,
     TYPE_WORDS,
-    Declared,
+    Declaration,
     ExprError,
     Scope,
     members_of,
@@ -282,7 +282,7 @@ class Library:
     def _constants(self, file: Loaded, own: Definitions) -> None:
         expressions = Expressions(self.findings, own)
         below = set(file.spec.constants) - own.constants.keys() - own.broken
-        around = replace(constant_scope(own), below=below)
+        around = replace(constant_scope(own), later_constants=below)
         for name, definition, where in self._claimed("constants", file, own):
             scope = replace(around, constants=_declared(own))
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
@@ -329,9 +329,9 @@ def constant_scope(definitions: Definitions) -> Scope:
     )
 
 
-def _declared(definitions: Definitions) -> Mapping[str, Declared]:
+def _declared(definitions: Definitions) -> Mapping[str, Declaration]:
     """The constants that are there now."""
-    return definitions.earlier(lambda c: Declared(c.value.type, c.place, c.value))
+    return definitions.earlier(lambda c: Declaration(c.value.type, c.place, c.value))
 
 
 def enum_members(definitions: Definitions) -> dict[str, tuple[Enum, ...]]:

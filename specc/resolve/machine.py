@@ -20,7 +20,7 @@ from specc.model.fsm import (
     State,
     Transition,
 )
-from specc.model.logic import joined, negation
+from specc.model.logic import junction, negation
 from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool
@@ -213,7 +213,7 @@ class MachineResolver:
             ]
             terminal = self._terminal(name, item.terminal, at)
             error = self._end("error", name, item.error or _NO_ERROR, at)
-            whole = len(functions) == len(item.functions) and all(f.whole for f in functions)
+            whole = len(functions) == len(item.functions) and all(f.is_complete for f in functions)
             self._behaviours[name] = Behaviour(
                 name, tuple(functions), terminal, error, item.title, trace_of(item), at.key, whole
             )
@@ -309,7 +309,7 @@ class MachineResolver:
         called = name or state
         terminal = _vague(called, "terminal", at["terminal"], at)
         error = _vague(called, "error", at["error"], at)
-        return Behaviour(called, (), terminal, error, "", Trace(), at.place, whole=False)
+        return Behaviour(called, (), terminal, error, "", Trace(), at.place, is_complete=False)
 
     def _transitions(self) -> tuple[Transition, ...]:
         rows, table = [], self.where["transitions"]
@@ -357,13 +357,13 @@ class MachineResolver:
 
 def _spelled_out(rows: Sequence[Transition]) -> tuple[Transition, ...]:
     """The rows, with what `otherwise` stands for: no other row of the state and cause applies."""
-    remainders = {(row.source, row.cause) for row in rows if row.remainder}
+    remainders = {(row.source, row.cause) for row in rows if row.is_otherwise}
     others: dict[tuple[str, Cause], list[Condition]] = {place: [] for place in remainders}
     for row in rows if others else ():
-        if not row.remainder and (row.source, row.cause) in others:
+        if not row.is_otherwise and (row.source, row.cause) in others:
             others[row.source, row.cause].append(row.condition)
     return tuple(
-        _remainder(row, others[row.source, row.cause]) if row.remainder else row for row in rows
+        _remainder(row, others[row.source, row.cause]) if row.is_otherwise else row for row in rows
     )
 
 
@@ -376,7 +376,7 @@ def _remainder(row: Transition, others: Sequence[Condition]) -> Transition:
 
 def none_of(conditions: Sequence[Expr]) -> Expr:
     """The condition that none of some holds."""
-    return negation(joined("or", conditions))
+    return negation(junction("or", conditions))
 
 
 _NO_ERROR = ErrorDef(condition="never")

@@ -114,7 +114,7 @@ class _Text:
         text, (start, end) = self.meaning.text, expr.span
         match expr:
             case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() | m.Call():
-                kind, name = _KINDS[type(expr)], m.written(_name(expr))
+                kind, name = _KINDS[type(expr)], m.source_name(_name(expr))
                 if self._stands(name, start):
                     type_ = None if kind == "operator" else expr.type
                     yield from self._use(start, start + len(name), self._defined(kind, name), type_)
@@ -127,7 +127,7 @@ class _Text:
             case m.FieldOf(value=m.Node(type=Record() as record) as of) if of.span[1] < end:
                 part = self._part(record, "fields", expr.name)
                 yield from self._use(end - len(expr.name), end, part, expr.type)
-            case m.Among(item=m.Node(type=Enum() as enum)):
+            case m.IsOneOf(item=m.Node(type=Enum() as enum)):
                 opening = text.find("{", expr.item.span[1], end)
                 for found in NAME.finditer(text, opening, end) if opening >= 0 else ():
                     yield from self._use(*found.span(), self._part(enum, found.group()), enum)
@@ -293,7 +293,7 @@ def named_in_agents(named: MentionedTypes, findings: Findings, path: str) -> fro
         f"constant {name}"
         for meaning in findings.meanings
         if meaning.where.route[2:3] == ("with",) and meaning.where.file == path
-        for name in (m.constants_in(meaning.expr) if meaning.expr else ())
+        for name in (m.constant_names(meaning.expr) if meaning.expr else ())
     }
     return frozenset(constants.union(*parts))
 

@@ -56,7 +56,7 @@ def repaired(subsystem: Subsystem, of: str = "either") -> Subsystem:
 def otherwise(others: Sequence[Transition], row: Transition) -> Transition:
     """A row for where no other one applies."""
     when = none_of([other.condition.when for other in others])
-    return replace(row, condition=replace(NO_OTHER, when=when), remainder=True)
+    return replace(row, condition=replace(NO_OTHER, when=when), is_otherwise=True)
 
 
 @pytest.mark.parametrize("seeds", blocks(range(15), also=range(15, 40), long=80, each=40))

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from itertools import pairwise
 
 from specc.lang.builtins import FUNCTIONS
-from specc.model.expr import COMPARED, Builtin, Compare, Expr, Number, walk
+from specc.model.expr import COMPARISONS, Builtin, Compare, Expr, Number, walk
 from specc.proof.search.situation import NO_VALUE, Interpreter, Situation
 
 # The budget of a search, counted in situations so that it always ends at the same one.
@@ -63,7 +63,7 @@ class Thresholds:
         found: dict[float, None] = {}
         for number in self._around(limit):
             rounded: float = round(number) if whole else number
-            if COMPARED[op](rounded, limit):
+            if COMPARISONS[op](rounded, limit):
                 found[rounded] = None
         yield from list(found)[:_MOST]
 

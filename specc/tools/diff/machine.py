@@ -132,7 +132,7 @@ def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Equivalence, boo
         behaviour = book.both("behaviour", name)
         _ends(behaviour, before, after, meaning)
         _effects(behaviour, before, after, meaning)
-        behaviour.rest(before, after, "whole")
+        behaviour.rest(before, after, "is_complete")
 
     def same(old: Behaviour, new: Behaviour) -> bool:
         return same_behaviour(old, new, meaning)

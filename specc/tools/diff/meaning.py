@@ -18,7 +18,7 @@ from specc.model.expr import (
     LetRef,
     Number,
     Truth,
-    mapped,
+    map_children,
 )
 from specc.model.requirement import BoolOp, Requirement, Temporal, TickCondition
 from specc.model.system import Constant, Subsystem, System
@@ -31,7 +31,7 @@ from specc.model.types import (
     Record,
     Type,
     Vector,
-    within,
+    nested_types,
 )
 from specc.model.wires import Wires
 from specc.proof.decide import Solver, is_satisfiable
@@ -100,7 +100,7 @@ def _by_user(system: System) -> dict[tuple[str, str], Parts]:
     """The parts of each named type, by what uses it and its name."""
     found: dict[tuple[str, str], Parts] = {}
     for user, types in _users(system):
-        for type in sorted(within(types), key=str):
+        for type in sorted(nested_types(types), key=str):
             if isinstance(type, _NAMED) and type.name:
                 found.setdefault((user, type.name), _parts(type))
     return found
@@ -175,7 +175,7 @@ class Constants:
 
     def canonical_form(self, requirement: Requirement, version: Literal[0, 1]) -> object:
         """What a requirement of the old or the new version says, whatever it calls constants."""
-        return requirement.lasts, self._form(requirement.formula, _MARKS[version])
+        return requirement.holds_always, self._form(requirement.formula, _MARKS[version])
 
     def _form(self, formula: Temporal | BoolOp | TickCondition, mark: str) -> object:
         if isinstance(formula, TickCondition):
@@ -199,7 +199,7 @@ class Equivalence:
 
     def __init__(self, old: Version, new: Version) -> None:
         versions = old, new
-        rates = {v.subsystem.rate_hz if v.subsystem.rated else None for v in versions}
+        rates = {v.subsystem.rate_hz if v.subsystem.has_rate else None for v in versions}
         rate_hz = rates.pop()
         period_s = 1 / rate_hz if rate_hz and not rates else None
         self.asked = _Moment(versions, period_s, lambda expr: expr)
@@ -228,7 +228,7 @@ def _at_first(expr: Expr) -> Expr:
         return Number(0.0, type=expr.type)
     if isinstance(expr, Clock) and expr.name == "entered":
         return Truth(True, type=Bool())
-    return mapped(expr, _at_first)
+    return map_children(expr, _at_first)
 
 
 _MOST_CHOICES = 16
@@ -373,4 +373,4 @@ def _marked(expr: Expr, mark: str) -> Expr:
     """`expr` with the names of lets and constants marked."""
     if isinstance(expr, (LetRef, ConstantRef)):
         return replace(expr, name=mark + expr.name)
-    return mapped(expr, lambda part: _marked(part, mark))
+    return map_children(expr, lambda part: _marked(part, mark))

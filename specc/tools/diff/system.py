@@ -110,17 +110,17 @@ def _said(each: Disturbance, values: Constants, version: Literal[0, 1]) -> dict[
     said: dict[str, _Said] = {}
     if each.when:
         said["when"] = values.canonical_form(each.when, version), each.when.that, each.when.names
-    of = [("", each.times), *((f"{deed.verb} ", deed.numbers) for deed in each.deeds)]
+    of = [("", each.times), *((f"{deed.verb} ", deed.numbers) for deed in each.actions)]
     return said | {f"{verb}{draw.name}": _draw(draw) for verb, draws in of for draw in draws}
 
 
 def _draw(draw: Draw) -> _Said:
-    return (draw.values, draw.between), _drawn(draw), frozenset()
+    return (draw.values, draw.is_range), _drawn(draw), frozenset()
 
 
 def _drawn(draw: Draw) -> str:
     texts = [show(text) for text in draw.texts]
-    return f"{texts[0]} to {texts[1]}" if draw.between else " or ".join(texts)
+    return f"{texts[0]} to {texts[1]}" if draw.is_range else " or ".join(texts)
 
 
 def compare_requirements(old: System, new: System, book: Book) -> None:
@@ -311,10 +311,10 @@ def _subsystem(old: Version, new: Version) -> list[Difference]:
     before, after = old.subsystem, new.subsystem
     name = before.qualified_name
     book, meaning = Book(name), Equivalence(old, new)
-    rates = (f"{s.rate_hz} Hz" if s.rated else "not known" for s in (before, after))
+    rates = (f"{s.rate_hz} Hz" if s.has_rate else "not known" for s in (before, after))
     subsystem = book.both("subsystem", name)
     subsystem.changed("rate", *rates)
-    subsystem.rest(before, after, "rate_hz", "rated", "begun", "initial_state")
+    subsystem.rest(before, after, "rate_hz", "has_rate", "has_initial_state", "initial_state")
     for part in (
         compare_buffers, compare_parameters, compare_memory, compare_lets, compare_conditions,
         compare_functions, compare_behaviours, compare_states, compare_rows, compare_axioms,

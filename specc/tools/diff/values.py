@@ -134,7 +134,7 @@ def compare_functions(old: Subsystem, new: Subsystem, meaning: Equivalence, book
         unassigned(function, targets.removed.values(), targets.added.values())
         for target, (first, second) in targets.both.items():
             _values(function, target, (first.value, second.value), meaning)
-        function.rest(before, after, "whole")
+        function.rest(before, after, "is_complete")
 
 
 def unassigned(thing: Compared, removed: Iterable[Assignment], added: Iterable[Assignment]) -> None:

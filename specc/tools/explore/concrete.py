@@ -174,7 +174,7 @@ class _Expected:
         self._steps = {(s.walker.name, n): s for s, n in way.with_stamps()}
         wires = Wires(system.agents)
         self._bound = {
-            (s.qualified_name, key): f"{wires.measured(s.qualified_name, key[0])}.{key[1]}"
+            (s.qualified_name, key): f"{wires.measuring_device(s.qualified_name, key[0])}.{key[1]}"
             for s in system.subsystems
             for key in s.inputs
         }

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from specc.lang.evaluate import Environment, evaluate
-from specc.lang.kinds import first_value, kind, others
+from specc.lang.kinds import first_value, kind, other_values
 from specc.model import expr as m
 from specc.model.system import System
 from specc.model.types import (
@@ -16,7 +16,7 @@ from specc.model.types import (
     OptionalOf,
     Type,
     Vector,
-    within,
+    nested_types,
 )
 from specc.model.units import DIMENSIONLESS, Dimensions
 from specc.tools.explore.partial import KnownValues, is_literal, residual
@@ -57,7 +57,7 @@ class SensorValues:
         """The values of a sensor without `...`."""
         if sensor not in self._known:
             type_ = self.types[sensor]
-            found = [first_value(type_), *others(first_value(type_), type_)]
+            found = [first_value(type_), *other_values(first_value(type_), type_)]
             marks = self._marks(type_)
             found += [numbers for kind, numbers in self._vectors if kind == type_]
             found += [first_value(type_, mark) for mark in marks]
@@ -110,7 +110,7 @@ def _has_lets(expr: m.Expr) -> bool:
 
 def _units(type_: Type) -> Iterator[Dimensions]:
     """The units of the numbers in a value."""
-    for part in within([type_]):
+    for part in nested_types([type_]):
         if not part.parts:
             yield from (unit.dimensions for unit in part.units or (DIMENSIONLESS,))
 

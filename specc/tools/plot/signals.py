@@ -27,7 +27,7 @@ from specc.model.types import (
     Record,
     Spatial,
     Type,
-    whole,
+    complete_type,
 )
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN, Unit
 from specc.refusal import Refused
@@ -113,7 +113,7 @@ def _is_pose(type_: Type) -> bool:
 
 def _there(type_: Type) -> Type:
     """The type of a value of which nothing is missing."""
-    return whole(type_.value if isinstance(type_, OptionalOf) else type_)
+    return complete_type(type_.value if isinstance(type_, OptionalOf) else type_)
 
 
 def _elements(system: System) -> Iterator[tuple[str, _Element]]:
