@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc import output
-from specc.atomic_files import folder_aside, sync
+from specc.atomic_files import sync, temporary_folder
 from specc.cli import streams
-from specc.cli.recorded_spec import texts_of
-from specc.cli.recordings import called
+from specc.cli.recorded_spec import recorded_texts
+from specc.cli.recordings import call_runtime
 from specc.diagnostics.report import report
 from specc.lang.show import show
 from specc.model.requirement import Requirement, horizon_s
@@ -37,21 +37,23 @@ def run_explore(options: Namespace) -> int:
     built = pipeline.build(options.spec, is_read=False) if options.traces else None
     result = built.result if built else pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
-        return streams.tell_of(result, options.spec, options.format) or 1
+        return streams.print_findings(result, options.spec, options.format) or 1
     found = explore(result.proofs, options.budget)
     kept = _recordings(found, built, options.spec, Path(options.traces)) if built else []
     interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in kept)
     explored = tuple(finding.diagnostic for finding in found.findings)
     # Other findings are left aside, and so are the comments about them.
     alone = replace(result, diagnostics=explored, is_part=True)
-    left = inspect.judged(options.spec, alone, inspect.overrides_of(options))
+    left = inspect.judge_findings(options.spec, alone, inspect.overrides_of(options))
     told = replace(report(left.findings, [options.spec]), ignored=left.ignored)
     if options.format == "json":
-        streams.show(_as_json(result.system.name, found, kept, interrupted=interrupted), "json")
+        streams.print_output(
+            _as_json(result.system.name, found, kept, interrupted=interrupted), "json"
+        )
         code = streams.exit_code(told)
     else:
-        streams.show(_as_text(found, kept, options.budget))
-        code = streams.tell(told)
+        streams.print_output(_as_text(found, kept, options.budget))
+        code = streams.print_report(told)
     if interrupted:
         raise KeyboardInterrupt
     return code
@@ -197,7 +199,7 @@ def _recordings(found: Exploration, built: Build, spec: str, directory: Path) ->
     if not found.with_traces:
         return []
     try:
-        with _used(directory), folder_aside(directory) as scratch:
+        with _used(directory), temporary_folder(directory) as scratch:
             return list(_each_recorded(found, built, spec, scratch))
     except OSError as error:
         raise Refused(f"cannot write to {directory}: {reason_of(error)}") from error
@@ -224,11 +226,11 @@ def _each_recorded(
     for diagnostic in output.write(package, built.files):
         raise Refused(diagnostic.message)
     try:
-        rehearsal = called("rehearsal", "Rehearsal", package, base)
+        rehearsal = call_runtime("rehearsal", "Rehearsal", package, base)
     except Refused as refused:  # by the user's own modules
         yield from [Recorded(lacks=str(refused))] * len(findings)
         return
-    texts = texts_of(built.result.sources)
+    texts = recorded_texts(built.result.sources)
     for number, finding in enumerate(findings, 1):
         file = scratch / f"{number}-{finding.code}.mcap"
         try:
@@ -248,8 +250,7 @@ def _record(
     finding: TracedFinding, built: Build, rehearsal: Any, options: dict[str, Any], shared: int
 ) -> str:
     """Record a run that goes as the trace of a finding; says why if there is none."""
-    from specc.tools.explore.concrete import reports
-    from specc.tools.explore.sensor_values import NotConcreteError
+    from specc.tools.explore.concrete import NotConcreteError, reports
 
     assert built.result.system is not None
     way = finding.trace
@@ -264,7 +265,7 @@ def _record(
     ahead_s = max((float(horizon_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)
     duration_s = float(way.time_s) + after_s
-    became = called("rehearsal", "record", rehearsal, found, duration_s, options)
+    became = call_runtime("rehearsal", "record", rehearsal, found, duration_s, options)
     return next((_unseen(said) for r, said in zip(every, became, strict=True) if r in required), "")
 
 

@@ -71,7 +71,7 @@ class AbstractMachine:
 
     def memory_bounds(self) -> Iterator[tuple[str, BoundedUnknown]]:
         """The bounds of numbers in tracked memory, whatever is measured."""
-        bounds = self.analysis.memory_facts.bounds
+        bounds = self.analysis.value_ranges.bounds
         for item in self.subsystem.memory:
             memory = m.MemoryRef(item.name, type=item.type)
             if item.name in self.memory and (
@@ -173,7 +173,7 @@ class Abstraction:
         while before < len(found):
             before = len(found)
             for reader, machine in self.machines.items():
-                for key in machine.analysis.arrivals.fresh:
+                for key in machine.analysis.availability.fresh:
                     sent = self.sender_of(reader, key)
                     if sent and self._is_measured(*sent, found):
                         found.add((reader, key))
@@ -221,7 +221,7 @@ class Abstraction:
         exprs = [*(e for each in written for e in each), *([] if init is None else [init])]
         rests = self.machines[name].dependences.all(exprs)
         read = {*rests.inputs, *(("", memory) for memory in rests.memory)}
-        return rests.lags or any((name, key) in measured for key in read)
+        return rests.has_lag or any((name, key) in measured for key in read)
 
     def noise_bounds(self, reader: str, key: InputName) -> BoundedUnknown | None:
         """The bounds of a value that is computed from measurements in every period."""
@@ -229,11 +229,11 @@ class Abstraction:
         if sent is None or (reader, key) not in self.noise:
             return None
         sender, output = self.machines[sent[0]], sent[1]
-        bounds, type_ = sender.analysis.memory_facts.bounds, sender.subsystem.outputs[output].type
+        bounds, type_ = sender.analysis.value_ranges.bounds, sender.subsystem.outputs[output].type
         exprs = [e for each in sender.subsystem.assigned_values[output].values() for e in each]
         found = [bounded_unknown(expr, bounds.of(expr), type_) for expr in exprs]
         if (init := self.machines[reader].subsystem.inputs[key].init) is not None:
-            here = self.machines[reader].analysis.memory_facts.bounds
+            here = self.machines[reader].analysis.value_ranges.bounds
             found.append(bounded_unknown(init, here.of(init), type_))
         known = [each for each in found if each is not None]
         if len(known) < len(found):
@@ -342,7 +342,7 @@ class Abstraction:
             lets,
             constants,
             axioms,
-            frozenset(machine.analysis.arrivals.declared),
+            frozenset(machine.analysis.availability.declared),
             frozenset(key for reader, key in self.measured if reader == name),
             machine.analysis.prover,
         )

@@ -2,8 +2,8 @@
 
 On a path without branches machines may repeat their steps, so that only quantities change, each
 by a constant: counters, values sent from them, and the time in states. Three configurations show
-the constants. Then each step is evaluated once more with progressions in place of numbers, for all
-repetitions at once: it must be the same step and lead to the next values.
+the constants. Then each step is evaluated once more with arithmetic progressions in place of
+numbers, for all repetitions at once: it must be the same step and lead to the next values.
 """
 
 from __future__ import annotations

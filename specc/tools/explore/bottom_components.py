@@ -196,7 +196,7 @@ class BottomComponent:
 
     def _exit_conditions(self, walker: Walker, states: set[str]) -> list[m.Expr]:
         """The conditions of the rows that lead out of a set of states."""
-        rows = [step.row for step in self.abstraction.machines[walker.name].analysis.steps]
+        rows = [step.row for step in self.abstraction.machines[walker.name].analysis.edges]
         away = [row for row in rows if row.source in states and row.target not in states]
         ends = {name: dict(walker.subsystem.state(name).behaviour.endings) for name in states}
         return [e for row in away for e in (ends[row.source][row.cause].when, row.condition.when)]

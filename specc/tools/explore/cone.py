@@ -143,7 +143,7 @@ class Cone:
         """Whether an expression is computed from measurements, or from ages."""
         rests = self.dependences.of(expr)
         memory = {("", name) for name in rests.memory}
-        return rests.lags or not self.measured.isdisjoint(rests.inputs | memory)
+        return rests.has_lag or not self.measured.isdisjoint(rests.inputs | memory)
 
     @property
     def static_values(self) -> KnownValues:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from specc.analysis import Facts
-from specc.diagnostics.phrases import counted, listed
+from specc.diagnostics.phrases import counted, join_words
 from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
@@ -88,7 +88,7 @@ class SliceResult:
             if len(conditions) > len(named):
                 named.append(f"{len(conditions) - len(named)} more")
             comes = "comes" if len(named) == 1 else "come"
-            what += f"; not judged is whether {listed(named, 'and')} ever {comes} true"
+            what += f"; not judged is whether {join_words(named, 'and')} ever {comes} true"
         return what
 
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from operator import itemgetter
 
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.model.fsm import Axiom
 from specc.model.system import System
 from specc.proof import InputName
@@ -51,7 +51,7 @@ class TracedFinding:
         free = list(self.trace.choices)
         if len(free) > _MOST_NAMED:
             free[_MOST_NAMED:] = [f"{len(free) - _MOST_NAMED} more"]
-        rests = f"this rests on {listed(free, 'and')}; " if free else ""
+        rests = f"this rests on {join_words(free, 'and')}; " if free else ""
         if not self.is_confirmed:
             rests = f"whether a run comes to this is not decided; {rests}"
         related = (*self.trace.shown_steps(), *self.related)
@@ -119,7 +119,7 @@ def _wait_cycle_findings(component: BottomComponent) -> Iterator[TracedFinding]:
         yield TracedFinding(
             ("W1002", *sorted((component.walkers[s.index].kind, s.state.name) for s in members)),
             "W1002",
-            f"{listed(names, 'and')} wait for one another",
+            f"{join_words(names, 'and')} wait for one another",
             members[0].state.place,
             _wait_description(component, members[0]),
             "let one of them go on without the other, after some time or from the start",
@@ -198,7 +198,7 @@ def _wait_description(component: BottomComponent, stuck: StuckMachine) -> str:
     name = f"`{component.walkers[stuck.index].name}`"
     if not stuck.needed:
         return f"no condition of {name} comes true any more"
-    names = listed((f"`x.{p}.{e}`" for p, e in sorted(stuck.awaited)), "and")
+    names = join_words((f"`x.{p}.{e}`" for p, e in sorted(stuck.awaited)), "and")
     return f"{name} {'waits for' if stuck.missing else 'gets no other'} {names}" + (
         f", which {_absence(component, stuck)}" if stuck.missing else ""
     )
@@ -359,7 +359,7 @@ def _task_findings(component: BottomComponent, system: System) -> Iterator[Trace
     rows = [subsystem.transitions[row] for i, row in component.rows if i == index]
     if any((row.source, row.target) == (task.source, task.target) for row in rows):
         return
-    states = listed((f"`{s}`" for s in sorted(component.states[index])), "and")
+    states = join_words((f"`{s}`" for s in sorted(component.states[index])), "and")
     yield TracedFinding(
         ("W1004", "task"),
         "W1004",

@@ -12,7 +12,7 @@ from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeGuard
 
-from specc.analysis.failures import asked_parts, failure
+from specc.analysis.suspicious_expressions import evaluated_parts, failure
 from specc.lang.bounds import operation_of, range_of
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.evaluate import Environment, evaluate
@@ -191,7 +191,7 @@ def surely_fails(expr: m.Expr) -> bool:
     """Whether a residual expression surely has no result, as a division by zero."""
     if is_number(expr) and failure(expr, _number):
         return True
-    return any(map(surely_fails, asked_parts(expr, lambda condition: "settled")))
+    return any(map(surely_fails, evaluated_parts(expr, lambda condition: "settled")))
 
 
 def _number(expr: m.Expr) -> float | None:

@@ -92,7 +92,7 @@ class Clocks:
         while waiting:
             expr = waiting.pop()
             rests = self._dependences.of(expr)
-            if not rests.clock or id(expr) in self._static.turns:
+            if not rests.has_clock or id(expr) in self._static.turns:
                 continue
             if isinstance(expr, m.Compare):
                 if rests.values <= self._tracked and rests.values | rests.memory:

@@ -10,7 +10,7 @@ from itertools import groupby
 from operator import attrgetter
 
 from specc.diagnostics import Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang.show import show
 from specc.model import fsm
 from specc.proof import InputName
@@ -60,13 +60,13 @@ class Step:
         sent = [f"`y.{peer}.{name}`{self._value(n)}" for (peer, name), n in self.transition.sent]
         parts = [f"{float(self.time_s):g} s: `{self.walker.name}` {path}"]
         if sent:
-            parts.append(f"sends {listed(sent, 'and')}")
+            parts.append(f"sends {join_words(sent, 'and')}")
         if self.transition.lost:
             lost = [
                 f"`x.{peer}.{name}`" + (f" = {member}" if member else "")
                 for (peer, name), member in self.transition.lost
             ]
-            parts.append(f"does not look at {listed(lost, 'and')}, which came")
+            parts.append(f"does not look at {join_words(lost, 'and')}, which came")
         if self.times > 1:
             parts.append(f"{self.times} times in turn")
         return ", ".join(parts)

@@ -12,7 +12,7 @@ from typing import Literal
 
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.model.requirement import (
     BoolOp,
     Requirement,
@@ -66,7 +66,7 @@ class RequirementVerdict:
     def summary(self) -> str:
         """The verdict."""
         if self.verdict == "open":
-            return f"rests on {listed(self.assumptions, 'and')}"
+            return f"rests on {join_words(self.assumptions, 'and')}"
         if self.verdict == "not decided":
             return f"not decided, since {self.why or _unknown_values(self.requirement)}"
         if not self.is_triggered:
@@ -87,7 +87,7 @@ def _unknown_values(requirement: Requirement) -> str:
     named = [*found][:MOST_NAMED]
     if len(found) > len(named):
         named.append(f"{len(found) - len(named)} more")
-    return f"{listed(named, 'and')} {'is' if len(found) == 1 else 'are'} measured"
+    return f"{join_words(named, 'and')} {'is' if len(found) == 1 else 'are'} measured"
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,7 +277,7 @@ def _verdict(
 
 def _undecidable_reason(violation: TracedFinding) -> str:
     """Why a violation that rests on conditions does not rest on measurements."""
-    choices = listed(violation.trace.choices, "and")
+    choices = join_words(violation.trace.choices, "and")
     return f"its violation rests on {choices}, which nothing measured decides"
 
 
@@ -286,7 +286,7 @@ def _absent_values(graphs: Sequence[Graph]) -> str:
     for names in (_tracker(graph).absent_values[0] for graph in graphs if graph.is_complete):
         if names and "" not in names:
             are = "is" if len(names) == 1 else "are"
-            named = listed([f"`{name}`" for name in sorted(names)], "and")
+            named = join_words([f"`{name}`" for name in sorted(names)], "and")
             where = " and ".join(f"present({name})" for name in sorted(names))
             return f"{named} {are} absent at some time: write `{where} implies ...`"
     return ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from specc.diagnostics.phrases import stem
+from specc.diagnostics.phrases import common_stem
 from specc.model.system import Device, Element, Memory, Port, Subsystem, System
 from specc.model.wires import Wire, Wires
 from specc.tools.graph.diagram import (
@@ -136,4 +136,4 @@ def _other(wires: list[Wire]) -> Box:
     if end is None:
         return Box(id, "missing", (line(wires[0].peer_name), line("not there", "note")))
     agents = list(dict.fromkeys(wire.peer_name.partition(".")[0] for wire in wires))
-    return Box(id, "other", (symbol(end, stem(agents)), *broken(end.title, _TITLE)))
+    return Box(id, "other", (symbol(end, common_stem(agents)), *broken(end.title, _TITLE)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from specc.diagnostics.phrases import stem
+from specc.diagnostics.phrases import common_stem
 from specc.model.system import Agent, Device, Subsystem, System
 from specc.model.wires import Wires
 from specc.reachable import grouped, reachable
@@ -99,7 +99,7 @@ def _head(of: AgentFamily, columns: int) -> tuple[TextLine, ...]:
 
 def _node(part: _Copies, agents: int) -> Box:
     first = part[0]
-    whose = stem(list(dict.fromkeys(each.agent for each in part)))
+    whose = common_stem(list(dict.fromkeys(each.agent for each in part)))
     lines: list[TextLine] = [symbol(first, whose)]
     if len(part) > agents:
         own = [each.name for each in part[: len(part) // agents]]

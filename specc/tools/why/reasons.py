@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Any
 
-from specc.diagnostics.phrases import clipped
+from specc.diagnostics.phrases import truncate
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.lang.show import show
@@ -247,17 +247,17 @@ def _is_literal(expr: m.Expr) -> bool:
 
 
 def _text(expr: m.Expr) -> str:
-    return clipped(show(expr), _LONGEST_TEXT)
+    return truncate(show(expr), _LONGEST_TEXT)
 
 
 def _length(value: Any, type_: Type) -> str:
     unit = f" {type_.unit}" if isinstance(type_, Real) and type_.unit != DIMENSIONLESS else ""
-    return f"{value:.3g}{unit}" if isinstance(value, float) else f"{clipped(str(value), 30)}{unit}"
+    return f"{value:.3g}{unit}" if isinstance(value, float) else f"{truncate(str(value), 30)}{unit}"
 
 
 def shown(type_: Type, value: Any) -> str:
     """A value with its unit, in SI units."""
-    return clipped(_shown(type_, value), _LONGEST_VALUE)
+    return truncate(_shown(type_, value), _LONGEST_VALUE)
 
 
 def _shown(type_: Type, value: Any) -> str:
@@ -275,7 +275,7 @@ def _shown(type_: Type, value: Any) -> str:
         case Fields() as fields:
             return f"{{{', '.join(f'{name}: {text}' for name, text in fields)}}}"
         case int() as number if kind(type_).sort == "whole":
-            return clipped(str(number), 30)
+            return truncate(str(number), 30)
         case other:
             return repr(other) if isinstance(type_, Text) else str(other)
 

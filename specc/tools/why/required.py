@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from specc.diagnostics.phrases import clipped
+from specc.diagnostics.phrases import truncate
 from specc.model.requirement import (
     BoolOp,
     Reading,
@@ -62,7 +62,7 @@ def _missed(
 
 
 def _part(requirement: Requirement, formula: TemporalFormula) -> str:
-    return clipped(requirement.part(formula), _LONGEST)
+    return truncate(requirement.part(formula), _LONGEST)
 
 
 def _span(span_s: Fraction) -> str:
@@ -74,7 +74,7 @@ def _read(reading: Reading, step: Mapping[str, Any] | None) -> str:
     if step is None or reading.asks_presence:
         return ""
     if reading.kind == "state":
-        return clipped(str(step.get("state")), _LONGEST)
+        return truncate(str(step.get("state")), _LONGEST)
     data: Any = step.get({"memory": "memory", "reported": "x"}.get(reading.kind, ""))
     for name in reading.element:
         data = data.get(name) if isinstance(data, dict) else None
