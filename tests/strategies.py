@@ -25,8 +25,8 @@ from specc.lang import (
 )
 from specc.lang.values import compose, pose, translation
 from specc.model import expr as m
+from specc.model.fsm import Trace
 from specc.model.system import Operator
-from specc.model.trace import Trace
 from specc.model.types import (
     Bool,
     Enum,

@@ -13,9 +13,8 @@ from math import prod
 from typing import Literal
 
 from specc.analysis.machine import Machine
-from specc.model.expr import Expr
+from specc.model.expr import Expr, negation
 from specc.model.fsm import Axiom, State
-from specc.model.logic import negation
 from specc.model.system import Subsystem
 from specc.model.wires import Wires
 from specc.proof import InputName, freshness

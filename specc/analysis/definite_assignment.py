@@ -36,11 +36,12 @@ from specc.model.expr import (
     Unary,
     Unknown,
     Unwrap,
+    conjuncts,
     has_free_variable,
     has_unknown,
+    negation,
 )
 from specc.model.fsm import Axiom, Condition, Function, State, Transition
-from specc.model.logic import conjuncts, negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import ListOf, OptionalOf, Type
 from specc.model.wires import Wire, Wires

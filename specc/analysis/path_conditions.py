@@ -8,7 +8,6 @@ from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.reads import ExpressionText, text_of
-from specc.lang.dependence_order import InDependenceOrder
 from specc.model.expr import (
     LENGTH,
     Builtin,
@@ -16,6 +15,7 @@ from specc.model.expr import (
     Compare,
     Expr,
     Fresh,
+    InDependenceOrder,
     IsNone,
     Lag,
     LetRef,
@@ -25,9 +25,9 @@ from specc.model.expr import (
     Quantifier,
     Unary,
     children,
+    negation,
 )
 from specc.model.fsm import Axiom, Condition, Function, State, Transition
-from specc.model.logic import negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Bool, Int, OptionalOf
 from specc.reachable import grouped

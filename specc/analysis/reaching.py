@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from specc.analysis.machine import Machine
 from specc.analysis.reads import Dependence, ExpressionText, TextOwner, text_of
 from specc.lang import ranges
-from specc.lang.bounds import range_of_parts
+from specc.lang.evaluate import range_of_parts
 from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
     Binary,

@@ -12,9 +12,8 @@ from specc.analysis.graph import CAUSES
 from specc.analysis.must_may import may_hold_part
 from specc.analysis.path_conditions import as_conditions
 from specc.analysis.reads import Dependences
-from specc.model.expr import Expr, has_unknown
+from specc.model.expr import Expr, has_unknown, junction
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
-from specc.model.logic import junction
 from specc.model.system import Subsystem
 from specc.proof import Prover, RowVerdict
 

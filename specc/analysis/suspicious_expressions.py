@@ -15,11 +15,11 @@ from typing import Literal
 
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts, texts_of_system
 from specc.lang import ranges
-from specc.lang.bounds import range_of
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of
+from specc.lang.functions import BuiltinFunction
 from specc.lang.ranges import Range
-from specc.lang.row import BuiltinFunction
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.limits import TooMuchError
 from specc.model.expr import (
     LITERALS,

@@ -9,8 +9,8 @@ from itertools import chain
 from typing import Any, Literal
 
 from specc.lang import ranges
-from specc.lang.bounds import range_of_parts
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of_parts
 from specc.lang.kinds import kind
 from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
@@ -29,9 +29,12 @@ from specc.model.expr import (
     Truth,
     Unary,
     children,
+    conjuncts,
+    junction,
+    negation,
+    opposite,
     walk,
 )
-from specc.model.logic import conjuncts, junction, negation, opposite
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum, Int, Real
 from specc.proof import Numbering

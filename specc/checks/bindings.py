@@ -11,7 +11,7 @@ from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_cor
 from specc.diagnostics.phrases import counted, join_words
 from specc.mjcf import Model, ModelError
 from specc.mjcf.model import ModelPart
-from specc.model.binding import PLANT, Binding
+from specc.model.system import PLANT, Binding
 from specc.model.types import Image
 from specc.model.units import Unit
 from specc.source import Place

@@ -11,7 +11,6 @@ from specc.analysis.state_timing import OverdueExit
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import in_ms, join_words
 from specc.lang import show
-from specc.lang.dependence_order import InDependenceOrder
 from specc.lang.ranges import ANY
 from specc.model.expr import (
     JOINED,
@@ -20,16 +19,18 @@ from specc.model.expr import (
     Builtin,
     Choice,
     Expr,
+    InDependenceOrder,
     LetRef,
     MemoryRef,
     Quantifier,
     children,
     has_free_variable,
     has_unknown,
+    junction,
+    negation,
     walk,
 )
 from specc.model.fsm import Condition
-from specc.model.logic import junction, negation
 from specc.model.system import Memory, Subsystem
 from specc.model.types import Bool, ListOf, Real
 from specc.proof import EvaluationPoint

@@ -10,9 +10,18 @@ from specc.analysis.graph import RowEdge
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import show
 from specc.lang.builtins import FUNCTIONS
-from specc.model.expr import MIRRORED, Binary, Builtin, Choice, Compare, Expr, MemoryRef, children
+from specc.model.expr import (
+    MIRRORED,
+    Binary,
+    Builtin,
+    Choice,
+    Compare,
+    Expr,
+    MemoryRef,
+    children,
+    negation,
+)
 from specc.model.fsm import Condition, State
-from specc.model.logic import negation
 from specc.reachable import reachable
 from specc.source import Place
 

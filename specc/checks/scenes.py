@@ -16,7 +16,7 @@ from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinat
 from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
 from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
-from specc.model.binding import Binding
+from specc.model.system import Binding
 from specc.model.task import Disturbance, Draw
 from specc.resolve.context import suggest
 from specc.source import Place

@@ -12,8 +12,7 @@ from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge, StrongComponent, all_lead_to, components, reachable_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
-from specc.lang.dependence_order import InDependenceOrder
-from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
+from specc.model.expr import Expr, Fresh, InDependenceOrder, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
 from specc.model.system import Subsystem
 from specc.model.wires import Wire

@@ -18,14 +18,15 @@ from specc.lang.errors import (
 )
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.parse import CUT_SHORT, count_parts, parse, parse_syntax
-from specc.lang.peer_groups import Members, expand_groups
 from specc.lang.show import show
-from specc.lang.signatures import parse_interface, parse_signature
+from specc.lang.syntax import Members, expand_groups
 from specc.lang.types import (
     A_SIZE,
     TYPE_WORDS,
     TypeNames,
     is_size,
+    parse_interface,
+    parse_signature,
     parse_type,
 )
 from specc.lang.typing import check, expression

@@ -11,11 +11,11 @@ import operator
 from collections.abc import Iterator, Sequence
 
 from specc.lang import functions as rules
-from specc.lang import ranges, results, values
+from specc.lang import ranges, values
 from specc.lang.errors import CLOCK_NAMES
+from specc.lang.functions import ArgumentChoices, BuiltinFunction, Form, exact
 from specc.lang.kinds import first_value
 from specc.lang.number_functions import NUMBER_FUNCTIONS
-from specc.lang.row import ArgumentChoices, BuiltinFunction, Form, exact
 from specc.lang.values import Value
 from specc.model import expr as m
 from specc.model.expr import Fresh, Present
@@ -153,7 +153,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
     "inverse": BuiltinFunction(
         "X -> pose: pose[B, A] of a pose[A, B]",
         rules.unary_rule(
-            "inverse(X)", "takes a pose", results.inverted_pose, wanted=results.inverted_pose
+            "inverse(X)", "takes a pose", rules.inverted_pose, wanted=rules.inverted_pose
         ),
         value=values.inverse,
         may_fail=False,
@@ -194,7 +194,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
     m.LENGTH: exact(
         "list -> int: number of items",
         rules.unary_rule(
-            "len(list)", "counts the items of a list", results.list_length, results.fixed_length
+            "len(list)", "counts the items of a list", rules.list_length, rules.fixed_length
         ),
         value=len,
         python="",
@@ -203,7 +203,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
     ),
     "norm": BuiltinFunction(
         "v -> real: length of a vector, in its unit",
-        rules.unary_rule("norm(vector)", "takes a vector of reals", results.real_element),
+        rules.unary_rule("norm(vector)", "takes a vector of reals", rules.real_element),
         value=lambda v: math.hypot(*v),
         may_fail=False,
         propagates=True,

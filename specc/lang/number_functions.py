@@ -14,9 +14,16 @@ from operator import gt, lt
 from typing import Any
 
 from specc.lang import functions as rules
-from specc.lang import ranges, results
+from specc.lang import ranges
+from specc.lang.functions import (
+    ArgumentChoices,
+    BuiltinFunction,
+    Encoding,
+    Form,
+    SolverTerms,
+    exact,
+)
 from specc.lang.ranges import ANY, Operation, Range
-from specc.lang.row import ArgumentChoices, BuiltinFunction, Encoding, Form, SolverTerms, exact
 from specc.lang.values import Value
 from specc.model import expr as m
 from specc.model.types import Int, Real, Type
@@ -190,7 +197,7 @@ def _of_angle(name: str, value: Callable[[float], float]) -> BuiltinFunction:
     return BuiltinFunction(
         f"angle -> real: the {'sine' if name == 'sin' else 'cosine'} of an angle",
         rules.unary_rule(
-            f"{name}(angle)", "takes an angle, `real[rad]`", results.ratio_type, results.angle_help
+            f"{name}(angle)", "takes an angle, `real[rad]`", rules.ratio_type, rules.angle_help
         ),
         is_overridable=True,
         value=value,
@@ -206,7 +213,7 @@ def _to_int(name: str, says: str, value: Callable[[float], int], term: Encoding)
     return exact(
         f"a -> int: {says}",
         rules.unary_rule(
-            f"{name}(a)", "takes a number without unit", results.integer_type, results.unit_help
+            f"{name}(a)", "takes a number without unit", rules.integer_type, rules.unit_help
         ),
         is_overridable=True,
         value=value,
@@ -225,7 +232,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         rules.unary_rule(
             "abs(a)",
             "takes a number",
-            results.number_type,
+            rules.number_type,
             lambda type: "the length of a vector is `norm(v)`",
         ),
         value=abs,
@@ -293,7 +300,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
     ),
     "sign": exact(
         "a -> int: -1, 0 or 1",
-        rules.unary_rule("sign(a)", "takes a number", results.sign_type),
+        rules.unary_rule("sign(a)", "takes a number", rules.sign_type),
         is_overridable=True,
         value=sign,
         bounds=(-1, 1),
@@ -312,8 +319,8 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         rules.unary_rule(
             "wrap_angle(angle)",
             "takes an angle, `real[rad]`",
-            results.angle_type,
-            results.angle_help,
+            rules.angle_type,
+            rules.angle_help,
         ),
         is_overridable=True,
         value=wrap_angle,
@@ -325,9 +332,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
     ),
     "sqrt": BuiltinFunction(
         "a -> real: half the powers of the unit",
-        rules.unary_rule(
-            "sqrt(a)", "takes a number", results.root_type, wanted=lambda hint: Real()
-        ),
+        rules.unary_rule("sqrt(a)", "takes a number", rules.root_type, wanted=lambda hint: Real()),
         value=math.sqrt,
         python="math",
         overflows=False,

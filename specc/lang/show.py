@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.row import Form
-from specc.lang.signs import SIGNS
+from specc.lang.functions import Form
+from specc.lang.values import SIGNS
 from specc.model import expr as m
 from specc.model.types import Enum, Int, Real, Spatial
 from specc.model.units import DIMENSIONLESS

@@ -5,9 +5,19 @@ from __future__ import annotations
 import ast
 from typing import Any
 
-from specc.lang import arithmetic, functions, literals, logic, names
+from specc.lang import functions, names, operators
 from specc.lang.builtins import BUILTIN_NAMES, FUNCTIONS, RESERVED
-from specc.lang.context import Context, needs_context, with_item_if_needed
+from specc.lang.context import (
+    Bindings,
+    Context,
+    fits,
+    has_variables,
+    mismatch_help,
+    needs_context,
+    substitute,
+    unify,
+    with_item_if_needed,
+)
 from specc.lang.errors import (
     NEEDS_CONTEXT,
     ExprError,
@@ -15,14 +25,6 @@ from specc.lang.errors import (
     Origin,
     Scope,
     unknown_name,
-)
-from specc.lang.mismatch import (
-    Bindings,
-    fits,
-    has_variables,
-    mismatch_help,
-    substitute,
-    unify,
 )
 from specc.lang.parse import parse, span
 from specc.model.expr import Call, Expr, Unknown, source_name
@@ -160,17 +162,17 @@ def _count(number: int) -> str:
 
 # A rule takes its own kind of node, which the key of the table guarantees.
 _RULES: dict[type[ast.expr], Any] = {
-    ast.Constant: literals.constant,
-    ast.List: literals.items,
+    ast.Constant: names.constant,
+    ast.List: names.items,
     ast.Name: names.name,
     ast.Attribute: names.attribute,
     ast.Subscript: names.subscript,
-    ast.BinOp: arithmetic.binary,
-    ast.UnaryOp: arithmetic.unary,
-    ast.BoolOp: logic.boolean,
-    ast.Compare: logic.comparison,
-    ast.IfExp: logic.choice,
-    ast.Set: logic.unexpected_set,
+    ast.BinOp: operators.binary,
+    ast.UnaryOp: operators.unary,
+    ast.BoolOp: operators.boolean,
+    ast.Compare: operators.comparison,
+    ast.IfExp: operators.choice,
+    ast.Set: operators.unexpected_set,
     ast.Call: call,
     ast.GeneratorExp: functions.stray_generator,
 }

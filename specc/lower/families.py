@@ -10,12 +10,11 @@ from dataclasses import dataclass, field, replace
 
 from specc.analysis.reads import nodes
 from specc.diagnostics.phrases import common_stem
-from specc.lower.annotations import PythonTypes
 from specc.lower.flow import Proofs
-from specc.lower.module import Module
+from specc.lower.module import Module, PythonTypes
 from specc.lower.names import call, literal
 from specc.lower.nodes import Emitter
-from specc.lower.table import TermTable
+from specc.lower.terms import TermTable
 from specc.model.expr import ConstantRef, Expr, constant_names, map_children
 from specc.model.system import Constant, Device, Subsystem, System
 from specc.reachable import grouped

@@ -6,8 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from specc.lower.table import TermTable
-from specc.lower.terms import NONE, Term, TermSet, by_order, unevaluated
+from specc.lower.terms import NONE, Term, TermSet, TermTable, by_order, unevaluated
 from specc.model.expr import Choice, Logic, Quantifier, Truth
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
 from specc.model.system import Subsystem

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from specc.lang.builtins import FUNCTIONS
-from specc.model.trace import Trace
+from specc.model.fsm import Trace
 
 # Texts of a specification inside Python: they can end neither a docstring nor a comment.
 

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.row import Form
-from specc.lang.signs import SIGNS
+from specc.lang.functions import Form
+from specc.lang.values import SIGNS
 from specc.lower.module import Module, literal_name
 from specc.lower.names import ConstantPlan, Namespace, comment, literal
-from specc.lower.table import MAX_TERMS, TermTable, TooLarge
-from specc.lower.terms import Term
+from specc.lower.terms import MAX_TERMS, Term, TermTable, TooLarge
 from specc.model import expr as e
 from specc.model.system import Constant
 from specc.model.types import (

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from specc.lang import show
-from specc.lower.annotations import PythonTypes
 from specc.lower.cycle import Methods
 from specc.lower.families import Family
 from specc.lower.flow import Proofs
-from specc.lower.module import Module
+from specc.lower.module import Module, PythonTypes
 from specc.lower.names import (
     AttributePlan,
     FilePlan,
@@ -20,11 +19,10 @@ from specc.lower.names import (
     literal,
 )
 from specc.lower.nodes import Emitter
-from specc.lower.table import TermTable, TooLarge, term_table
+from specc.lower.terms import TermTable, TooLarge, term_table
 from specc.model import expr as e
-from specc.model.fsm import Behaviour, Condition, Transition
+from specc.model.fsm import Behaviour, Condition, Trace, Transition
 from specc.model.system import Device, Element, Memory, Subsystem, System
-from specc.model.trace import Trace
 from specc.model.types import Type
 
 # Equation numbers of what a step can execute, found once, for the report of a run.

@@ -1,4 +1,4 @@
-"""A whole system: its subsystems, connections, plant and task."""
+"""A whole system: its subsystems, connections, plant, topics of ROS 2 and task."""
 
 from __future__ import annotations
 
@@ -8,14 +8,28 @@ from fractions import Fraction
 from pathlib import PurePath
 
 from specc.analysis.dataflow import Ages
-from specc.analysis.plant import bindable
+from specc.analysis.plant import BoundElement, bindable, bound_elements
 from specc.analysis.rates import base_tick
-from specc.lower.ages import ages_plan
-from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
+from specc.analysis.ros2 import (
+    MessageTypeMismatch,
+    frames_of,
+    named_frames,
+    part_of,
+    published_value,
+    short,
+)
 from specc.lower.families import Family, families
 from specc.lower.flow import NOTHING_PROVED, Proofs
-from specc.lower.layouts import layouts_plan
-from specc.lower.module import buffer_names
+from specc.lower.module import (
+    Annotations,
+    Contracts,
+    PythonTypes,
+    buffer_names,
+    layouts_plan,
+    literal_type,
+    memory_names,
+    named_types,
+)
 from specc.lower.names import (
     OWN_NAMES,
     AttributePlan,
@@ -32,14 +46,147 @@ from specc.lower.names import (
     keyword_arguments,
     literal,
 )
-from specc.lower.requirements import requirements_plan
-from specc.lower.ros2 import ros2_arguments
+from specc.lower.requirements import REQUIREMENTS, TRIGGERS, ages_plan, requirements_plan
 from specc.lower.subsystem import device_plan, subsystem_plan
-from specc.lower.task import run_parts
-from specc.model.binding import PLANT, Binding
-from specc.model.system import Device, Plant, Subsystem, System
-from specc.model.types import Enum, Pose, Record, Type, Vector
+from specc.model.system import PLANT, Binding, Device, Plant, Published, Ros2, Subsystem, System
+from specc.model.task import VERBS, DisturbanceAction, Draw, Task, Verb
+from specc.model.types import Enum, Pose, Real, Record, Type, Vector
 from specc.model.wires import Wires
+
+_TF = "tf2_msgs/TFMessage"
+
+
+def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
+    """Arguments of the node and its topics; none if there is no plant behind ROS 2."""
+    if system.plant is None or system.plant.ros2 is None:
+        return
+    ros2 = system.plant.ros2
+    imports.runtime_name("Ros2")
+    yield literal(ros2.node)
+    options = {"wait_s": float(ros2.wait_s), "use_sim_time": ros2.use_sim_time}
+    yield from keyword_arguments({"python": ros2.python, **options})
+    topics = [_topic(bound, ros2, imports) for bound in bound_elements(system)]
+    yield f"topics=({''.join(f'{topic}, ' for topic in topics if topic)})"
+    published = [_published(each, system, ros2, imports) for each in system.plant.published]
+    if system.plant.published:
+        yield f"published=({''.join(f'{each}, ' for each in published if each)})"
+
+
+def _published(each: Published, system: System, ros2: Ros2, imports: Imports) -> str:
+    """The call for what others can watch; empty for a name that stands for nothing."""
+    found = published_value(each, system)
+    if isinstance(found, MessageTypeMismatch):
+        return ""
+    subsystem, known = found.subsystem, dict(ros2.frames)
+    output = buffer_names(subsystem.outputs)[found.peer, found.element] if found.peer else ""
+    frames = [(at, known.get(f, f)) for at, f in frames_of(found.part, found.type) if at and f]
+    told = keyword_arguments({"path": found.part.path, "commanded": True, "frames": tuple(frames)})
+    first = (found.name, found.topic, found.message, found.part.shape)
+    topic = call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *told))
+    own = literal(subsystem.qualified_name), literal(output)
+    return call(imports.runtime_name("Ros2Published"), (*own, topic))
+
+
+def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
+    """The call that makes a topic; empty for a binding that has none."""
+    binding, type_ = bound.binding, bound.element.type
+    part = part_of(binding, type_, commanded=bound.is_commanded)
+    where = binding.topic or binding.action or ("/tf" if binding.tf else "")
+    if not where or isinstance(part, MessageTypeMismatch):
+        return ""
+    frames = named_frames(part, type_, ros2)
+    told = {
+        "path": part.path,
+        "commanded": bound.is_commanded,
+        "joints": binding.joints,
+        "frames": () if binding.tf else frames,
+        "between": tuple(name for _, name in frames) if binding.tf else (),
+        "qos": binding.qos,
+        "part": binding.part,
+        "is_number": part.shape == "joints" and isinstance(type_, Real),
+    }
+    first = (
+        f"{binding.device}.{binding.element}",
+        where,
+        short(binding.message) or _TF,
+        part.shape,
+    )
+    return call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *keyword_arguments(told)))
+
+
+def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str, object]:
+    """What a run counts, what happens meanwhile and what it is watched for.
+
+    Stand-ins only begin and count.
+    """
+    parts: dict[str, object] = {"task": (), "disturbances": (), "requirements": "", "triggers": ""}
+    if system.task:
+        imports.runtime_name("Task")
+        parts["task"] = tuple(_arguments(system, system.task, imports))
+    if stand_ins:
+        return parts
+    if system.task:
+        parts["disturbances"] = tuple(_disturbances(system.task, imports))
+    if system.requirements:
+        parts["requirements"] = imports.runtime_name(REQUIREMENTS)
+    if system.triggers:
+        parts["triggers"] = imports.runtime_name(TRIGGERS)
+        if system.stop_when:
+            parts["stop_when"] = len(system.triggers) - 1
+    return parts
+
+
+def _arguments(system: System, task: Task, imports: Imports) -> Iterator[str]:
+    """Arguments of `Task`, but for the disturbances."""
+    names = ("subsystem", "source", "target", "scene", "judge")
+    yield from keyword_arguments(
+        {name: getattr(task, name) for name in names} | {"watch": _watched_memory(system, task)}
+    )
+    if task.starts:
+        yield f"starts=({_draws(task.starts, imports)})"
+
+
+def _disturbances(task: Task, imports: Imports) -> Iterator[str]:
+    """Calls of `Disturbance`."""
+    triggers = 0
+    for each in task.disturbances:
+        arguments = [literal(each.because)]
+        arguments += [f"{draw.name}={_draw(draw, imports)}" for draw in each.times]
+        if each.when is not None:
+            arguments.append(f"when={triggers}")
+            triggers += 1
+        for verb in sorted(VERBS.values(), key=lambda verb: verb.numbers == "none"):
+            actions = (deed for deed in each.actions if deed.verb == verb.name)
+            items = " ".join(_action(verb, deed, imports) for deed in actions)
+            arguments += [f"{verb.name}=({items})"] if items else []
+        yield call(imports.runtime_name("Disturbance"), arguments)
+
+
+def _action(verb: Verb, deed: DisturbanceAction, imports: Imports) -> str:
+    """An item of a tuple: a name, a number, which has one, or a name with its numbers."""
+    if verb.numbers in ("none", "one"):
+        return _draws(deed.numbers, imports) or f"{literal(deed.name)},"
+    return f"({literal(deed.name)}, ({_draws(deed.numbers, imports)})),"
+
+
+def _draws(draws: Iterable[Draw], imports: Imports) -> str:
+    """Items of a tuple."""
+    return " ".join(f"{_draw(draw, imports)}," for draw in draws)
+
+
+def _draw(draw: Draw, imports: Imports) -> str:
+    first = literal(draw.name), literal(tuple(value for value, _ in draw.values))
+    return call(
+        imports.runtime_name("Draw"), (*first, *keyword_arguments({"between": draw.is_range}))
+    )
+
+
+def _watched_memory(system: System, task: Task) -> tuple[str, ...]:
+    """Attributes of the watched memory elements."""
+    subsystem = next((s for s in system.subsystems if s.qualified_name == task.subsystem), None)
+    names = memory_names(subsystem) if subsystem else {}
+    return tuple(names[name] for name in task.watch if name in names)
+
 
 # Connections between subsystems: which output element becomes which input element.
 

@@ -1,4 +1,4 @@
-"""Typed expressions. Equality ignores where an expression stands in the file.
+"""Typed expressions, and conditions that are made of conditions. Equality ignores places.
 
 Every node has `type` and `span`, the offsets of its text inside the YAML scalar it comes from.
 """
@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from specc.model.types import Bool, Type
+from specc.reachable import reachable
 
 Offsets = tuple[int, int]
 
@@ -385,3 +386,87 @@ def has_free_variable(expr: Expr) -> bool:
 def has_unknown(expr: Expr) -> bool:
     """Whether a part of an expression is unknown."""
     return any(isinstance(node, Unknown) for node in walk(expr))
+
+
+def truth(value: bool) -> Truth:
+    """The condition that always, or never, holds."""
+    return TRUE if value else FALSE
+
+
+def negation(condition: Expr) -> Expr:
+    """`not condition`."""
+    match condition:
+        case Truth(value=value):
+            return truth(not value)
+        case Unary(op="not", operand=operand):
+            return operand
+    return Unary("not", condition, type=Bool())
+
+
+def opposite(condition: Expr) -> Expr:
+    """The negation of a condition as one would write it."""
+    if isinstance(condition, Compare):
+        op = OPPOSITES[condition.op]
+        return Compare(op, condition.left, condition.right, type=Bool())  # type: ignore[arg-type]  # one of six
+    return negation(condition)
+
+
+def junction(op: Literal["and", "or"], parts: Sequence[Expr]) -> Expr:
+    """The conjunction or disjunction of some conditions."""
+    if len(parts) < 2:
+        return parts[0] if parts else truth(op == "and")
+    return Logic(op, tuple(parts), type=Bool())
+
+
+def conjuncts(condition: Expr) -> Iterator[Expr]:
+    """The operands of a conjunction, or the negated operands of a negated disjunction."""
+    match condition:
+        case Logic(op="and", operands=operands):
+            yield from _conjuncts_of(operands)
+        case Unary(op="not", operand=Logic(op="or", operands=operands)):
+            yield from _conjuncts_of(map(negation, operands))
+        case _:
+            yield condition
+
+
+def _conjuncts_of(operands: Iterable[Expr]) -> Iterator[Expr]:
+    for operand in operands:
+        yield from conjuncts(operand)
+
+
+T = TypeVar("T")
+
+
+class InDependenceOrder(Mapping[str, T]):
+    """What `find` tells of named expressions, for each at most once, when it is first wanted.
+
+    Those that it names come first: so `find` meets only names of which the answer is known, and no
+    chain of them is followed by deep recursion.
+    """
+
+    def __init__(self, named: Mapping[str, Expr], find: Callable[[str], T]) -> None:
+        """`named` in order of dependence: each names earlier ones only."""
+        self._named = named
+        self._find = find
+        self._known: dict[str, T] = {}
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self._known:
+            missing = reachable([name], self._missing_in)
+            for other in missing if len(missing) == 1 else filter(missing.__contains__, self):
+                self._known[other] = self._find(other)
+        return self._known[name]
+
+    def _missing_in(self, name: str) -> Iterator[str]:
+        nodes = walk(self._named[name])
+        names = (node.name for node in nodes if isinstance(node, (LetRef, ConstantRef)))
+        return (named for named in names if named in self._named and named not in self._known)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._named
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._named)
+
+    def __len__(self) -> int:
+        return len(self._named)

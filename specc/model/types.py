@@ -1,7 +1,7 @@
 """Types of values: shape, unit and coordinate frame. Two types are the same when they are equal.
 
 A frame is a name; in an operator's signature a name that starts with "?" is a frame variable,
-which stands for any frame (see `specc.lang.mismatch`).
+which stands for any frame (see `specc.lang.context`).
 
 What follows from how a type is made, its class says here; all else that is known of it, its row in
 `specc.lang.kinds`.

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
-from specc.lang.bounds import operation_of
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.dependence_order import InDependenceOrder
+from specc.lang.evaluate import operation_of
 from specc.lang.kinds import kind
 from specc.lang.ranges import Operation, Range
 from specc.limits import spend
@@ -23,6 +22,7 @@ from specc.model.expr import (
     Component,
     ConstantRef,
     Expr,
+    InDependenceOrder,
     IsNone,
     IsOneOf,
     LetRef,

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 
 from specc.lang import ranges
-from specc.lang.bounds import range_of_parts
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of_parts
 from specc.lang.ranges import ANY, NOT_NEGATIVE, Range
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.model.expr import (
     LENGTH,
     Binary,

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from specc.model.expr import Compare, Expr, IsOneOf, Member
-from specc.model.logic import junction, opposite
+from specc.model.expr import Compare, Expr, IsOneOf, Member, junction, opposite
 from specc.model.types import Bool
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of
 from specc.proof.table import Cases, Column, Table

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from specc.diagnostics import Diagnostic, Related, is_typo, nearest, rename_fix, sole_correction
 from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, joined_help
 from specc.model.expr import Expr, Unknown
-from specc.model.trace import Trace
+from specc.model.fsm import Trace
 from specc.model.types import Real, Type
 from specc.model.units import DIMENSIONLESS, UnitError, parse_unit
 from specc.read import AllowedPaths

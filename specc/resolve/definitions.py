@@ -10,12 +10,11 @@ from zlib import crc32
 
 from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, ExprError, TypeNames, parse_type
-from specc.lang.mentioned import names_of_signature, names_of_type
-from specc.lang.types import MakeType
+from specc.lang.types import MakeType, names_of_signature, names_of_type
 from specc.limits import MAX_DEPTH, MAX_EXPRESSION_PARTS, MAX_TYPE_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, map_children
+from specc.model.fsm import Trace
 from specc.model.system import Constant, NamedType, Operator, OuterName
-from specc.model.trace import Trace
 from specc.model.types import Enum, Frame, Int, Opaque, Record, Type
 from specc.resolve.context import Findings, SourceValue, TypeText
 from specc.schema.files import TypeDef

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from specc.lang import Scope
-from specc.model.expr import FALSE, TRUE, Expr
+from specc.model.expr import FALSE, TRUE, Expr, junction, negation
 from specc.model.fsm import (
     OTHERWISE,
     Assignment,
@@ -18,11 +18,10 @@ from specc.model.fsm import (
     ConditionKind,
     Function,
     State,
+    Trace,
     Transition,
 )
-from specc.model.logic import junction, negation
 from specc.model.system import Element, Memory, Port
-from specc.model.trace import Trace
 from specc.model.types import Bool
 from specc.resolve.context import Findings, SourceValue, trace_of, unknown_at
 from specc.resolve.definitions import inlined

@@ -24,7 +24,7 @@ from specc.lang import (
 )
 from specc.lang.errors import collect
 from specc.lang.parse import DEEPEST, names_in, nodes_of, span
-from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelling
+from specc.lang.syntax import TIMED, USAGE, parse_formula, refuse_misspelling
 from specc.limits import MAX_SPAN_S
 from specc.model.expr import Expr, Logic, Offsets, has_unknown
 from specc.model.requirement import (

@@ -8,7 +8,7 @@ from functools import partial
 
 from specc.diagnostics import Related, nearest
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size, parse_type
-from specc.lang.mentioned import names_of
+from specc.lang.types import names_of
 from specc.limits import MAX_DEPTH, spend_or_raise
 from specc.model.expr import Call, Expr, constant_names, walk
 from specc.model.system import Constant

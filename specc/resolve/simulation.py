@@ -8,12 +8,11 @@ from fractions import Fraction
 
 from specc.diagnostics.phrases import join_words
 from specc.lang import ExprError, Scope
-from specc.model.binding import PLANT, Binding, Published, Ros2
 from specc.model.expr import Expr, Number, Truth
+from specc.model.fsm import Trace
 from specc.model.requirement import Requirement, has_future
-from specc.model.system import Agent, Element, Plant, Subsystem
+from specc.model.system import PLANT, Agent, Binding, Element, Plant, Published, Ros2, Subsystem
 from specc.model.task import VERBS, Disturbance, DisturbanceAction, Draw, Task, Verb
-from specc.model.trace import Trace
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, SECOND, Unit
 from specc.resolve.context import CommandLineValues, Findings, SourceValue, duration_in

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from specc.lang import RESERVED
-from specc.lang.mentioned import NameKind, NameMention, names_of
+from specc.lang.types import NameKind, NameMention, names_of
 from specc.model import expr as m
 from specc.model.fsm import Condition
 from specc.model.system import Definition, Element, Memory

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from specc.lang import show
-from specc.lang.dependence_order import InDependenceOrder
 from specc.lang.kinds import kind
 from specc.lang.values import Fields, Value
 from specc.model import expr as m
+from specc.model.expr import InDependenceOrder
 from specc.model.types import (
     Bool,
     Pose,

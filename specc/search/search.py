@@ -13,8 +13,7 @@ from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import first_value, kind, other_values
-from specc.lang.signs import SIGNS
-from specc.lang.values import Fields, Value, is_close
+from specc.lang.values import SIGNS, Fields, Value, is_close
 from specc.model import expr as m
 from specc.model.expr import Expr
 from specc.model.fsm import Cause

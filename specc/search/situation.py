@@ -7,12 +7,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from specc.lang import Environment, evaluate
-from specc.lang.dependence_order import InDependenceOrder
 from specc.lang.kinds import first_value
 from specc.lang.values import Value, is_close
 from specc.model import expr as m
-from specc.model.expr import Expr
-from specc.model.logic import negation
+from specc.model.expr import Expr, InDependenceOrder, negation
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Pose, Real
 from specc.proof.verdict import InputName

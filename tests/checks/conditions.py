@@ -28,9 +28,8 @@ from specc.model.expr import (
     Truth,
     Unary,
 )
-from specc.model.fsm import Axiom, Behaviour, Condition, State, Transition
+from specc.model.fsm import Axiom, Behaviour, Condition, State, Trace, Transition
 from specc.model.system import Let, Subsystem
-from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, Int, Vector
 from specc.source import Place
 

@@ -13,9 +13,8 @@ import pytest
 from specc.analysis.definite_assignment import always_present
 from specc.lang import evaluate, show
 from specc.model.expr import TRUE, Expr
-from specc.model.fsm import OTHERWISE, Condition, Transition
+from specc.model.fsm import OTHERWISE, Condition, Trace, Transition
 from specc.model.system import Subsystem
-from specc.model.trace import Trace
 from specc.model.wires import Wires
 from specc.pipeline import compile_spec
 from specc.proof import Prover, RowVerdict

@@ -14,8 +14,8 @@ from specc.lang import (
     parse_type,
 )
 from specc.model.expr import Expr
+from specc.model.fsm import Trace
 from specc.model.system import Operator
-from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, Int
 from specc.proof import Prover, RowVerdict
 from specc.source import Place

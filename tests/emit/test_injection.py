@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from specc.emit import emit, fill_templates
 from specc.lower import lower
 from specc.model import expr as m
-from specc.model.fsm import Assignment, Axiom, Behaviour, Function, State, Transition
+from specc.model.fsm import Assignment, Axiom, Behaviour, Function, State, Trace, Transition
 from specc.model.system import Constant, Let, Memory, NamedType, Operator, System
-from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, ListOf, Real, Record, Text
 from specc.model.units import METRE
 from tests.lower.models import HERE, NO_TRACE, Known, condition, subsystem_of, system_of

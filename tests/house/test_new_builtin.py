@@ -12,7 +12,7 @@ ROW = """\
     "trunc": exact(
         "a -> int: the whole number next to it on the way to zero",
         rules.unary_rule(
-            "trunc(a)", "takes a number without unit", results.integer_type, results.unit_help
+            "trunc(a)", "takes a number without unit", rules.integer_type, rules.unit_help
         ),
         value=math.trunc,
         python="math",

@@ -22,10 +22,9 @@ FEW = 2
 """Constructors that a function may ask for: more are a choice by constructor."""
 OTHER_CHOICES = {
     "rules of operators and literals: which types go together, and what helps if they do not": {
-        "lang/arithmetic.py": {"_product_type"},
-        "lang/context.py": {"mismatch"},
-        "lang/literals.py": {"_infer_items", "_item", "items"},
-        "lang/mismatch.py": {"_shape_help", "fits", "unify"},
+        "lang/operators.py": {"_product_type"},
+        "lang/names.py": {"_infer_items", "_item", "items"},
+        "lang/context.py": {"_shape_help", "fits", "mismatch", "unify"},
     },
     "how types are spelt": {
         "lang/types.py": {"TypeReader._element", "TypeReader._partial_base"},

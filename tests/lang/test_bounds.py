@@ -8,7 +8,7 @@ import pytest
 from hypothesis import strategies as st
 
 from specc.lang import Environment, evaluate, expression
-from specc.lang.bounds import range_of
+from specc.lang.evaluate import range_of
 from specc.lang.ranges import Range
 from specc.model import expr as m
 from specc.model.types import Bool, Int, Real

@@ -5,7 +5,7 @@ import ast
 import pytest
 
 from specc.lang import ExprError, expand_groups, parse
-from specc.lang.peer_groups import Root
+from specc.lang.syntax import Root
 
 ROBOTS = {"robots": {(1,): "robots_1", (2,): "robots_2", (4,): "robots_4"}}
 GRID = {"cells": {(0, 0): "cells_0_0", (0, 1): "cells_0_1"}}

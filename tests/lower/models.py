@@ -21,7 +21,16 @@ from specc.lang import (
 )
 from specc.lower import lower
 from specc.model import expr as m
-from specc.model.fsm import Assignment, Axiom, Behaviour, Condition, Function, State, Transition
+from specc.model.fsm import (
+    Assignment,
+    Axiom,
+    Behaviour,
+    Condition,
+    Function,
+    State,
+    Trace,
+    Transition,
+)
 from specc.model.system import (
     Agent,
     Constant,
@@ -34,7 +43,6 @@ from specc.model.system import (
     Subsystem,
     System,
 )
-from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, Type
 from specc.source import Place
 

@@ -13,8 +13,8 @@ from specc.analysis.rates import base_tick
 from specc.emit import fill_templates
 from specc.lower import TooLarge, lower
 from specc.lower.subsystem import Equations
+from specc.model.fsm import Trace
 from specc.model.system import System
-from specc.model.trace import Trace
 from tests.lower.models import Known, Spec, install, load
 
 STEP = {"go": ("(a: real) -> real", abs)}

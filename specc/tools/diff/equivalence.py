@@ -14,7 +14,7 @@ from itertools import chain
 from typing import Any, Literal
 
 from specc.analysis.definite_assignment import always_present
-from specc.lang.mismatch import substitute
+from specc.lang.context import substitute
 from specc.model.expr import (
     Choice,
     Clock,

@@ -11,11 +11,11 @@ from typing import Any, Literal, TypeVar
 
 from specc.diagnostics.phrases import in_ms
 from specc.lang import show
-from specc.model.binding import PLANT
 from specc.model.expr import Node
-from specc.model.fsm import Behaviour, Condition, Function, State, Transition
+from specc.model.fsm import Behaviour, Condition, Function, State, Trace, Transition
 from specc.model.requirement import FormulaLet, Requirement
 from specc.model.system import (
+    PLANT,
     Agent,
     Constant,
     Device,
@@ -27,7 +27,6 @@ from specc.model.system import (
     System,
 )
 from specc.model.task import Disturbance, Draw, Task
-from specc.model.trace import Trace
 from specc.model.types import Type
 from specc.reachable import grouped
 from specc.tools.diff.changes import ChangeLog, Comparison, Guarantee, PartLog, Verdict

@@ -13,15 +13,14 @@ from itertools import islice
 from typing import Any, Final, TypeGuard
 
 from specc.analysis.suspicious_expressions import evaluated_parts, failure
-from specc.lang.bounds import operation_of, range_of
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.evaluate import Environment, evaluate
+from specc.lang.evaluate import Environment, evaluate, operation_of, range_of
 from specc.lang.kinds import kind
 from specc.lang.ranges import Range
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model import expr as m
-from specc.model.logic import junction, negation, truth
+from specc.model.expr import junction, negation, truth
 from specc.model.system import Subsystem, System
 from specc.model.types import (
     Int,

@@ -8,7 +8,7 @@ from fractions import Fraction
 from math import prod
 from typing import Any, TypeVar
 
-from specc.lang.bounds import range_of
+from specc.lang.evaluate import range_of
 from specc.model import expr as m
 from specc.model.types import Int, Type
 from specc.tools.explore.partial import (

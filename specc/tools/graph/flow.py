@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 from specc.lang.show import show
 from specc.model import expr as m
-from specc.model.fsm import Assignment, Function
+from specc.model.fsm import Assignment, Function, Trace
 from specc.model.system import Let, Subsystem
-from specc.model.trace import Trace
 from specc.reachable import grouped, reachable
 from specc.tools.graph.diagram import (
     Arc,

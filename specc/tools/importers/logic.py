@@ -12,8 +12,18 @@ from dataclasses import dataclass
 from typing import Literal
 
 from specc.lang import show
-from specc.model.expr import FALSE, TRUE, BoundVariable, Expr, Logic, Unary, walk
-from specc.model.logic import junction, negation, truth
+from specc.model.expr import (
+    FALSE,
+    TRUE,
+    BoundVariable,
+    Expr,
+    Logic,
+    Unary,
+    junction,
+    negation,
+    truth,
+    walk,
+)
 from specc.model.types import Bool
 
 _DEEPEST = 50

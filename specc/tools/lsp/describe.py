@@ -12,7 +12,7 @@ from specc.diagnostics.code import all_codes
 from specc.diagnostics.phrases import truncate
 from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number
-from specc.model.trace import Trace
+from specc.model.fsm import Trace
 from specc.model.types import (
     Type,
 )

@@ -14,8 +14,7 @@ from pkgutil import resolve_name
 from typing import Any
 
 from specc.lang.evaluate import Environment, evaluate
-from specc.lang.kind import Sort
-from specc.lang.kinds import kind
+from specc.lang.kinds import Sort, kind
 from specc.lang.values import NotRecorded, Value
 from specc.model import expr as m
 from specc.model.system import Subsystem, System

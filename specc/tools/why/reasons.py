@@ -13,7 +13,7 @@ from specc.lang.kinds import kind
 from specc.lang.show import show
 from specc.lang.values import Fields, NotRecorded, angle, position
 from specc.model import expr as m
-from specc.model.logic import junction
+from specc.model.expr import junction
 from specc.model.types import (
     Int,
     ListOf,

@@ -22,8 +22,7 @@ from specc_runtime.stepping import Stepper, array
 
 from specc.lang.kinds import first_value, kind
 from specc.lang.values import Fields, Value, is_close
-from specc.lower.annotations import PythonTypes, named_types
-from specc.lower.module import Module, lag_slots
+from specc.lower.module import Module, PythonTypes, lag_slots, named_types
 from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName

@@ -14,9 +14,8 @@ from specc.emit import fill_templates
 from specc.lower import lower
 from specc.lower.names import Namespace
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
-from specc.model.fsm import Behaviour, Cause, Condition, Transition
+from specc.model.fsm import Behaviour, Cause, Condition, Trace, Transition
 from specc.model.system import Operator, Subsystem, System
-from specc.model.trace import Trace
 from specc.proof import InputName
 from specc.search import Goal, runnable
 

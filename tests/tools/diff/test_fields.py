@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from specc.model.expr import Node, Unknown
+from specc.model.fsm import Trace
 from specc.model.requirement import Requirement
 from specc.model.system import System
-from specc.model.trace import Trace
 from specc.model.types import Opaque
 from specc.pipeline import read_spec
 from specc.tools.diff import compare
