@@ -111,7 +111,7 @@ def _without_input(machine: Machine) -> Iterator[Diagnostic]:
 def _remainders(machine: Machine) -> Callable[[Evaluation], bool]:
     """Whether a use is that of `otherwise`, which asks what the other rows ask."""
     rows = machine.subsystem.transitions
-    known = {id(row.condition) for row in rows if row.remainder}
+    known = {id(row.condition) for row in rows if row.is_otherwise}
     return lambda use: id(use.owner) in known
 
 

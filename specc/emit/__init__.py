@@ -28,10 +28,10 @@ def emit(plans: Mapping[str, FilePlan]) -> dict[str, str]:
     Raises:
         FormatError: the formatter is missing or refuses a file.
     """
-    return formatted(filled(plans))
+    return format_files(fill_templates(plans))
 
 
-def filled(plans: Mapping[str, FilePlan]) -> dict[str, str]:
+def fill_templates(plans: Mapping[str, FilePlan]) -> dict[str, str]:
     """The templates filled in: valid Python, but neither sorted nor formatted."""
     return {path: fill(plan.template, plan.parts) for path, plan in plans.items()}
 
@@ -67,10 +67,10 @@ class FormatError(Exception):
 
     def __init__(self, message: str, kept: Path | None = None) -> None:
         super().__init__(f"{message}\nthe generated code is kept in {kept}" if kept else message)
-        self.kept = kept
+        self.folder = kept
 
 
-def formatted(files: Mapping[str, str]) -> dict[str, str]:
+def format_files(files: Mapping[str, str]) -> dict[str, str]:
     """The files (relative path -> Python text) with sorted imports, formatted.
 
     Raises:
@@ -87,9 +87,9 @@ def formatted(files: Mapping[str, str]) -> dict[str, str]:
                 [ruff, *arguments, "."], cwd=directory, capture_output=True, text=True, check=False
             )
             if run.returncode:
-                kept = copytree(directory, mkdtemp(prefix="specc-"), dirs_exist_ok=True)
+                folder = copytree(directory, mkdtemp(prefix="specc-"), dirs_exist_ok=True)
                 words = f"ruff refuses generated code: {run.stderr.strip()}"
-                raise FormatError(words, Path(kept))
+                raise FormatError(words, Path(folder))
         return {path: (directory / path).read_text(encoding="utf-8") for path in files}
 
 

@@ -263,7 +263,7 @@ class Library:
     def _constants(self, file: Loaded, own: Definitions) -> None:
         expressions = Expressions(self.findings, own)
         below = set(file.spec.constants) - own.constants.keys() - own.broken
-        around = replace(constant_scope(own), below=below)
+        around = replace(constant_scope(own), later_constants=below)
         for name, definition, where in self._unclashing("constants", file, own):
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
             value = expressions.value(where["is"], definition.value, around, wanted)
