@@ -21,7 +21,7 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
-from specc.signals import defer_signals
+from specc.processes import defer_signals
 
 PREFIX = ".specc-aside-"
 """How the name of everything begins that stands aside."""

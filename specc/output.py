@@ -10,9 +10,9 @@ from pathlib import Path
 
 from specc.atomic_files import REPLACED, sync, temporary_folder
 from specc.diagnostics import Diagnostic
+from specc.processes import defer_signals
 from specc.read import ANYWHERE, AllowedPaths
 from specc.refusal import reason_of
-from specc.signals import defer_signals
 from specc.source import Place
 
 MARKER = ".specc-output"

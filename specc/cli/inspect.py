@@ -13,9 +13,8 @@ from specc.cli.interruption import is_caused_by_interrupt
 from specc.cli.targets import find_targets
 from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
 from specc.limits import one_run
-from specc.parallel import cores, processes
 from specc.policy import Overrides, clear_cache, judge, settings_for
-from specc.signals import defer_signals
+from specc.processes import cores, defer_signals, processes
 from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from specc.atomic_files import (
     replacing_file,
     temporary_folder,
 )
-from specc.signals import defer_signals
+from specc.processes import defer_signals
 
 Content = str | Path
 """Of a new file: its text, or the file that it is a copy of."""

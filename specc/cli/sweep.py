@@ -23,9 +23,8 @@ from specc.cli.interruption import MESSAGE, exit_code
 from specc.cli.run import judge_for_run
 from specc.diagnostics.phrases import counted, join_some
 from specc.diagnostics.report import Report, report
-from specc.parallel import cores, processes
+from specc.processes import cores, defer_signals, processes
 from specc.refusal import Refused, missing_package, reason_of
-from specc.signals import defer_signals
 from specc.tools.sweep import plots, summary
 from specc.tools.sweep.running import Figures, SweepJob
 from specc.tools.sweep.settings import (

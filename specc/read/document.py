@@ -6,16 +6,18 @@ import os
 import re
 import stat
 import unicodedata
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from specc.diagnostics import Diagnostic, nearest
-from specc.limits import MAX_BYTES
+from specc.limits import MAX_BYTES, MAX_ENTRIES
+from specc.reachable import reachable
 from specc.read.compose import compose
-from specc.read.permitted import claims_to_be_specification
 from specc.refusal import reason_of
 from specc.resources import is_library_part, library_parts, on_disk
-from specc.source import Place, SourceFile
+from specc.source import Place, SourceFile, TextNode
 
 # Characters that a specification may not contain, found before a parser sees them.
 
@@ -194,3 +196,142 @@ def read_text(path: str, text: str, row_keys: tuple[str, ...] = ()) -> Document:
         return Document(None, SourceFile(path, text), diagnostics)
     source = SourceFile(path, text, root.node, row_keys)
     return Document(root.data, source, diagnostics, root.size)
+
+
+# Which files a specification may name: those inside its project.
+
+
+_CLAIM = re.compile(r"""(?:^|[\r{,])\ufeff?[ \t]*(["']?)specc\1[ \t]*:""", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class AllowedPaths:
+    """Folders, by their real paths, of which the first is the project; without any, everything."""
+
+    folders: tuple[str, ...] = ()
+
+    def contains(self, path: str) -> bool:
+        """Whether a file lies inside, wherever links lead, or is a part of the library."""
+        if is_library_part(path):
+            return True
+        try:
+            real = os.path.realpath(path)
+        except ValueError:  # not a valid file name, which reading it will report
+            return True
+        return not self.folders or any(
+            os.path.commonpath((real, folder)) == folder for folder in self.folders
+        )
+
+    def hint_to_allow(self, path: str) -> str:
+        """What to do about a file that lies outside."""
+        real = os.path.realpath(path)
+        folder = real if os.path.isdir(real) else os.path.dirname(real)
+        beyond = os.path.relpath(folder, self.folders[0])
+        return (
+            "move it below the folder of the specification or of the pyproject.toml above it, or "
+            f'allow its folder in that file: `[tool.specc]` with `allow = ["{beyond}"]`'
+        )
+
+    def escaping_link(self, folder: str) -> str | None:
+        """A link below a folder that leads outside; None if there is none.
+
+        Raises:
+            OverflowError: there is more below it than `MAX_ENTRIES`.
+        """
+        seen, waiting = {os.path.realpath(folder)}, [folder]
+        count = 0
+        while waiting and self.folders:
+            for path in _entries(waiting.pop()):
+                count += 1
+                if count > MAX_ENTRIES:
+                    raise OverflowError(f"the folder has more than {MAX_ENTRIES} files")
+                if os.path.islink(path) and not self.contains(path):
+                    return path
+                if os.path.isdir(path) and (real := os.path.realpath(path)) not in seen:
+                    seen.add(real)
+                    waiting.append(path)
+        return None
+
+    def link_finding(self, path: str) -> Diagnostic:
+        """The finding about a path that the command line gives, and that lies outside."""
+        message = "a symbolic link leads out of the project"
+        return Diagnostic("E0021", message, Place(path), help=self.hint_to_allow(path))
+
+
+def _entries(folder: str) -> list[str]:
+    try:
+        return [os.path.join(folder, name) for name in sorted(os.listdir(folder))]
+    except OSError:  # a folder that cannot be listed is not read either
+        return []
+
+
+ANYWHERE = AllowedPaths()
+
+
+def claims_to_be_specification(text: str) -> bool:
+    """Whether a text says that it is a specification; any other must not be shown."""
+    return _CLAIM.search(text) is not None
+
+
+# The comments of a YAML text: what follows a `#` that stands outside all scalars.
+
+
+_MARK = re.compile(r"(?:^|(?<=[ \t]))#[^\r\n]*", re.MULTILINE)
+_LINE_END = re.compile(r"\r|\n|$")
+
+
+@dataclass(frozen=True, slots=True)
+class Comment:
+    """A comment with its `#`, by offsets into the text.
+
+    `alone` says that nothing but white space stands before it on its line.
+    """
+
+    start: int
+    end: int
+    text: str
+    is_whole_line: bool
+
+
+def comments_of(source: SourceFile) -> list[Comment]:
+    """The comments of a file that was understood, in order; none of any other."""
+    return [] if source.spans is None else comments_in(source.text, _scalars(source.spans))
+
+
+def comments_in(text: str, scalars: Iterable[tuple[int, int]]) -> list[Comment]:
+    """The comments of a text whose scalars stand at these offsets."""
+    spans = sorted((_content(text, start, end), end) for start, end in scalars)
+    starts = [start for start, _ in spans]
+    found = []
+    mark = _MARK.search(text)
+    while mark is not None:
+        before = bisect_right(starts, mark.start()) - 1
+        end = mark.end()
+        if before >= 0 and mark.start() < spans[before][1]:
+            end = spans[before][1]
+        else:
+            alone = _is_alone(text, mark.start())
+            found.append(Comment(mark.start(), end, mark[0].rstrip(), alone))
+        mark = _MARK.search(text, end)
+    return found
+
+
+def _content(text: str, start: int, end: int) -> int:
+    """Where a scalar begins; the header of a block scalar may still be followed by a comment."""
+    if text[start:end][:1] not in ("|", ">"):
+        return start
+    line_end = _LINE_END.search(text, start)
+    return min(line_end.start() if line_end else start, end)
+
+
+def _is_alone(text: str, offset: int) -> bool:
+    while offset > 0 and text[offset - 1] in " \t":
+        offset -= 1
+    return offset == 0 or text[offset - 1] in "\r\n"
+
+
+def _scalars(top: TextNode) -> Iterator[tuple[int, int]]:
+    # What an alias stands for is the same node again.
+    for part in reachable([top], lambda node: (*node.keys.values(), *node.values.values())):
+        if part.scalar is not None:
+            yield part.start, part.end
