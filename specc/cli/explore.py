@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 from specc import output
 from specc.atomic_files import sync, temporary_folder
 from specc.cli import streams
-from specc.cli.recorded_spec import recorded_texts
-from specc.cli.recordings import call_runtime
+from specc.cli.recordings import call_runtime, recorded_texts
 from specc.diagnostics.report import report
 from specc.lang.show import show
 from specc.model.requirement import Requirement, reach_s

@@ -13,8 +13,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from specc.cli import interruption, streams
-from specc.cli.arguments import parser
-from specc.cli.parsing import complete
+from specc.cli.arguments import complete, parser
 from specc.refusal import Refused, reason_of
 
 UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141

@@ -16,7 +16,7 @@ from specc.atomic_files import temporary_folder
 from specc.checks.plant import without_plant
 from specc.cli import interruption
 from specc.cli.inspect import JudgedFindings, judge_findings, overrides_of
-from specc.cli.recorded_spec import recorded_package, recorded_texts, resumed_constants
+from specc.cli.recordings import recorded_package, recorded_texts, resumed_constants
 from specc.cli.streams import print_report
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import report, resolve

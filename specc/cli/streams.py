@@ -17,6 +17,18 @@ if TYPE_CHECKING:
     from specc.pipeline import Result
 
 
+_REPORTS: tuple[OutputFormat, ...] = ("text", "json", "sarif", "github", "junit")
+FORMATS: dict[str, tuple[str, ...]] = {
+    "validate": _REPORTS,
+    "build": _REPORTS,
+    "status": ("text", "json"),
+    "ages": ("text", "json"),
+    "explore": ("text", "json"),
+    "diff": ("text", "markdown", "json"),
+    "graph": ("svg", "png", "dot"),
+    "plot": ("svg", "png", "pdf", "csv"),
+}
+"""What each command can print or write, by default the first."""
 USAGE_ERROR = 2
 """Exit code for wrong usage, and for a file that cannot be read or written."""
 
@@ -116,7 +128,7 @@ def as_json(version: int, system: str, **parts: Any) -> str:
 
 
 # Open, but possibly a slip: a reference to what is not there.
-_DANGLING = frozenset(("O0205",))
+DANGLING = frozenset(("O0205",))
 # Not faults of a specification: a file that gives no text or takes none.
 _UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "E0091"))
 
@@ -125,7 +137,7 @@ def exit_code(found: Report) -> int:
     """What a report stands for: 0 clean, 1 errors, 2 wrong usage or an unreadable file."""
     if any(_is_usage(finding.diagnostic) for finding in found.findings):
         return 2
-    dangling = any(finding.diagnostic.code in _DANGLING for finding in found.findings)
+    dangling = any(finding.diagnostic.code in DANGLING for finding in found.findings)
     return 1 if dangling or found.count("error") else 0
 
 

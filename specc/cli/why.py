@@ -10,13 +10,13 @@ from functools import partial
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.recorded_spec import recorded_texts
 from specc.cli.recordings import (
     DIFFERS,
     call_runtime,
     missing_spec,
     print_losses,
     recorded_constants,
+    recorded_texts,
 )
 from specc.diagnostics.phrases import truncate
 from specc.model.fsm import Behaviour, Cause, Condition

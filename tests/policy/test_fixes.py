@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.cli import main
+from specc.cli.fix import apply_compatible, is_wrong_again
 from specc.diagnostics import Diagnostic, Edit, Fix, sole_correction
 from specc.diagnostics.renaming import renamed_as_written
 from specc.diagnostics.report import Change, Repair, resolve
-from specc.repair import apply_compatible, is_wrong_again
 from specc.source import Place, SourceFile, Sources, Span
 from tests.policy.specs import write
 

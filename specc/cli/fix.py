@@ -1,18 +1,155 @@
-"""Repairs as edits of the text: what is not edited stays as it is, to the last blank."""
+"""`specc validate --fix`: makes the repairs that findings carry, file by file.
+
+What is not edited stays as it is, to the last blank.
+"""
 
 from __future__ import annotations
 
+import os
+import shlex
+import tomllib
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
+from specc.cli import streams
+from specc.cli.files import rewrite_file
+from specc.cli.inspect import inspect_all, is_argument
 from specc.diagnostics import Diagnostic, Edit
-from specc.diagnostics.report import Change, Repair
+from specc.diagnostics.report import Change, Finding, Repair, Report, report, resolve
 from specc.model.expr import Node
 from specc.model.fsm import Behaviour, State, Transition
 from specc.model.system import System
-from specc.source import Place, Route
+from specc.policy import Overrides, clear_cache
+from specc.read import read_text
+from specc.refusal import reason_of
+from specc.source import Place, Route, Sources, real_path
+
+ROUNDS = 10
+"""A repair can uncover what another one hid; more rounds than this would be a cycle."""
+_MARK = "\ufeff"
+
+
+def inspect_and_fix(arguments: Sequence[str], overrides: Overrides) -> Report:
+    """Repair the files that the arguments name; the report about what is left."""
+    found = inspect_all(arguments, overrides)
+    earlier = set[str]()
+    for _ in range(ROUNDS):
+        try:
+            if not apply_repairs(found.findings, arguments, earlier):
+                break
+        except OSError as error:
+            findings = [*found.findings, *resolve([unwritable(error)], Sources())]
+            return replace(report(findings, ()), checked=found.checked, ignored=found.ignored)
+        clear_cache()
+        found = inspect_all(arguments, overrides)
+    print_unapplied(found.findings, arguments)
+    return found
+
+
+def unwritable(error: OSError) -> Diagnostic:
+    """The finding about a file that could not be rewritten."""
+    message = f"the file cannot be written: {reason_of(error)}"
+    hint = "it is unchanged; check its permissions, those of its directory and the space there"
+    return Diagnostic("E0090", message, Place(str(error.filename)), help=hint)
+
+
+def apply_repairs(findings: Iterable[Finding], arguments: Sequence[str], earlier: set[str]) -> bool:
+    """Make the repairs of findings in files that arguments name, and say which; whether any was.
+
+    No repair leads back to one of the `earlier` texts; those that are repaired now join them.
+
+    Raises:
+        OSError: a file cannot be written; those before it are repaired.
+    """
+    found = repairs_by_file(findings)
+    named = [(path, wanted) for path, wanted in found.items() if is_argument(path, arguments)]
+    made = [_mend(path, wanted, earlier) for path, wanted in named]
+    return any(made)
+
+
+def print_unapplied(findings: Iterable[Finding], arguments: Sequence[str]) -> None:
+    """Say which files could be repaired but were not named, and how to have them repaired."""
+    for path, wanted in repairs_by_file(findings).items():
+        if is_argument(path, arguments):
+            continue
+        repairs = "1 repair" if len(wanted) == 1 else f"{len(wanted)} repairs"
+        name = (os.path.dirname(path) or ".") if path.endswith(".toml") else path
+        command = shlex.join(["specc", "validate", "--fix", *arguments, name])
+        streams.print_message(
+            f"not repaired, since it was not named: {path} ({repairs}); `{command}`"
+        )
+
+
+def repairs_by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Finding]]:
+    """Repairs that findings carry, each once, by the file that they change."""
+    found: dict[str, dict[Repair, Finding]] = {}
+    seen: dict[object, str] = {}
+    for finding in findings:
+        if (repair := finding.repair) is None:
+            continue
+        # A file that was read under two names is still one file.
+        real = os.path.realpath(repair.file)
+        path = seen.setdefault(real, repair.file)
+        edits = real, tuple((change.start, change.end, change.text) for change in repair.changes)
+        if edits not in seen:
+            seen[edits] = path
+            found.setdefault(path, {})[repair] = finding
+    return found
+
+
+def _mend(path: str, wanted: dict[Repair, Finding], earlier: set[str]) -> bool:
+    with open(path, encoding="utf-8", newline="") as file:
+        text = file.read()
+    mark = _MARK if text.startswith(_MARK) else ""
+    earlier.add(text.removeprefix(_MARK))
+    is_meant = _accepts(path, wanted)
+
+    def accepts(new: str, repairs: tuple[Repair, ...]) -> bool:
+        return new not in earlier and is_meant(new, repairs)
+
+    result = apply_compatible(text.removeprefix(_MARK), wanted, accepts)
+    if result.applied:
+        rewrite_file(path, (mark + result.text).encode())
+    for repair in result.applied:
+        line = repair.changes[0].span.line
+        code = wanted[repair].diagnostic.code
+        streams.print_message(f"repaired {path}:{line}: {code}: {repair.title}")
+    return bool(result.applied)
+
+
+def _accepts(path: str, wanted: dict[Repair, Finding]) -> Accepts:
+    if path.endswith(".toml"):
+        return lambda text, _: _is_toml(text)
+    from specc.pipeline import read_spec
+
+    before = read_spec(path).system
+
+    def accepts(text: str, repairs: tuple[Repair, ...]) -> bool:
+        if not read_text("mended", text).ok:
+            return False
+        after = read_spec(path, {real_path(path): text})
+        found = [wanted[repair].diagnostic for repair in repairs]
+        if is_wrong_again(found, after.diagnostics):
+            return False
+        places = [edit.place for one in found if one.fix for edit in one.fix.edits]
+        if before is None or after.system is None:
+            return True
+        return not changes_elsewhere(before, after.system, places)
+
+    return accepts
+
+
+def _is_toml(text: str) -> bool:
+    try:
+        tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return False
+    return True
+
+
+# Repairs as edits of the text.
 
 
 @dataclass(frozen=True, slots=True)
