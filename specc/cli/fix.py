@@ -10,14 +10,14 @@ import shlex
 import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from specc.cli import streams
 from specc.cli.files import rewrite_file
 from specc.cli.inspect import inspect_all, is_argument
 from specc.diagnostics import Diagnostic, Edit
-from specc.diagnostics.report import Change, Finding, Repair, Report, report, resolve
+from specc.diagnostics.report import Finding, Repair, Report, report, resolve
 from specc.model.expr import Node
 from specc.model.fsm import Behaviour, State, Transition
 from specc.model.system import System
@@ -63,10 +63,11 @@ def apply_repairs(findings: Iterable[Finding], arguments: Sequence[str], earlier
     Raises:
         OSError: a file cannot be written; those before it are repaired.
     """
-    found = repairs_by_file(findings)
-    named = [(path, wanted) for path, wanted in found.items() if is_argument(path, arguments)]
-    made = [_mend(path, wanted, earlier) for path, wanted in named]
-    return any(made)
+    has_changed = False
+    for path, wanted in repairs_by_file(findings).items():
+        if is_argument(path, arguments):
+            has_changed |= _repair_file(path, wanted, earlier)
+    return has_changed
 
 
 def print_unapplied(findings: Iterable[Finding], arguments: Sequence[str]) -> None:
@@ -99,35 +100,32 @@ def repairs_by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Findi
     return found
 
 
-def _mend(path: str, wanted: dict[Repair, Finding], earlier: set[str]) -> bool:
+def _repair_file(path: str, wanted: dict[Repair, Finding], earlier: set[str]) -> bool:
     with open(path, encoding="utf-8", newline="") as file:
         text = file.read()
     mark = _MARK if text.startswith(_MARK) else ""
-    earlier.add(text.removeprefix(_MARK))
-    is_meant = _accepts(path, wanted)
-
-    def accepts(new: str, repairs: tuple[Repair, ...]) -> bool:
-        return new not in earlier and is_meant(new, repairs)
-
-    result = apply_compatible(text.removeprefix(_MARK), wanted, accepts)
-    if result.applied:
-        rewrite_file(path, (mark + result.text).encode())
-    for repair in result.applied:
+    text = text.removeprefix(_MARK)
+    earlier.add(text)
+    new_text, applied = apply_compatible(text, wanted, _acceptance(path, wanted, earlier))
+    if applied:
+        rewrite_file(path, (mark + new_text).encode())
+    for repair in applied:
         line = repair.changes[0].span.line
         code = wanted[repair].diagnostic.code
         streams.print_message(f"repaired {path}:{line}: {code}: {repair.title}")
-    return bool(result.applied)
+    return bool(applied)
 
 
-def _accepts(path: str, wanted: dict[Repair, Finding]) -> Accepts:
-    if path.endswith(".toml"):
-        return lambda text, _: _is_toml(text)
+def _acceptance(path: str, wanted: dict[Repair, Finding], earlier: set[str]) -> Accepts:
     from specc.pipeline import read_spec
 
-    before = read_spec(path).system
+    is_toml = path.endswith(".toml")
+    before = None if is_toml else read_spec(path).system
 
     def accepts(text: str, repairs: tuple[Repair, ...]) -> bool:
-        if not read_text("mended", text).ok:
+        if is_toml:
+            return text not in earlier and _is_toml(text)
+        if text in earlier or not read_text("mended", text).ok:
             return False
         after = read_spec(path, {real_path(path): text})
         found = [wanted[repair].diagnostic for repair in repairs]
@@ -152,44 +150,33 @@ def _is_toml(text: str) -> bool:
 # Repairs as edits of the text.
 
 
-@dataclass(frozen=True, slots=True)
-class RepairResult:
-    """A text after repairs, those that were made, and those that could not be."""
-
-    text: str
-    applied: tuple[Repair, ...]
-    refused: tuple[Repair, ...]
-
-
 Accepts = Callable[[str, tuple[Repair, ...]], bool]
 """Whether a text may take the place of another one, after repairs."""
 
 
-def apply_compatible(text: str, repairs: Iterable[Repair], accepts: Accepts) -> RepairResult:
-    """Make the repairs that do not touch each other and after which `accepts` takes the text.
+def apply_compatible(
+    text: str, repairs: Iterable[Repair], accepts: Accepts
+) -> tuple[str, tuple[Repair, ...]]:
+    """The text after the repairs that do not touch each other and that it accepts; and these.
 
     Of two that touch each other the first is made; the other may fit once the file is read again.
     All are tried together first, then one after the other.
     """
-    ordered = sorted(repairs, key=_first)
-    apart: list[Repair] = []
-    others: list[Repair] = []
+    ordered = sorted(
+        repairs, key=lambda repair: min((c.start, c.end, c.text) for c in repair.changes)
+    )
+    separate: list[Repair] = []
     for repair in ordered:
-        (others if _touches(repair, apart) else apart).append(repair)
-    if len(apart) > 1 and accepts(_edited(text, apart), tuple(apart)):
-        return RepairResult(_edited(text, apart), tuple(apart), tuple(others))
-    made: list[Repair] = []
-    left: list[Repair] = []
+        if not _touches(repair, separate):
+            separate.append(repair)
+    if len(separate) > 1 and accepts(_edited(text, separate), tuple(separate)):
+        return _edited(text, separate), tuple(separate)
+    applied: list[Repair] = []
     for repair in ordered:
-        if not _touches(repair, made) and accepts(_edited(text, [*made, repair]), (*made, repair)):
-            made.append(repair)
-        else:
-            left.append(repair)
-    return RepairResult(_edited(text, made), tuple(made), tuple(left))
-
-
-def _first(repair: Repair) -> tuple[int, int, str]:
-    return min((change.start, change.end, change.text) for change in repair.changes)
+        more = [*applied, repair]
+        if not _touches(repair, applied) and accepts(_edited(text, more), tuple(more)):
+            applied = more
+    return _edited(text, applied), tuple(applied)
 
 
 def _touches(repair: Repair, made: Iterable[Repair]) -> bool:
@@ -203,13 +190,9 @@ def _touches(repair: Repair, made: Iterable[Repair]) -> bool:
 
 def _edited(text: str, repairs: Iterable[Repair]) -> str:
     changes = [change for repair in repairs for change in repair.changes]
-    for change in sorted(changes, key=_start, reverse=True):
+    for change in sorted(changes, key=lambda change: change.start, reverse=True):
         text = text[: change.start] + change.text + text[change.end :]
     return text
-
-
-def _start(change: Change) -> int:
-    return change.start
 
 
 # What stands there after a repair is not wrong in the same way.
