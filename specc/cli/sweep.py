@@ -57,7 +57,7 @@ _SUMMARY = "summary.csv"
 _FEW = 6
 """Settings for which other processes are not worth their beginning."""
 _REASONS, _SETTINGS, _SEEDS = 4, 12, 8
-"""Reasons, settings, and seeds of a reason that are printed, for one screen; the tables have all."""
+"""Reasons, settings, and seeds of a reason that fit on a screen; the tables have all."""
 _LONGEST = 400
 """Characters of a reason that are printed."""
 

@@ -7,7 +7,7 @@ import re
 import stat
 import unicodedata
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,33 +17,7 @@ from specc.reachable import reachable
 from specc.read.compose import compose
 from specc.refusal import reason_of
 from specc.resources import is_library_part, library_parts, on_disk
-from specc.source import Place, SourceFile, TextNode
-
-# Characters that a specification may not contain, found before a parser sees them.
-
-
-# What YAML 1.2 forbids (5.1), and the line breaks of YAML 1.1 that editors do not show as lines.
-_FORBIDDEN = re.compile(
-    "[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]"
-)
-
-
-def forbidden_characters(path: str, text: str) -> tuple[Diagnostic, ...]:
-    """One finding, at the first forbidden character, or none."""
-    found = _FORBIDDEN.search(text)
-    if found is None:
-        return ()
-    char = found.group()
-    name = "NUL" if char == "\0" else unicodedata.name(char, "a control character")
-    return (
-        Diagnostic(
-            "E0006",
-            f"the file contains U+{ord(char):04X} ({name})",
-            Place(path, (), "text", found.start(), found.end()),
-            help=f'delete it, or write "\\U{ord(char):08X}" inside double quotes',
-        ),
-    )
-
+from specc.source import Place, SourceFile
 
 # From a path to characters: existence, permission, size and encoding.
 
@@ -69,22 +43,34 @@ def load_text(path: str) -> tuple[str, bool]:
     """
     raw = _load_bytes(path)
     marked = raw.startswith(_UTF8_MARK)
-    if marked:
-        raw = raw[len(_UTF8_MARK) :]
+    raw = raw.removeprefix(_UTF8_MARK)
     try:
         return raw.decode("utf-8"), marked
     except UnicodeDecodeError as error:
-        raise _not_utf8(path, raw, error) from None
+        text = raw[: error.start].decode("utf-8")
+        message = f"byte 0x{raw[error.start]:02x} is not UTF-8 text"
+        if encoding := _OTHER_MARKS.get(raw[:2]):
+            message += f" (the file looks like {encoding})"
+        place = Place(path, (), "text", len(text), len(text))
+        hint = "save the file with the encoding UTF-8"
+        raise UnreadableFileError(Diagnostic("E0005", message, place, help=hint), text) from None
 
 
 def _load_bytes(path: str) -> bytes:
     if is_library_part(path) and path not in library_parts():
-        raise _no_part(path)
+        close = nearest(path.removesuffix(".yaml"), library_parts())
+        meant = f"did you mean {' or '.join(f'`{name}`' for name in close)}? " if close else ""
+        hint = f"{meant}`specc lib` lists all parts"
+        raise _refusal("E0001", path, "the library has no such part", hint)
     place = on_disk(path)
     try:
         # A FIFO would block in open() and a device may never end.
         if not stat.S_ISREG(os.stat(place).st_mode):
-            raise _no_file(path)
+            message, hint = "this is not a regular file", "save the text in a file first"
+            if os.path.isdir(path):
+                message = "this is a directory"
+                hint = "name a file in it: specc reads one specification file at a time"
+            raise _refusal("E0002", path, message, hint)
         with open(place, "rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
@@ -101,31 +87,6 @@ def _load_bytes(path: str) -> bytes:
         hint = "a specification is text of some hundred lines; is this the right file?"
         raise _refusal("E0004", path, message, hint)
     return raw
-
-
-def _no_part(path: str) -> UnreadableFileError:
-    close = nearest(path.removesuffix(".yaml"), library_parts())
-    meant = f"did you mean {' or '.join(f'`{name}`' for name in close)}? " if close else ""
-    message = "the library has no such part"
-    return _refusal("E0001", path, message, f"{meant}`specc lib` lists all parts")
-
-
-def _no_file(path: str) -> UnreadableFileError:
-    if os.path.isdir(path):
-        hint = "name a file in it: specc reads one specification file at a time"
-        return _refusal("E0002", path, "this is a directory", hint)
-    return _refusal("E0002", path, "this is not a regular file", "save the text in a file first")
-
-
-def _not_utf8(path: str, raw: bytes, error: UnicodeDecodeError) -> UnreadableFileError:
-    text = raw[: error.start].decode("utf-8")
-    encoding = _OTHER_MARKS.get(raw[:2])
-    message = f"byte 0x{raw[error.start]:02x} is not UTF-8 text"
-    if encoding:
-        message += f" (the file looks like {encoding})"
-    place = Place(path, (), "text", len(text), len(text))
-    hint = "save the file with the encoding UTF-8"
-    return UnreadableFileError(Diagnostic("E0005", message, place, help=hint), text)
 
 
 def _refusal(code: str, path: str, message: str, hint: str) -> UnreadableFileError:
@@ -186,11 +147,22 @@ def specification(document: Document) -> Document:
     return Document(None, SourceFile(source.path, ""), (finding,))
 
 
+# What YAML 1.2 forbids (5.1), and the line breaks of YAML 1.1 that editors do not show as lines.
+_FORBIDDEN = re.compile(
+    "[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]"
+)
+
+
 def read_text(path: str, text: str, row_keys: tuple[str, ...] = ()) -> Document:
     """Read the text of a file; `path` only names it."""
-    forbidden = forbidden_characters(path, text)
-    if forbidden:
-        return Document(None, SourceFile(path, text), forbidden)
+    if found := _FORBIDDEN.search(text):
+        char = found.group()
+        name = "NUL" if char == "\0" else unicodedata.name(char, "a control character")
+        message = f"the file contains U+{ord(char):04X} ({name})"
+        place = Place(path, (), "text", *found.span())
+        hint = f'delete it, or write "\\U{ord(char):08X}" inside double quotes'
+        finding = Diagnostic("E0006", message, place, help=hint)
+        return Document(None, SourceFile(path, text), (finding,))
     root, diagnostics = compose(path, text)
     if root is None:
         return Document(None, SourceFile(path, text), diagnostics)
@@ -241,7 +213,12 @@ class AllowedPaths:
         seen, waiting = {os.path.realpath(folder)}, [folder]
         count = 0
         while waiting and self.folders:
-            for path in _entries(waiting.pop()):
+            current = waiting.pop()
+            try:
+                names = sorted(os.listdir(current))
+            except OSError:  # a folder that cannot be listed is not read either
+                continue
+            for path in (os.path.join(current, name) for name in names):
                 count += 1
                 if count > MAX_ENTRIES:
                     raise OverflowError(f"the folder has more than {MAX_ENTRIES} files")
@@ -256,13 +233,6 @@ class AllowedPaths:
         """The finding about a path that the command line gives, and that lies outside."""
         message = "a symbolic link leads out of the project"
         return Diagnostic("E0021", message, Place(path), help=self.hint_to_allow(path))
-
-
-def _entries(folder: str) -> list[str]:
-    try:
-        return [os.path.join(folder, name) for name in sorted(os.listdir(folder))]
-    except OSError:  # a folder that cannot be listed is not read either
-        return []
 
 
 ANYWHERE = AllowedPaths()
@@ -295,12 +265,23 @@ class Comment:
 
 def comments_of(source: SourceFile) -> list[Comment]:
     """The comments of a file that was understood, in order; none of any other."""
-    return [] if source.spans is None else comments_in(source.text, _scalars(source.spans))
+    if source.spans is None:
+        return []
+    # What an alias stands for is the same node again.
+    nodes = reachable([source.spans], lambda node: (*node.keys.values(), *node.values.values()))
+    scalars = ((node.start, node.end) for node in nodes if node.scalar is not None)
+    return comments_in(source.text, scalars)
 
 
 def comments_in(text: str, scalars: Iterable[tuple[int, int]]) -> list[Comment]:
     """The comments of a text whose scalars stand at these offsets."""
-    spans = sorted((_content(text, start, end), end) for start, end in scalars)
+    spans = []
+    for start, end in scalars:
+        # The header of a block scalar may still be followed by a comment.
+        if text[start:end][:1] in ("|", ">") and (line_end := _LINE_END.search(text, start)):
+            start = min(line_end.start(), end)
+        spans.append((start, end))
+    spans.sort()
     starts = [start for start, _ in spans]
     found = []
     mark = _MARK.search(text)
@@ -310,28 +291,10 @@ def comments_in(text: str, scalars: Iterable[tuple[int, int]]) -> list[Comment]:
         if before >= 0 and mark.start() < spans[before][1]:
             end = spans[before][1]
         else:
-            alone = _is_alone(text, mark.start())
-            found.append(Comment(mark.start(), end, mark[0].rstrip(), alone))
+            start = mark.start()
+            while start > 0 and text[start - 1] in " \t":
+                start -= 1
+            is_whole_line = start == 0 or text[start - 1] in "\r\n"
+            found.append(Comment(mark.start(), end, mark[0].rstrip(), is_whole_line))
         mark = _MARK.search(text, end)
     return found
-
-
-def _content(text: str, start: int, end: int) -> int:
-    """Where a scalar begins; the header of a block scalar may still be followed by a comment."""
-    if text[start:end][:1] not in ("|", ">"):
-        return start
-    line_end = _LINE_END.search(text, start)
-    return min(line_end.start() if line_end else start, end)
-
-
-def _is_alone(text: str, offset: int) -> bool:
-    while offset > 0 and text[offset - 1] in " \t":
-        offset -= 1
-    return offset == 0 or text[offset - 1] in "\r\n"
-
-
-def _scalars(top: TextNode) -> Iterator[tuple[int, int]]:
-    # What an alias stands for is the same node again.
-    for part in reachable([top], lambda node: (*node.keys.values(), *node.values.values())):
-        if part.scalar is not None:
-            yield part.start, part.end
