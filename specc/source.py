@@ -181,14 +181,12 @@ class SourceFile:
                 break
             if node.scalar is not None:
                 return node, True
-            below = node.values.get(step) or node.values.get(self._row_index(step))
+            row = self.row_keys.index(step) if step in self.row_keys else -1
+            below = node.values.get(step) or node.values.get(row)
             if below is None:
                 return name or node, False
             name, node = node.keys.get(step), below
         return (name or node if key else node), True
-
-    def _row_index(self, step: str | int) -> int:
-        return self.row_keys.index(step) if step in self.row_keys else -1
 
     def _position(self, offset: int) -> tuple[int, int]:
         line = bisect_right(self.line_starts, offset)
@@ -280,7 +278,8 @@ def raw_offsets(value: str, raw: str, style: ScalarStyle) -> tuple[int, ...]:
     Exact wherever a character of the value is spelled in the file; white space that stands for line
     breaks is placed where its first character is written.
     """
-    position = _opening(raw, style)
+    header = _BLOCK_HEADER.match(raw) if style in ("|", ">") else None
+    position = header.end() if header else int(style in ("'", '"'))
     offsets: list[int] = []
     for run in _RUN.findall(value):
         if raw.startswith(run, position) and not _MARKS.search(run):
@@ -292,13 +291,6 @@ def raw_offsets(value: str, raw: str, style: ScalarStyle) -> tuple[int, ...]:
             offsets.append(min(position, len(raw)))
             position += _width(raw, position, style)
     return (*offsets, min(position, len(raw)))
-
-
-def _opening(raw: str, style: ScalarStyle) -> int:
-    if style in ("'", '"'):
-        return 1
-    header = _BLOCK_HEADER.match(raw) if style in ("|", ">") else None
-    return header.end() if header else 0
 
 
 def _find(char: str, raw: str, position: int, style: ScalarStyle) -> int:

@@ -43,7 +43,7 @@ def why(options: Namespace) -> int:
         return streams.print_findings(result, options.spec) or DIFFERS
     is_exact = about.get("exact") == "true"
     moment_report = _MomentReport(options, result.system, result.sources, is_exact)
-    return moment_report.print([*texts.values()] != [*recorded_texts(result.sources).values()])
+    return moment_report.print_out([*texts.values()] != [*recorded_texts(result.sources).values()])
 
 
 class _MomentReport:
@@ -57,7 +57,7 @@ class _MomentReport:
         self._system, self._sources, self._is_exact = system, sources, is_exact
         self._subsystems = {s.qualified_name: s for s in system.subsystems}
 
-    def print(self, is_other: bool) -> int:
+    def print_out(self, is_other: bool) -> int:
         """Print it; the exit code. The specification may be another than the recorded one."""
         if self._only and self._only not in self._subsystems:
             names = ", ".join(self._subsystems)
