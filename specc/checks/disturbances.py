@@ -15,7 +15,7 @@ from specc.diagnostics.phrases import counted, in_ms
 from specc.mjcf import Model
 from specc.model.task import VERBS, Deed, Disturbance, Draw, Verb
 from specc.model.units import Unit
-from specc.resolve.context import suggestion
+from specc.resolve.context import suggest
 from specc.source import Place
 
 _CODE = "W0519"
@@ -276,7 +276,7 @@ def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
 def _error(verb: Verb, deed: Deed, facts: Facts) -> Iterator[Diagnostic]:
     element = deed.name
     if (known := facts.reported.get(element)) is None:
-        help = suggestion(element, sorted(facts.reported))
+        help = suggest(element, sorted(facts.reported))
         yield Diagnostic("E0503", f"no device reports `{element}`", deed.place, help=help)
     elif (fault := _no_numbers(known)) is not None:
         related = (Related(known.binding.place, "bound here"),)
@@ -332,13 +332,3 @@ def _fitting(verb: Verb, of: str, deed: Deed, units: Units) -> Iterator[Diagnost
             place = replace(draw.place, part="value")
             yield Diagnostic("E0517", f"{name} is in {wanted}, not in {given}", place, help=help)
             return
-
-
-CHECKS = (
-    draws_vary,
-    disturbances_do,
-    repetitions_are_apart,
-    disturbances_last_ticks,
-    disturbances_differ,
-    errors_fit,
-)

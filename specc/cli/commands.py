@@ -199,7 +199,7 @@ def schema(options: Namespace) -> int:
     """Print the JSON Schema of specification files, for editors."""
     import json
 
-    from specc.schema.json_schema import json_schema
+    from specc.schema.files import json_schema
 
     streams.print_output(json.dumps(json_schema(), indent=2) + "\n", "json")
     return 0

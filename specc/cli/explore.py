@@ -57,23 +57,23 @@ def run_explore(options: Namespace) -> int:
 
 
 def _as_text(found: Exploration, traces: Sequence[Recorded], budget: int) -> str:
-    lines = [each.words() for each in found.slices]
-    lines += [f"{', '.join(names)}: not explored" for names in found.left]
-    if found.alone:
-        lines.append(f"{', '.join(found.alone)}: nothing to decide")
+    lines = [each.summary() for each in found.slices]
+    lines += [f"{', '.join(names)}: not explored" for names in found.not_begun]
+    if found.without_decisions:
+        lines.append(f"{', '.join(found.without_decisions)}: nothing to decide")
     for name, axiom, verdict in found.assumptions:
         lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
     for required in found.requirements:
         name = f"{required.requirement.name} `{required.requirement.that}`".strip()
-        lines.append(f"requirement {name}: {required.words()}")
+        lines.append(f"requirement {name}: {required.summary()}")
     but = f"; {found.dead_ends}" if found.dead_ends else ""
-    if found.is_short:
+    if found.is_incomplete:
         lines.append(
             f"not everything was explored in {budget} steps: --budget allows for more{but}"
         )
     elif not found.broken_off:
         lines.append(f"all in all: {found.status}{but}")
-    for finding, trace in zip(found.traced, traces, strict=bool(traces)):
+    for finding, trace in zip(found.with_traces, traces, strict=bool(traces)):
         outcome = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {outcome}")
     return "".join(f"{line}\n" for line in lines)
@@ -86,7 +86,7 @@ def _as_json(
     slices = [
         {
             "machines": list(each.names),
-            "alike": list(each.alike),
+            "alike": list(each.equal_machines),
             "complete": each.complete,
             "status": each.status,
             "not_followed": list(each.widened),
@@ -96,11 +96,11 @@ def _as_json(
                     "state": state,
                     "conditions": [c.strip("`") for c in conditions],
                 }
-                for name, state, conditions in each.unjudged
+                for name, state, conditions in each.undecided_conditions
             ],
             "states": each.configurations,
             "steps": each.steps,
-            "time": "counted" if each.exact or not each.timed else "any",
+            "time": "counted" if each.counts_time or not each.is_timed else "any",
         }
         for each in found.slices
     ]
@@ -114,9 +114,9 @@ def _as_json(
             "that": r.requirement.that,
             "verdict": r.verdict,
             "asked": r.is_triggered,
-            "until_a_step_fails": r.fails,
+            "until_a_step_fails": r.may_end_early,
             "answer_cannot_come": r.is_dead_end,
-            "rests_on": list(r.rests_on),
+            "rests_on": list(r.assumptions),
             **_recording(r.finding, found, traces),
         }
         for r in found.requirements
@@ -140,10 +140,10 @@ def _recording(
     finding: TracedFinding | None, found: Exploration, traces: Sequence[Recorded]
 ) -> dict[str, Any]:
     """The recording of a trace, if recordings are wanted."""
-    about = [each.about for each in found.traced]
-    if not traces or finding is None or finding.about not in about:
+    identities = [each.identity for each in found.with_traces]
+    if not traces or finding is None or finding.identity not in identities:
         return {}
-    trace = traces[about.index(finding.about)]
+    trace = traces[identities.index(finding.identity)]
     return {"recording": trace.file or None, "lacks": trace.lacks}
 
 
@@ -152,20 +152,20 @@ def _finding(finding: TracedFinding) -> dict[str, Any]:
         {
             "time_s": float(step.time_s),
             "subsystem": step.walker.name,
-            "from": step.move.source,
-            "to": step.move.target,
-            "row": step.move.row,
-            "sent": [f"y.{peer}.{name}" for (peer, name), _ in step.move.sent],
+            "from": step.transition.source,
+            "to": step.transition.target,
+            "row": step.transition.row,
+            "sent": [f"y.{peer}.{name}" for (peer, name), _ in step.transition.sent],
             **({"times": step.times} if step.times > 1 else {}),
         }
-        for step in finding.way.steps
+        for step in finding.trace.steps
     ]
     return {
         "code": finding.code,
         "message": finding.message,
-        "decided": finding.way.is_decided,
+        "decided": finding.trace.is_decided,
         "confirmed": finding.is_confirmed,
-        "rests_on": list(finding.way.free),
+        "rests_on": list(finding.trace.choices),
         "trace": steps,
     }
 
@@ -192,14 +192,14 @@ class Recorded:
 
 
 def _record_all(found: Exploration, built: Build, spec: str, directory: Path) -> list[Recorded]:
-    """Record the traces of `found.traced` in a directory, each in a file of its own.
+    """Record the traces of `found.with_traces` in a directory, each in a file of its own.
 
     The directory is made if it is not there; it does not stay if nothing is written into it.
 
     Raises:
         Refused: a file cannot be written, or what writes them is not installed.
     """
-    if not found.traced:
+    if not found.with_traces:
         return []
     created = [each for each in (directory, *directory.parents) if not each.exists()]
     try:
@@ -215,7 +215,7 @@ def _record_all(found: Exploration, built: Build, spec: str, directory: Path) ->
 
 
 def _record_each(found: Exploration, built: Build, spec: str, scratch: Path) -> Iterator[Recorded]:
-    findings, resting = found.traced, len(found.traced) - len(found.findings)
+    findings, resting = found.with_traces, len(found.with_traces) - len(found.findings)
     package, base = write_package(built, scratch / "generated"), Path(os.path.dirname(spec))
     try:
         rehearsal = call_runtime("rehearsal", "Rehearsal", package, base)
@@ -242,11 +242,10 @@ def _record(
     finding: TracedFinding, built: Build, rehearsal: Any, options: dict[str, Any], shared: int
 ) -> str:
     """Record a run that goes as the trace of a finding; says why if there is none."""
-    from specc.tools.explore.concrete import reports
-    from specc.tools.explore.sensor_values import NotConcreteError
+    from specc.tools.explore.concrete import NotConcreteError, reports
 
     assert built.result.system is not None
-    way = finding.way
+    way = finding.trace
     try:
         inputs = reports(way, built.result.system, rehearsal, shared)
     except NotConcreteError as error:
@@ -254,7 +253,7 @@ def _record(
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
     # A monitor has to see that what is required does not come.
     every = built.result.system.requirements
-    required = [r for r in every if (r.that, r.place) == finding.about[1:]]
+    required = [r for r in every if (r.that, r.place) == finding.identity[1:]]
     ahead_s = max((float(reach_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)
     duration_s = float(way.time_s) + after_s

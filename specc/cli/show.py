@@ -11,8 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
 from specc.analysis import Facts
-from specc.analysis.ages import AgeChain, Ages, UnboundedAge
-from specc.analysis.dataflow import Measured
+from specc.analysis.dataflow import AgeChain, Ages, Measured, UnboundedAge
 from specc.cli import streams
 from specc.cli.files import write_output
 from specc.diagnostics import Diagnostic
@@ -334,17 +333,17 @@ def _age(oldest: AgeChain | UnboundedAge | None, ages: Ages) -> tuple[str, str]:
         silent = oldest.source
         if isinstance(silent, Measured):
             return "any", f"`{silent.device}.{oldest.node.element}` may have no new sample"
-        state = silent.silent.name if silent.silent else ""
+        state = silent.silent_state.name if silent.silent_state else ""
         return "any", f"`{silent.sender.qualified_name}` is silent in `{state}`"
-    hops = oldest.hops()
-    source = ages.sources.of(hops[0].node)
+    steps = oldest.steps()
+    source = ages.sources.origin(steps[0].node)
     if isinstance(source, Measured):
-        start = f"{source.device}.{hops[0].node.element}"
+        start = f"{source.device}.{steps[0].node.element}"
     else:
         start = f"computed by {source.sender.qualified_name}" if source else ""
-    steps = [f"{hop.node.reader} after {in_ms(hop.read_s - oldest.since_s)}" for hop in hops]
+    readers = [f"{s.node.reader} after {in_ms(s.read_s - oldest.since_s)}" for s in steps]
     condition = ", used only when fresh" if ages.sources.only_on_arrival(oldest.node) else ""
-    return in_ms(oldest.age_s), " -> ".join((start, *steps)) + condition
+    return in_ms(oldest.age_s), " -> ".join((start, *readers)) + condition
 
 
 # `specc graph`: a picture of a specification, in a file or as DOT text.

@@ -145,7 +145,8 @@ def test_other_signals_end_a_command_alike(
         f"if {is_ignored}: signal.signal({int(sign)}, signal.SIG_IGN)\n"
         "from specc.cli import inspect, main\n"
         "kill = os.kill\n"
-        f"inspect.find_targets = lambda _: [kill(os.getpid(), n) for n in ({int(sign)}, 15, 1)]\n"
+        f"signs = {int(sign)}, 15, 1\n"
+        "inspect.find_targets = lambda _: [kill(os.getpid(), sign) for sign in signs]\n"
         "sys.exit(main())\n"
     )
     process = subprocess.run(

@@ -31,8 +31,8 @@ OTHER_CHOICES = {
         "lang/types.py": {"TypeReader._element", "TypeReader._complete"},
     },
     "what differs between two types of one text, or two versions of a type": {
-        "checks/ends.py": {"_inside"},
-        "tools/diff/meaning.py": {"_parts", "type_text"},
+        "checks/structure.py": {"_inside"},
+        "tools/diff/equivalence.py": {"_type_parts", "type_text"},
     },
 }
 """Reason -> module -> functions."""

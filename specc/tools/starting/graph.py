@@ -11,7 +11,7 @@ from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, shor
 from specc.diagnostics.nearest import common_prefix
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
-from specc.schema.texts import message_fault, topic_fault
+from specc.schema.keys import message_fault, topic_fault
 from specc.tools.importers.writing import SpecNames
 
 

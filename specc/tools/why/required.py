@@ -8,7 +8,7 @@ from typing import Any
 
 from specc.diagnostics.phrases import truncate
 from specc.model.requirement import (
-    Junction,
+    BoolOp,
     Reading,
     Requirement,
     Temporal,
@@ -48,7 +48,7 @@ def _missed(
     """What did not hold, and why it had to, from the outside to the inside of a formula."""
     at = shown_s(time_s)
     match formula:
-        case Junction(operands=(_, conclusion), premise=premise) if premise is not None:
+        case BoolOp(operands=(_, conclusion), premise=premise) if premise is not None:
             yield f"at {at}: {_part(requirement, premise)} held"
             yield from _missed(requirement, conclusion, time_s, shown_s)
         case Temporal(op="within", operands=(operand,), span_s=span_s):

@@ -18,7 +18,9 @@ from specc.model.trace import Trace
 from specc.model.types import Opaque
 from specc.pipeline import read_spec
 from specc.tools.diff import compare
-from specc.tools.diff.record import Book
+from specc.tools.diff.changes import ChangeLog
+from specc.tools.diff.equivalence import Constants
+from specc.tools.diff.systems import SystemDiff
 from tests.tools.diff.conftest import Reader
 from tests.tools.diff.test_disturbances import BLOCK, MOVE, PUSH, SHIFT, WRONG, disturbed
 from tests.tools.diff.test_pairs import TEXT
@@ -197,10 +199,12 @@ def _other(value: Any) -> Any:
 
 def test_a_field_that_nothing_else_tells_of_is_compared() -> None:
     """As soon as a class has it; that words are others changes nothing of what agents do."""
-    kind = dataclasses.make_dataclass("Part", ["title", "wait_s", "kind", "place", "parts"])
-    old = kind("an arm", Fraction(1, 2), "slow", object(), (object(),))
-    new = kind("the arm", Fraction(1, 4), "fast", object(), (object(),))
-    book = Book()
-    book.both("device", "arm").rest(old, new, "kind")
-    found = [(each.aspect, each.old, each.new, each.semantic) for each in book.changes]
+    kind = dataclasses.make_dataclass("Part", ["title", "wait_s", "place", "parts"])
+    old = kind("an arm", Fraction(1, 2), object(), (object(),))
+    new = kind("the arm", Fraction(1, 4), object(), (object(),))
+    system = read_spec(str(ROOT / SPECS[0])).system
+    assert system is not None
+    log = ChangeLog()
+    SystemDiff((system, system), log, Constants((), ())).fields(log.part("device", "arm"), old, new)
+    found = [(each.aspect, each.old, each.new, each.semantic) for each in log.changes]
     assert found == [("title", "an arm", "the arm", False), ("wait", "500 ms", "250 ms", True)]
