@@ -7,7 +7,7 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from specc.read.comments import Comment
+from specc.read.document import Comment
 from specc.source import SourceFile
 from specc.tools.fmt.tree import Collection, Entry
 

@@ -12,7 +12,7 @@ from itertools import dropwhile
 from operator import not_
 
 from specc.read import read_text
-from specc.read.comments import comments_in
+from specc.read.document import comments_in
 from specc.schema.keys import is_model, layout
 from specc.schema.places import FILE, UNKNOWN, SchemaNode
 from specc.tools.fmt import scalars

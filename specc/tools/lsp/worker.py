@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-from specc.parallel import end_with_parent
+from specc.processes import end_with_parent
 
 LIMIT_S = 10.0
 """A job that takes longer is given up."""
