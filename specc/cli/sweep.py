@@ -1,4 +1,4 @@
-"""`specc sweep`: many runs as one table, its summary and its plots."""
+"""`specc sweep`: many runs as one table, its summary and its summary."""
 
 from __future__ import annotations
 
@@ -26,26 +26,27 @@ from specc.diagnostics.report import Report, report
 from specc.parallel import cores, processes
 from specc.refusal import Refused, lacking, reason_of
 from specc.signals import deferred
-from specc.tools.sweep import plots, summary
+from specc.tools.sweep import summary
 from specc.tools.sweep.running import Figures, SweepJob
-from specc.tools.sweep.settings import (
-    Axis,
-    SweepError,
-    SweepSetting,
-    axis_of,
-    seeds_of,
-    settings_of,
-)
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
     InputFiles,
     bundled,
     carry_out,
-    here,
     inputs_of,
-    there,
+    local_workers,
 )
-from specc.tools.sweep.table import TABLE, Folder, as_csv
+from specc.tools.sweep.table import (
+    TABLE,
+    Axis,
+    Folder,
+    SweepError,
+    SweepSetting,
+    as_csv,
+    axis_of,
+    seeds_of,
+    settings_of,
+)
 
 if TYPE_CHECKING:
     from specc.pipeline import Build
@@ -235,11 +236,15 @@ def _run(
         for n, seed in left
     ]
     bundle = bundled(files, inputs)
-    with (
-        there(name, options.scheduler, bundle)
-        if options.scheduler
-        else here(name, folder.path / _WORK, bundle, workers)
-    ) as (pool, room):
+    if options.scheduler:
+        try:
+            from specc.tools.sweep.cluster import cluster
+        except ModuleNotFoundError as error:
+            raise lacking(error, "dask", "distributed") from None
+        made = cluster(options.scheduler, name, bundle)
+    else:
+        made = local_workers(name, folder.path / _WORK, bundle, workers)
+    with made as (pool, room):
         progress = _Progress(count, count - len(left))
         streams.say(f"specc: {counted(len(left), 'run')}, {room} at once, into {folder.path}")
         if not room:
@@ -362,8 +367,8 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
     picked = [names.index(name) for name in swept]
     alone = [summary.Cell(tuple(c.values[i] for i in picked), c.runs, c.estimates) for c in cells]
     try:
-        plots.plot(alone, swept, folder)
-        if swept and (others := sum(1 for _ in plots.differing(alone)) - plots.MOST) > 0:
+        summary.plot(alone, swept, folder)
+        if swept and (others := sum(1 for _ in summary.differing(alone)) - summary.MOST) > 0:
             words = f"no plots of {counted(others, 'other column')}"
             streams.show(f"{words}: {folder.with_name(_SUMMARY)}\n")
     except ModuleNotFoundError as error:
