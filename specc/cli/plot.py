@@ -19,10 +19,21 @@ from specc.diagnostics.phrases import clipped
 from specc.model.system import System
 from specc.reachable import grouped
 from specc.refusal import Refused, lacking
-from specc.tools.plot import Signal, found
-from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
-from specc.tools.plot.sheet import PlottedRun, Sheet, bands, cut, marks, numbers_of, panels
-from specc.tools.plot.table import table, timeline
+from specc.tools.plot import Signal, resolve_signal
+from specc.tools.plot.sheet import (
+    MOST_BANDS,
+    MOST_PANELS,
+    PlottedRun,
+    Sheet,
+    bands,
+    cut,
+    marks,
+    numbers_of,
+    panels,
+    render,
+    table,
+    timeline,
+)
 from specc.tools.why import NotKnown
 
 FORMATS = ("svg", "png", "pdf", "csv")
@@ -75,7 +86,7 @@ class _Plot:
             raise Refused(f"{file} has no specification that can be read, so it names no signals")
         group: list[Signal] = []
         for name in names:
-            part = found(self._system, name)
+            part = resolve_signal(self._system, name)
             if isinstance(part, Signal):
                 group.append(self._placed(part))
             elif part.qualified_name not in self._machines:
@@ -168,7 +179,7 @@ class _Plot:
         title = self._title(runs)
         sheet = Sheet(title, shown, drawn_panels, tuple(marks(runs)), begin_s, end_s, still)
         try:
-            content = drawn(sheet, self._form)
+            content = render(sheet, self._form)
         except ModuleNotFoundError as error:
             raise lacking(error, "matplotlib") from error
         put(self._out, content, self._form, "plot")
