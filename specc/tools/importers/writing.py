@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from specc.lang import RESERVED
-from specc.tools.fmt.scalars import quoted
+from specc.tools.fmt.tree import quoted
 
 # SpecNames of other formats as names of a specification.
 
