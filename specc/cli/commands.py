@@ -115,7 +115,7 @@ def diff(options: Namespace) -> int:
     if wrong or old is None or new is None:
         return streams.tell_in(options.format, report(wrong, [options.old, options.new]))
     comparison = compare(old, new)
-    render = getattr(import_module("specc.tools.diff.render"), f"as_{options.format}")
+    render = getattr(import_module("specc.tools.diff.changes"), f"as_{options.format}")
     streams.show(render(comparison, options.old, options.new), options.format)
     return 1 if comparison.differences else 0
 
