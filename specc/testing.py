@@ -15,8 +15,8 @@ from specc_runtime.stepping import Stepper, array
 from specc_runtime.track import outcome_of
 
 from specc import output
-from specc.atomic_files import folder_aside
-from specc.diagnostics.nearest import hint
+from specc.atomic_files import temporary_folder
+from specc.diagnostics.nearest import suggestion
 from specc.lang import (
     Environment,
     ExprError,
@@ -61,7 +61,7 @@ class Stepped:
         if subsystem not in known:
             raise ValueError(_unknown("subsystem", subsystem, known))
         self._model = known[subsystem]
-        with folder_aside() as scratch:
+        with temporary_folder() as scratch:
             package = Path(scratch, built.system)
             list(output.write(package, built.files))
             loaded = load_system(package, Path(spec).parent)
@@ -201,4 +201,4 @@ def _known(known: Mapping[str, T], name: str) -> T:
 
 
 def _unknown(what: str, name: str, known: Iterable[str]) -> str:
-    return f"there is no {what} {name!r}; {hint(name, known)}"
+    return f"there is no {what} {name!r}; {suggestion(name, known)}"

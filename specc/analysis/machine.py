@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
 
-from specc.analysis.arrivals import Arrivals
-from specc.analysis.durations import Durations
-from specc.analysis.graph import CAUSES, RowEdge, find_steps, reached_from
-from specc.analysis.memory import ValueRanges
-from specc.analysis.presence import DefiniteAssignment, PresentValues
+from specc.analysis.definite_assignment import Availability, DefiniteAssignment, PresentValues
+from specc.analysis.graph import CAUSES, RowEdge, find_edges, reachable_from
+from specc.analysis.must_may import MustMayAnalysis, is_incomplete
 from specc.analysis.reactions import Reactions
 from specc.analysis.reads import Dependences
+from specc.analysis.state_timing import StateTiming
 from specc.analysis.suspicious_expressions import SuspiciousExpressions
-from specc.analysis.unknown_parts import MustMayAnalysis, is_vague
+from specc.analysis.value_ranges import ValueRanges
 from specc.model.expr import Expr, Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
@@ -41,9 +40,9 @@ class RowVerdictAt:
         return self.machine.subsystem
 
     @property
-    def is_vague(self) -> bool:
+    def is_incomplete(self) -> bool:
         """Whether something about the rows is unknown."""
-        return self.machine.is_vague(self.state, self.cause)
+        return self.machine.is_incomplete(self.state, self.cause)
 
     @property
     def lacks_rows(self) -> bool:
@@ -57,7 +56,7 @@ class RowVerdictAt:
         """Where two of the rows surely apply together, by their indices."""
         state = self.state.name
         present = self.machine.presence.in_conditions(state)
-        return self.machine.views.overlap(state, self.cause, pair, present)
+        return self.machine.must_may.overlap(state, self.cause, pair, present)
 
 
 class Machine:
@@ -71,7 +70,7 @@ class Machine:
         self,
         subsystem: Subsystem,
         constants: Mapping[str, Constant],
-        arrivals: Arrivals,
+        arrivals: Availability,
         *,
         faulty: bool = False,
         sessions: Sessions | None = None,
@@ -81,11 +80,11 @@ class Machine:
         A `faulty` subsystem has unknowns in it; what is said of it holds whatever they are.
         """
         self.subsystem = subsystem
-        self.arrivals = arrivals
+        self.availability = arrivals
         self.faulty = faulty
         self._constants = constants
         self._sessions = sessions
-        self._settled: dict[int, bool | None] = {}
+        self._constant_values: dict[int, bool | None] = {}
         self._provers: list[Prover] = []
         self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
 
@@ -103,35 +102,30 @@ class Machine:
         return self._new_prover(self.subsystem)
 
     @cached_property
-    def any_prover(self) -> Prover:
+    def generic_prover(self) -> Prover:
         """Answers that hold whatever the parameters of the subsystem are."""
         if not self.subsystem.constants:
             return self.prover
         return self._new_prover(replace(self.subsystem, constants=()))
 
     @cached_property
-    def memory_facts(self) -> ValueRanges:
+    def value_ranges(self) -> ValueRanges:
         """What is known of memory, whatever the parameters of the subsystem are."""
-        return ValueRanges(self.subsystem, self.any_prover.numbering)
+        return ValueRanges(self.subsystem, self.generic_prover.numbering)
 
     @cached_property
     def invariants(self) -> tuple[Expr, ...]:
         """What always holds of memory, with the parameters that the subsystem is given."""
         if not self.subsystem.constants:
-            return self.memory_facts.invariants
+            return self.value_ranges.invariants
         return ValueRanges(self.subsystem, self.prover.numbering).invariants
 
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         given = {constant.name for constant in self.subsystem.constants}
         known = {name: c for name, c in self._constants.items() if name not in given}
         values = {name: constant.value for name, constant in known.items()}
-        self._provers.append(Prover(subsystem, values, self.arrivals.declared, self._sessions))
+        self._provers.append(Prover(subsystem, values, self.availability.declared, self._sessions))
         return self._provers[-1]
-
-    @property
-    def is_repeatable(self) -> bool:
-        """Whether answers do not depend on earlier questions, as those of solvers may."""
-        return all(prover.is_repeatable for prover in self._provers)
 
     def release(self) -> None:
         """Let go of the memory of solvers."""
@@ -139,7 +133,7 @@ class Machine:
             prover.release()
 
     @cached_property
-    def views(self) -> MustMayAnalysis:
+    def must_may(self) -> MustMayAnalysis:
         """What is certain where something is unknown."""
         return MustMayAnalysis(self.subsystem, self._new_prover)
 
@@ -160,9 +154,9 @@ class Machine:
         return Reactions(self.subsystem, self.prover, self.dependences)
 
     @cached_property
-    def dwell_times(self) -> Durations:
+    def dwell_times(self) -> StateTiming:
         """How long states can last, if there are no unknowns."""
-        return Durations(self.subsystem, self.prover, self.dependences, self.verdict)
+        return StateTiming(self.subsystem, self.prover, self.dependences, self.verdict)
 
     # How much can be asked of it.
 
@@ -177,42 +171,44 @@ class Machine:
         return self.is_consistent and not self.dead_ends
 
     @property
-    def is_whole(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether it is finished and has no unknowns."""
         return not self.faulty and self.is_finished
 
     @cached_property
-    def is_legible(self) -> bool:
+    def has_known_conditions(self) -> bool:
         """Whether it is consistent, with nothing unknown in what leads from state to state."""
-        unknown = self._is_vague or any(has_unknown(let.value) for let in self.subsystem.lets)
+        unknown = self._has_unknown_rows or any(
+            has_unknown(let.value) for let in self.subsystem.lets
+        )
         return self.is_consistent and not unknown
 
-    def is_vague(self, state: State, cause: Cause) -> bool:
+    def is_incomplete(self, state: State, cause: Cause) -> bool:
         """Whether something about the rows of a state and cause is unknown."""
-        return self.faulty and is_vague(self.subsystem, state, cause)
+        return self.faulty and is_incomplete(self.subsystem, state, cause)
 
     @cached_property
-    def _is_vague(self) -> bool:
-        return any(self.is_vague(s, cause) for s in self.subsystem.states for cause in CAUSES)
+    def _has_unknown_rows(self) -> bool:
+        return any(self.is_incomplete(s, cause) for s in self.subsystem.states for cause in CAUSES)
 
     # What is decided about its rows.
 
     @cached_property
-    def decided(self) -> tuple[RowVerdictAt, ...]:
+    def row_verdicts(self) -> tuple[RowVerdictAt, ...]:
         """The verdicts about every state and cause.
 
         Where conditions are unknown, what they say holds whatever these are.
         """
         every = ((state, cause) for state in self.subsystem.states for cause in CAUSES)
-        found = ((state, cause, self._certain(state, cause)) for state, cause in every)
+        found = ((state, cause, self._certain_verdict(state, cause)) for state, cause in every)
         return tuple([RowVerdictAt(self, s, cause, v) for s, cause, v in found if v is not None])
 
-    def _certain(self, state: State, cause: Cause) -> RowVerdict | None:
+    def _certain_verdict(self, state: State, cause: Cause) -> RowVerdict | None:
         """The verdict that does not depend on anything unknown; None if there is none."""
-        if not self.is_vague(state, cause):
+        if not self.is_incomplete(state, cause):
             return self.verdict(state.name, cause)
         present = self.presence.in_conditions(state.name)
-        return self.views.verdict(state.name, cause, present)
+        return self.must_may.verdict(state.name, cause, present)
 
     def verdict(self, state: str, cause: Cause) -> RowVerdict:
         """The verdict about the rows of a state and cause, with what is known of presence.
@@ -220,7 +216,7 @@ class Machine:
         What peers always send, and what always holds of memory, makes rows complete, but none
         superfluous.
         """
-        verdict, fresh = self._alone[state, cause], self.arrivals.fresh
+        verdict, fresh = self._verdicts_without_presence[state, cause], self.availability.fresh
         prove = partial(self.prover.prove_rows, state, cause)
         if verdict.arrivals:
             prove = partial(prove, present=self.presence.in_conditions(state))
@@ -235,7 +231,7 @@ class Machine:
         return verdict
 
     @cached_property
-    def _alone(self) -> dict[tuple[str, Cause], RowVerdict]:
+    def _verdicts_without_presence(self) -> dict[tuple[str, Cause], RowVerdict]:
         """The verdicts without presence, which follows from them."""
         every = ((state.name, cause) for state in self.subsystem.states for cause in CAUSES)
         return {each: self.prover.prove_rows(*each) for each in every}
@@ -248,36 +244,39 @@ class Machine:
             state
             for state in self.subsystem.states
             if state.name not in sources
-            and any(self._alone[state.name, cause].decision.possible for cause in CAUSES)
+            and any(
+                self._verdicts_without_presence[state.name, cause].decision.possible
+                for cause in CAUSES
+            )
         )
 
     # Where it gets to.
 
     @cached_property
-    def steps(self) -> tuple[RowEdge, ...]:
+    def edges(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken, in the order of the file."""
-        return find_steps(self.subsystem, self._alone.values())
+        return find_edges(self.subsystem, self._verdicts_without_presence.values())
 
     @cached_property
-    def leaving(self) -> dict[str, list[RowEdge]]:
+    def successors(self) -> dict[str, list[RowEdge]]:
         """The steps by the state that they leave."""
-        return grouped((step.row.source, step) for step in self.steps)
+        return grouped((step.row.source, step) for step in self.edges)
 
     @cached_property
-    def reached(self) -> frozenset[str]:
+    def reachable_states(self) -> frozenset[str]:
         """The states that it can enter; all of them where that is not known."""
-        if not self.subsystem.begun or not self.ways_are_known:
+        if not self.subsystem.begun or not self.has_known_edges:
             return frozenset(state.name for state in self.subsystem.states)
-        return reached_from(self.subsystem.initial_state, self.leaving)
+        return reachable_from(self.subsystem.initial_state, self.successors)
 
     @cached_property
-    def ways_are_known(self) -> bool:
+    def has_known_edges(self) -> bool:
         """Whether no row is missing and no condition has one value by mistake.
 
         If the table needs a repair anyway, it is not known yet which states can be reached.
         """
         return self.conditions_vary and not any(
-            decided.verdict.decision.gap or decided.lacks_rows for decided in self.decided
+            decided.verdict.decision.gap or decided.lacks_rows for decided in self.row_verdicts
         )
 
     @cached_property
@@ -295,25 +294,25 @@ class Machine:
         A literal `True` or `False` is intended, and what is given to parameters may well decide it.
         """
         key = id(condition.when)
-        if key not in self._settled:
+        if key not in self._constant_values:
             named = self.dependences.of(condition.when).constants
             is_given = any(constant.name in named for constant in self.subsystem.constants)
-            prover = self.any_prover if is_given else self.prover
+            prover = self.generic_prover if is_given else self.prover
             meant = isinstance(condition.when, Truth)
             value = None if meant else prover.constant(condition.when, by_tables=is_given)
-            self._settled[key] = value
-        return self._settled[key]
+            self._constant_values[key] = value
+        return self._constant_values[key]
 
     # What must hold in its states.
 
     @cached_property
     def presence(self) -> DefiniteAssignment:
         """Where inputs surely have values."""
-        steps = self.views.steps() if self._is_vague else self.steps
-        return DefiniteAssignment(self.subsystem, steps, self.arrivals)
+        steps = self.must_may.edges() if self._has_unknown_rows else self.edges
+        return DefiniteAssignment(self.subsystem, steps, self.availability)
 
     @cached_property
-    def values(self) -> PresentValues:
+    def present_values(self) -> PresentValues:
         """Where optional values and lists surely have something in them, if it is legible."""
-        rows = [step.row for step in self.steps]
+        rows = [step.row for step in self.edges]
         return PresentValues(self.subsystem, rows, self.prover, self.dependences)

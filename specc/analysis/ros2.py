@@ -240,7 +240,7 @@ def scalar(message: str) -> str:
     return "Float64" if name in (*_FLOATS, "Range") else "Int64"
 
 
-_SAID = {
+_WORDS = {
     "vector": "a vector of reals",
     "tuple": "a vector of ints",
     "joints": "a vector with one real for each joint",
@@ -253,7 +253,7 @@ _SAID = {
     "image": "an `image[height, width, 3]`",
     "depth": "an `image[height, width, 1]`, in metres",
 }
-_SAID_OF = {
+_WORDS_OF_SCALARS = {
     "String": "a text or an enum",
     "Bool": "a bool",
     "Int64": "an int",
@@ -263,8 +263,8 @@ _SAID_OF = {
 
 def _wanted(message: str) -> str:
     """Types that go with messages, in words."""
-    alone = _SAID_OF[scalar(message)]
-    said = [_SAID.get(part.shape, alone) for part in MESSAGES[message]]
+    alone = _WORDS_OF_SCALARS[scalar(message)]
+    said = [_WORDS.get(part.shape, alone) for part in MESSAGES[message]]
     return " or ".join(dict.fromkeys(said))
 
 
@@ -306,7 +306,7 @@ class PublishedValue:
         return "~/" + "/".join(re.sub("_+", "_", word).strip("_") for word in self.name.split("."))
 
 
-def watched(published: Published, system: System) -> PublishedValue | MessageTypeMismatch:
+def published_value(published: Published, system: System) -> PublishedValue | MessageTypeMismatch:
     """What a name stands for, or why nobody can watch it."""
     subsystems = {part.qualified_name: part for part in system.subsystems}
     name = published.name

@@ -1,4 +1,4 @@
-"""Expressions that are well typed and cannot be meant, for what is known of their numbers.
+"""Expressions that are well typed and surely a mistake, by what is known of their numbers.
 
 Known numbers are those that are written down, also through lets, constants, parameters, and memory
 that nothing writes.
@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Literal
 
-from specc.analysis.failures import Answer, failure, is_asked
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts, texts_of_system
 from specc.lang import ranges
 from specc.lang.bounds import bounded
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.ranges import Range
 from specc.lang.row import BuiltinFunction
+from specc.lang.signs import SIGNS
+from specc.limits import TooMuchError
 from specc.model.expr import (
     LITERALS,
     Binary,
@@ -47,6 +48,76 @@ from specc.model.units import RADIAN
 from specc.proof import Depths, Numbering
 from specc.source import Place
 
+
+def no_value(error: Exception) -> str:
+    """Why arithmetic has no result."""
+    match error:
+        case TooMuchError():
+            return str(error)
+        case OverflowError():
+            return "it is too large"
+        case ZeroDivisionError():
+            return "it divides by zero"
+    return "it takes a root of a negative number" if "domain" in str(error) else str(error)
+
+
+def failure(expr: Expr, value: Callable[[Expr], float | None]) -> str:
+    """Why an operation has no result; "" if it may have one.
+
+    `value` gives the number that a part is, None if it is not known.
+    """
+    known = [value(part) for part in children(expr)]
+    match expr:
+        case Binary(op=op) if SIGNS[op].may_fail:
+            compute = SIGNS[op].value
+            if op == "/" and known[0] is None:
+                known[0] = 1.0  # whatever it is, only a divisor of zero fails
+        case Builtin(name=name) if FUNCTIONS[name].may_fail and FUNCTIONS[name].folds:
+            compute = FUNCTIONS[name].value
+        case _:
+            return ""
+    if None in known:
+        return ""
+    try:
+        compute(*known)
+    except (ArithmeticError, ValueError) as error:
+        return no_value(error)
+    return ""
+
+
+Answer = Literal["yes", "no", "some", "settled"]
+"""Whether a condition holds: always, never, at times, or as constants say that are not known."""
+
+
+def is_evaluated(whole: Expr, part: Expr, answer: Callable[[Expr], Answer]) -> bool:
+    """Whether no constant leaves a part of an expression out, and nothing goes over no item."""
+    if whole is part:
+        return True
+    return any(is_evaluated(each, part, answer) for each in evaluated_parts(whole, answer))
+
+
+def evaluated_parts(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[Expr]:
+    """The parts of an expression that some step computes; of "settled" answers nothing is sure."""
+    match whole:
+        case Choice(test=test, then=then, otherwise=otherwise):
+            yield test
+            said = answer(test)
+            if said in ("yes", "some"):
+                yield then
+            if said in ("no", "some"):
+                yield otherwise
+        case Logic(op=op, operands=operands):
+            goes_on = "yes" if op == "and" else "no"
+            for operand in operands:
+                yield operand
+                if answer(operand) not in (goes_on, "some"):
+                    return
+        case Quantifier(over=over):
+            yield over
+        case _:
+            yield from children(whole)
+
+
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
 _ONE = -1
@@ -69,7 +140,7 @@ class SuspiciousExpression:
     ]
     expr: Expr
     text: ExpressionText
-    because: tuple[Expr, ...]
+    causes: tuple[Expr, ...]
     origin: tuple[ExpressionText, Expr]
     number: float = 0.0
     why: str = ""
@@ -105,17 +176,18 @@ class SuspiciousExpressions:
         every = texts(owner) if isinstance(owner, Subsystem) else tuple(texts_of_system(owner))
         asked = (text for text in every if not isinstance(text.expr, LITERALS))
         found = [m for text in asked for m in self._in(text, text.expr, {})]
-        self.found = tuple(_in_all_copies([*found, *self._unchanged_memory(writing)], every))
-        self._at = {id(part.expr) for part in self.found}
-        self._spoilt: set[str] = set()
+        self.all = tuple(_in_all_copies([*found, *self._unchanged_memory(writing)], every))
+        self._at = {id(part.expr) for part in self.all}
+        self._suspicious_lets: set[str] = set()
         for item in owner.lets if isinstance(owner, Subsystem) else ():
-            if self.within(item.value):
-                self._spoilt.add(item.name)
+            if self.is_in(item.value):
+                self._suspicious_lets.add(item.name)
 
-    def within(self, expr: Expr) -> bool:
+    def is_in(self, expr: Expr) -> bool:
         """Whether an expression has one, itself or in a let."""
         return bool(self._at) and any(
-            id(node) in self._at or (isinstance(node, LetRef) and node.name in self._spoilt)
+            id(node) in self._at
+            or (isinstance(node, LetRef) and node.name in self._suspicious_lets)
             for node in walk(expr)
         )
 
@@ -163,7 +235,7 @@ class SuspiciousExpressions:
             return False
         if text.part in self._lets:
             return not self._rests_on_constants(part)
-        return is_asked(text.expr, part, self._answer)
+        return is_evaluated(text.expr, part, self._answer)
 
     def _rests_on_constants(self, expr: Expr) -> bool:
         """Also through lets, and on memory that nothing writes."""
@@ -362,7 +434,7 @@ class SuspiciousExpressions:
         """Whether an expression is known, and depends on more than constants."""
         on = self._dependences.of(expr)
         written = any((MemoryRef, name) not in self._named for name in on.memory)
-        return not has_unknown(expr) and (written or not on.lasts)
+        return not has_unknown(expr) and (written or not on.is_stable)
 
     def _value(self, expr: Expr) -> float | None:
         if isinstance(expr, MemoryRef) and (named := self._named.get((MemoryRef, expr.name))):

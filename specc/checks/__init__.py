@@ -1,27 +1,20 @@
-"""What is checked of a resolved system, by subject: a module knows its own checks."""
+"""The checks of a resolved system: one list, top to bottom."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from types import ModuleType
 
 from specc.analysis import Facts
-from specc.answers import AnswerCache
 from specc.checks import (
     assumptions,
     bindings,
-    budgets,
-    commands,
-    constancy,
-    counters,
+    conditions,
     disturbances,
-    duplicates,
-    ends,
     expressions,
     formulas,
     holding,
-    joint_order,
+    memory,
     plant,
     poses,
     presence,
@@ -33,49 +26,111 @@ from specc.checks import (
     timing,
     topics,
     usage,
-    waiting,
 )
-from specc.diagnostics import Diagnostic, stops
+from specc.diagnostics import Diagnostic, blocks
 from specc.limits import is_used_up
 from specc.model.system import System
 from specc.source import Place
 
 CheckFunction = Callable[[Facts], Iterator[Diagnostic]]
 
-SUBJECTS: tuple[ModuleType, ...] = (
-    structure,
-    ends,
-    timing,
-    budgets,
-    plant,
-    bindings,
-    joint_order,
-    poses,
-    commands,
-    topics,
-    scenes,
-    disturbances,
-    expressions,
-    rows,
-    constancy,
-    counters,
-    duplicates,
-    formulas,
-    holding,
-    states,
-    assumptions,
-    presence,
-    python,
-    usage,
-    waiting,
+CHECKS: tuple[CheckFunction, ...] = (
+    structure.subsystems_distinct,
+    structure.devices_owned,
+    structure.devices_used,
+    structure.agent_kind,
+    structure.buffers_match,
+    structure.one_buffer_each,
+    timing.rates_meet,
+    timing.ticks_stepped,
+    timing.readers_fast_enough,
+    timing.ages_bounded,
+    timing.sensors_in_time,
+    timing.budgets_fit,
+    timing.silences_are_borne,
+    plant.model_readable,
+    plant.bindings_known,
+    plant.records_made,
+    plant.devices_simulated,
+    plant.devices_bound,
+    plant.sizes_match,
+    plant.actuators_driven_once,
+    plant.effectors_measured_apart,
+    plant.sensors_read_once,
+    bindings.bindings_fit,
+    bindings.model_names_known,
+    bindings.bindings_agree,
+    bindings.distances_bounded,
+    bindings.noise_fits,
+    bindings.joints_like_actuators,
+    bindings.elements_in_one_order,
+    poses.poses_measured,
+    poses.quaternions_ordered,
+    plant.commands_obeyed,
+    topics.topics_fit,
+    topics.messages_fit,
+    topics.joints_counted,
+    topics.frames_named,
+    topics.goals_given_back,
+    topics.published_known,
+    scenes.starts_fit,
+    scenes.disturbances_fit,
+    scenes.silences_fit,
+    disturbances.draws_vary,
+    disturbances.disturbances_do,
+    disturbances.repetitions_are_apart,
+    disturbances.disturbances_last_ticks,
+    disturbances.disturbances_differ,
+    disturbances.errors_fit,
+    expressions.constants_have_values,
+    expressions.lateness_of_subsystems,
+    expressions.expressions_meant,
+    expressions.names_distinct,
+    expressions.one_writer,
+    rows.rows_complete,
+    rows.rows_exclusive,
+    rows.causes_have_rows,
+    rows.rows_can_apply,
+    rows.rows_proved,
+    conditions.conditions_vary,
+    conditions.conditions_in_time,
+    conditions.conditions_differ,
+    conditions.lists_end,
+    formulas.formulas_vary,
+    formulas.names_say_more,
+    formulas.windows_reach,
+    formulas.requirements_differ,
+    states.states_end,
+    states.states_reached,
+    states.states_left,
+    assumptions.axioms_consistent,
+    assumptions.axioms_needed,
+    assumptions.axioms_hold,
+    presence.inputs_present,
+    presence.values_there,
+    python.names_defined,
+    usage.parts_used,
 )
-"""Modules of checks, each with a tuple `CHECKS` or `USES` at its end."""
+"""All checks, in the order in which they run."""
 
-CHECKS: tuple[CheckFunction, ...] = tuple(
-    c for each in SUBJECTS for c in getattr(each, "CHECKS", ())
+USES: tuple[CheckFunction, ...] = (
+    timing.ages_known,
+    timing.ages_limited,
+    timing.rates_divide,
+    timing.values_cross,
+    conditions.memory_is_written,
+    memory.counters_set_back,
+    holding.commands_sent,
+    holding.held_outputs_sent,
+    usage.definitions_used,
+    usage.observed_used,
+    usage.formula_lets_used,
+    usage.elements_read,
+    usage.elements_written,
+    usage.members_heard,
+    usage.memory_read,
+    states.waits_end,
 )
-
-USES: tuple[CheckFunction, ...] = tuple(c for each in SUBJECTS for c in getattr(each, "USES", ()))
 """Unused parts are reported only when nothing is wrong: parts with errors use nothing."""
 
 
@@ -85,21 +140,20 @@ def run_checks(
     faulty: frozenset[str] = frozenset(),
     *,
     sound: bool = True,
-    kept: AnswerCache | None = None,
 ) -> tuple[list[Diagnostic], Facts]:
     """All findings about a system, and what was found out on the way.
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
-    anything else was wrong before. `kept` is what an earlier analysis found out. Nothing is found
-    of a system that is refused for its size, which the caller reports: the rest was not read.
+    anything else was wrong before. Nothing is found of a system that is refused for its size,
+    which the caller reports: the rest was not read.
     """
-    facts = Facts(system, broken, faulty, kept)
+    facts = Facts(system, broken, faulty)
     if is_used_up("parts"):
         return [], facts
     found = [finding for check in CHECKS for finding in check(facts)]
     sound = sound and not broken and not faulty
-    if sound and not any(stops(finding.code, "build") for finding in found):
+    if sound and not any(blocks(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
     found = _in_all_uses(found, facts)
     facts.release()

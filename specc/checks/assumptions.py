@@ -55,7 +55,7 @@ def _proved(facts: Facts, machine: Machine) -> frozenset[Place]:
 # No sender sends what an assumption excludes.
 
 
-def axioms_kept(facts: Facts) -> Iterator[Diagnostic]:
+def axioms_hold(facts: Facts) -> Iterator[Diagnostic]:
     """W0619; only what is sent in one period of a sender is looked at."""
     for machine in facts.complete_machines:
         for axiom in machine.subsystem.axioms:
@@ -83,7 +83,7 @@ def axioms_kept(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _useless(machine: Machine) -> Iterator[Diagnostic]:
-    judged = machine.is_legible and not machine.dead_ends and machine.conditions_vary
+    judged = machine.has_known_conditions and not machine.dead_ends and machine.conditions_vary
     axioms, states = machine.subsystem.axioms, machine.subsystem.states
     wrong = list(_wrong(machine)) if judged and axioms else []
     for index, axiom in enumerate(axioms if judged else ()):
@@ -137,6 +137,3 @@ def _decided(machine: Machine, state: str, cause: Cause, without: int | None) ->
     several = after.overlap.holding if after.overlap else ()
     found = after.proved, after.gap is None, several, after.possible, after.satisfiable
     return before.ensures, found
-
-
-CHECKS = (axioms_consistent, axioms_needed, axioms_kept)

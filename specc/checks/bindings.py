@@ -1,14 +1,16 @@
-"""What each binding names fits its element and the model: kinds, names, units, noise, distances."""
+"""What each binding names fits its element and the model: kinds, names, units, order, noise."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, Raw, differs, first_key, raw_numbers
-from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
-from specc.diagnostics.phrases import counted, listed
+from specc.analysis.plant import BoundElement, RawNumbers, first_key, is_another_unit, raw_numbers
+from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
+from specc.diagnostics.phrases import counted, join_words
 from specc.mjcf import Model, ModelError
+from specc.mjcf.model import ModelPart
 from specc.model.binding import PLANT, Binding
 from specc.model.types import Image
 from specc.model.units import Unit
@@ -40,13 +42,13 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     """What is wrong with the kind of a binding, and a way out; None if nothing is."""
     if bound.plant in ("", "ros2"):  # topics have checks of their own
         return None
-    if not bound.commanded and (complaint := _sampled(bound.binding)):
+    if not bound.is_commanded and (complaint := _sampled(bound.binding)):
         return complaint
     if topic := first_key(bound.binding, _OF_TOPICS):
         return f"`{topic}` is for plants behind ROS 2", f"delete `{topic}`"
     if bound.plant == "python":
         return _in_python(bound)
-    return _moving(bound) if bound.commanded else _reporting(bound)
+    return _moving(bound) if bound.is_commanded else _reporting(bound)
 
 
 def _sampled(binding: Binding) -> tuple[str, str] | None:
@@ -68,7 +70,7 @@ def _in_python(bound: BoundElement) -> tuple[str, str] | None:
     if modelled:
         return (
             f"`{modelled}` is for MuJoCo models; the plant in Python "
-            f"{'takes' if bound.commanded else 'gives'} `{name}` itself",
+            f"{'takes' if bound.is_commanded else 'gives'} `{name}` itself",
             f"delete `{modelled}`",
         )
     return _command_measured(bound, _OF_SAMPLES)
@@ -83,7 +85,7 @@ def _moving(bound: BoundElement) -> tuple[str, str] | None:
 
 
 def _command_measured(bound: BoundElement, kinds: tuple[str, ...]) -> tuple[str, str] | None:
-    measured = first_key(bound.binding, kinds) if bound.commanded else ""
+    measured = first_key(bound.binding, kinds) if bound.is_commanded else ""
     if not measured:
         return None
     return (
@@ -171,8 +173,8 @@ def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object
         hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
     else:
         hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
-    meant = surely_meant(name, close)
-    fix = renaming(place, name, meant)
+    meant = sole_correction(name, close)
+    fix = rename_fix(place, name, meant)
     return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)
 
 
@@ -195,7 +197,7 @@ def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
 
 def _named_twice(bound: BoundElement) -> Iterator[Diagnostic]:
     """An actuator that is commanded twice is `actuators_driven_once`'s matter."""
-    for kind in _LISTS[:2] if bound.commanded else _LISTS:
+    for kind in _LISTS[:2] if bound.is_commanded else _LISTS:
         names = getattr(bound.binding, kind)
         for index, name in enumerate(names):
             if name in names[:index]:
@@ -218,14 +220,14 @@ def _units_differ(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
         if raw.units is None:
             return
         for unit, other in zip(wanted[start:], raw.units, strict=False):
-            if other is not None and differs(raw, other, unit):
+            if other is not None and is_another_unit(raw, other, unit):
                 yield _another_unit(bound, raw, unit, other)
                 break
         start += len(raw.units)
 
 
-def _another_unit(bound: BoundElement, raw: Raw, unit: Unit, other: Unit) -> Diagnostic:
-    verb = "takes" if bound.commanded else "gives"
+def _another_unit(bound: BoundElement, raw: RawNumbers, unit: Unit, other: Unit) -> Diagnostic:
+    verb = "takes" if bound.is_commanded else "gives"
     kind = raw.kind.removesuffix("s")
     return Diagnostic(
         "E0511",
@@ -269,7 +271,7 @@ def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
     """E0510; a binding of the wrong kind is `bindings_fit`'s matter."""
     for bound in facts.bindings:
         binding = bound.binding
-        if bound.commanded or _wrong_kind(bound):
+        if bound.is_commanded or _wrong_kind(bound):
             continue
         complaint = _depth(binding) or _deviations(binding)
         if complaint:
@@ -303,7 +305,7 @@ def _units(bound: BoundElement, model: Model | ModelError | None) -> Iterator[Di
     for index, unit in enumerate(binding.noise_units):
         measured = _measured(bound, model, index)
         if measured and unit not in measured:
-            said = listed(dict.fromkeys(map(str, measured)), "and")
+            said = join_words(dict.fromkeys(map(str, measured)), "and")
             yield Diagnostic(
                 "E0510",
                 (
@@ -341,4 +343,95 @@ def _only(units: Sequence[Unit]) -> list[Unit]:
     return list(units[:1]) if len(set(units)) == 1 else []
 
 
-CHECKS = (bindings_fit, model_names_known, bindings_agree, distances_bounded, noise_fits)
+# Within a binding: `through` gets joints and sets actuators.
+
+
+def joints_like_actuators(facts: Facts) -> Iterator[Diagnostic]:
+    """W0513."""
+    for bound in facts.bindings:
+        if bound.is_commanded and bound.plant == "model" and isinstance(facts.model, Model):
+            yield from _disordered(bound, facts.model)
+
+
+def _disordered(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
+    """W0513, of the joints that are listed and driven too."""
+    listed = bound.binding.joints
+    driven = [model.driven(name) for name in bound.binding.actuators]
+    both = [name for name in driven if name in listed]
+    wanted, found = iter(both), [name for name in listed if name in driven]
+    if len(set(both)) < len(both) or len(set(found)) < len(found):
+        return
+    for name in found:
+        if name != (other := next(wanted)):
+            place = bound.binding.place
+            actuator = bound.binding.actuators[driven.index(other)]
+            yield Diagnostic(
+                "W0513",
+                f"joint `{name}` is listed where actuator `{actuator}` drives `{other}`",
+                place.below("joints", listed.index(name)),
+                related=(
+                    Related(place.below("actuators", driven.index(other)), f"drives `{other}`"),
+                ),
+                help=f"list both in the same order: `joints: [{', '.join(both)}]`",
+            )
+            return
+
+
+# Between bindings: elements of one subsystem are vectors over the same joints.
+
+
+def elements_in_one_order(facts: Facts) -> Iterator[Diagnostic]:
+    """W0513, of the elements of all devices that one subsystem works with."""
+    if not isinstance(facts.model, Model):
+        return
+    joints = {id(b): _joints(b, facts.model) for b in facts.bindings if b.plant == "model"}
+    found: set[tuple[Place, Place]] = set()
+    for subsystem in facts.subsystems:
+        devices = {wire.name for wire in facts.wires.of(subsystem) if wire.device}
+        own = [b for b in facts.bindings if b.binding.device in devices and joints.get(id(b))]
+        own.sort(key=lambda bound: not bound.is_commanded)
+        for one, other in combinations(own, 2):
+            first, second = joints[id(one)], joints[id(other)]
+            places = one.binding.place, other.binding.place
+            if first != second and sorted(first) == sorted(second) and places not in found:
+                found.add(places)
+                yield _two_orders(one, first, other, second)
+
+
+def _joints(bound: BoundElement, model: Model) -> list[str]:
+    """The joint of each number; none where they do not map to one joint each."""
+    binding = bound.binding
+    found = [] if bound.is_commanded else [*binding.joints]
+    for name in () if bound.is_commanded else binding.sensors:
+        part = model.parts.get(("sensor", name), ModelPart(""))
+        found.append(part.joint or model.driven(part.actuator))
+    found += [model.driven(name) for name in binding.actuators]
+    single = all(model.joint_kind(joint) in ("hinge", "slide") for joint in found)
+    return found if single and not binding.through and len(set(found)) == len(found) > 1 else []
+
+
+def _two_orders(
+    one: BoundElement, first: list[str], other: BoundElement, second: list[str]
+) -> Diagnostic:
+    """The element of which another one has the joints in another order."""
+    binding = other.binding
+    names = [name for kind in _KINDS for name in getattr(binding, kind)]
+    kinds = [kind for kind in _KINDS if getattr(binding, kind)]
+    if other.is_commanded:
+        names, kinds = [*binding.actuators], ["actuators"]
+    help = "list them in one order"
+    if len(kinds) == 1:
+        wanted = ", ".join(names[second.index(joint)] for joint in first)
+        help += f": `{kinds[0]}: [{wanted}]`"
+    both = f"`{one.element.name}`", f"`{other.element.name}`"
+    return Diagnostic(
+        "W0513",
+        f"{both[0]} has the joints in the order `{', '.join(first)}`, and {both[1]} has "
+        f"them as `{', '.join(second)}`",
+        binding.place.below(kinds[0]),
+        related=(Related(one.binding.place, f"in the order `{', '.join(first)}`"),),
+        help=help,
+    )
+
+
+_KINDS = ("joints", "sensors", "actuators")

@@ -11,11 +11,11 @@ from math import ceil, inf
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, raw_numbers
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import counted, ms
+from specc.diagnostics.phrases import counted, in_ms
 from specc.mjcf import Model
 from specc.model.task import VERBS, Deed, Disturbance, Draw, Verb
 from specc.model.units import Unit
-from specc.resolve.context import suggestion
+from specc.resolve.context import suggest
 from specc.source import Place
 
 _CODE = "W0519"
@@ -118,10 +118,10 @@ def repetitions_are_apart(facts: Facts) -> Iterator[Diagnostic]:
     repeated = [each.every for each in task.disturbances if each.every] if task else []
     for every in repeated if facts.rates.timed else ():
         if 0 < min(value for value, _ in every.values) < tick_s * _ROUNDING:
-            message = f"a disturbance begins again after {ms(tick_s)} at the earliest"
+            message = f"a disturbance begins again after {in_ms(tick_s)} at the earliest"
             place = replace(every.place, part="value")
             note = "the plant is disturbed at ticks, which are that far apart"
-            help = f"make `every` {ms(tick_s)} or longer"
+            help = f"make `every` {in_ms(tick_s)} or longer"
             yield Diagnostic(_CODE, message, place, note, help=help)
 
 
@@ -140,19 +140,22 @@ def disturbances_last_ticks(facts: Facts) -> Iterator[Diagnostic]:
             continue
         place = replace(each.lasts.place, part="value")
         lasts_s = max(_exact(value) for value, _ in each.lasts.values)
-        is_short, help = lasts_s < tick_s * _ROUNDING, f"make `lasts` {ms(tick_s)} or longer"
+        is_short, help = (
+            lasts_s < tick_s * _ROUNDING,
+            f"make `lasts` {in_ms(tick_s)} or longer",
+        )
         missed = [
             deed for _, deed in each.of("samples", "measurement") if _misses(deed, each, facts)
         ]
         for deed in missed:
-            message = f"this is over after {ms(lasts_s)}, before `{deed.name}` is measured"
+            message = f"this is over after {in_ms(lasts_s)}, before `{deed.name}` is measured"
             related = (Related(deed.place, "nothing is done to it"),)
             period_s = max(_periods_s(deed.name, facts))
-            longer = f"it is measured every {ms(period_s)}: make `lasts` as long, or longer"
+            longer = f"it is measured every {in_ms(period_s)}: make `lasts` as long, or longer"
             yield Diagnostic(_CODE, message, place, "it does nothing", related, longer)
             break
         if is_short and not missed:
-            message = f"this lasts {ms(lasts_s)}, and acts for a whole tick of {ms(tick_s)}"
+            message = f"this lasts {in_ms(lasts_s)}, and acts for a whole tick of {in_ms(tick_s)}"
             yield Diagnostic(_CODE, message, place, "disturbances end at ticks", help=help)
 
 
@@ -273,7 +276,7 @@ def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
 def _error(verb: Verb, deed: Deed, facts: Facts) -> Iterator[Diagnostic]:
     element = deed.name
     if (known := facts.reported.get(element)) is None:
-        help = suggestion(element, sorted(facts.reported))
+        help = suggest(element, sorted(facts.reported))
         yield Diagnostic("E0503", f"no device reports `{element}`", deed.place, help=help)
     elif (fault := _no_numbers(known)) is not None:
         related = (Related(known.binding.place, "bound here"),)
@@ -329,13 +332,3 @@ def _fitting(verb: Verb, of: str, deed: Deed, units: Units) -> Iterator[Diagnost
             place = replace(draw.place, part="value")
             yield Diagnostic("E0517", f"{name} is in {wanted}, not in {given}", place, help=help)
             return
-
-
-CHECKS = (
-    draws_vary,
-    disturbances_do,
-    repetitions_are_apart,
-    disturbances_last_ticks,
-    disturbances_differ,
-    errors_fit,
-)

@@ -62,7 +62,7 @@ def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
     """E0330, E0331, W0332, W0333, W0338, W0340, W0342: once where several uses have one origin."""
     found: dict[tuple[str, Place], list[SuspiciousExpression]] = {}
     for misfits in (facts.suspicious, *(machine.suspicious for machine in facts.machines)):
-        for misfit in misfits.found:
+        for misfit in misfits.all:
             found.setdefault((_CODES[misfit.kind], _place(misfit)), []).append(misfit)
     elsewhere = {
         item.place.within(*node.span)
@@ -90,16 +90,14 @@ def _uses(place: Place, misfits: list[SuspiciousExpression]) -> Iterator[Related
     """Where a number is used that is written down elsewhere, or is written down."""
     for misfit in misfits[:4]:
         text, expr = misfit.origin
-        other = (
-            text.place(expr) if misfit.kind == "bounds" else misfit.text.place(misfit.because[0])
-        )
+        other = text.place(expr) if misfit.kind == "bounds" else misfit.text.place(misfit.causes[0])
         if misfit.kind not in ("itself", "unchanged", "fails") and other.route != place.route:
             yield Related(other, "written here" if misfit.kind == "bounds" else "used here")
 
 
 def _words(misfit: SuspiciousExpression) -> tuple[str, str]:
     """What is wrong, and a way out."""
-    first = show(misfit.because[0])
+    first = show(misfit.causes[0])
     match misfit.kind:
         case "tolerance" | "turn":
             said = (
@@ -138,10 +136,10 @@ def _words(misfit: SuspiciousExpression) -> tuple[str, str]:
 
 
 def _itself(misfit: SuspiciousExpression) -> str:
-    one, other = map(show, misfit.because)
+    one, other = map(show, misfit.causes)
     if isinstance(misfit.expr, Choice):
         parts = misfit.expr.then, misfit.expr.otherwise
-        nested = any(isinstance(part, Choice) and part not in misfit.because for part in parts)
+        nested = any(isinstance(part, Choice) and part not in misfit.causes for part in parts)
         return f"{'two neighbouring' if nested else 'both'} branches are `{one}`"
     if one != other:
         return f"`{one}` and `{other}` are the same"
@@ -158,13 +156,13 @@ def _itself(misfit: SuspiciousExpression) -> str:
 # A bare name in the expressions of a subsystem means one thing.
 
 
-NamedValue = Memory | Let | Constant | Outside
+Named = Memory | Let | Constant | Outside
 
 
 def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
     """E0221; constants and files hold in the subsystems that their own file describes."""
     for subsystem in facts.subsystems:
-        first: dict[str, tuple[str, NamedValue]] = {}
+        first: dict[str, tuple[str, Named]] = {}
         for kind, part in _named(subsystem):
             earlier = first.setdefault(part.name, (kind, part))
             if part.name in RESERVED:
@@ -184,7 +182,7 @@ def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
-def _named(subsystem: Subsystem) -> Iterator[tuple[str, NamedValue]]:
+def _named(subsystem: Subsystem) -> Iterator[tuple[str, Named]]:
     yield from ((item.kind, item) for item in subsystem.outside)
     yield from (("parameter", c) for c in subsystem.constants)
     yield from (("memory element", m) for m in subsystem.memory)
@@ -217,12 +215,3 @@ def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) ->
         related=tuple(writers),
         help="keep one of the two, or give the functions to different behaviours",
     )
-
-
-CHECKS = (
-    constants_have_values,
-    lateness_of_subsystems,
-    expressions_meant,
-    names_distinct,
-    one_writer,
-)

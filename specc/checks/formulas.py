@@ -8,12 +8,12 @@ from fractions import Fraction
 from itertools import combinations, islice
 
 from specc.analysis import Facts
-from specc.analysis.formula_values import begins_in
+from specc.analysis.facts import initial_state_of
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed, ms
+from specc.diagnostics.phrases import in_ms, join_words
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk
 from specc.model.requirement import (
-    Junction,
+    BoolOp,
     Requirement,
     Temporal,
     TemporalFormula,
@@ -41,7 +41,7 @@ def _size(formula: TemporalFormula) -> int:
 
 
 def _place(of: Requirement, part: TemporalFormula | Expr) -> Place:
-    span = span_of(part) if isinstance(part, TickCondition | Junction | Temporal) else part.span
+    span = span_of(part) if isinstance(part, TickCondition | BoolOp | Temporal) else part.span
     return of.place.within(*span)
 
 
@@ -87,7 +87,7 @@ def _parts(formula: TemporalFormula) -> Iterator[TemporalFormula | Expr]:
         return
     yield formula
     operands = formula.operands
-    if isinstance(formula, Junction) and formula.premise is not None:
+    if isinstance(formula, BoolOp) and formula.premise is not None:
         operands = formula.premise, operands[1]
     for operand in operands:
         yield from _parts(operand)
@@ -113,13 +113,13 @@ class _Constant:
         found = [told for child in children(expr) for told in self._of_condition(child)]
         if found or not isinstance(expr.type, Bool):
             yield from found
-        elif not self._misfits.within(expr):
+        elif not self._misfits.is_in(expr):
             yield from self._whole(TickCondition(expr))
 
     def _whole(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
         nodes = [node for part in expressions(formula) for node in walk(part)]
         meant = any(isinstance(node, Truth) for node in nodes)
-        spoilt = any(map(self._misfits.within, expressions(formula)))
+        spoilt = any(map(self._misfits.is_in, expressions(formula)))
         varies = any(isinstance(node, BoundVariable | MemoryRef) for node in nodes)
         if meant or spoilt or not varies:
             return
@@ -127,9 +127,9 @@ class _Constant:
         never = not self._ticks.is_possible(asked)
         if never or self._ticks.follows(asked):
             yield self._told(formula, "never" if never else "always")
-        elif isinstance(formula, Junction) and formula.premise is not None:
+        elif isinstance(formula, BoolOp) and formula.premise is not None:
             yield from self._conclusion(formula, formula.premise)
-        elif isinstance(formula, Junction):
+        elif isinstance(formula, BoolOp):
             yield from self._needless(formula)
 
     def _told(self, formula: TemporalFormula, word: str) -> Diagnostic:
@@ -150,7 +150,7 @@ class _Constant:
             help=help,
         )
 
-    def _conclusion(self, formula: Junction, premise: TemporalFormula) -> Iterator[Diagnostic]:
+    def _conclusion(self, formula: BoolOp, premise: TemporalFormula) -> Iterator[Diagnostic]:
         """A conclusion that excludes its premise says only that this never holds."""
         conclusion, ticks = formula.operands[1], self._ticks
         if not ticks.is_possible(ticks.formula_at(premise), ticks.formula_at(conclusion)):
@@ -162,7 +162,7 @@ class _Constant:
                 help=f"correct it, or require `not ({before})`",
             )
 
-    def _needless(self, formula: Junction) -> Iterator[Diagnostic]:
+    def _needless(self, formula: BoolOp) -> Iterator[Diagnostic]:
         """An operand that follows from the others, or from which they follow."""
         operands, ticks = formula.operands, self._ticks
         asked = [ticks.formula_at(operand) for operand in operands]
@@ -196,7 +196,7 @@ class _Constant:
 
 
 def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
-    if isinstance(formula, Junction) and formula.premise is not None:
+    if isinstance(formula, BoolOp) and formula.premise is not None:
         yield formula.premise
         yield from _premises(formula.operands[1])
         return
@@ -212,7 +212,7 @@ def _at_the_beginning(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
     if item.lasts or item not in facts.system.requirements:
         return
     ticks = facts.ticks
-    begun = [known for r in item.readings if (known := begins_in(r, facts.system))]
+    begun = [known for r in item.readings if (known := initial_state_of(r, facts.system))]
     first = [ticks.formula_at(known) for known in begun]
     asked, help = ticks.formula_at(item.formula), "write `always(...)` around it, or correct it"
     if ticks.follows(asked, *first):
@@ -279,7 +279,9 @@ def _window(
         return
     (operand,) = part.operands
     if part.span_s < tick:
-        message = f"`{part.op}` reaches over {_time(part.span_s)}, less than one tick of {ms(tick)}"
+        message = (
+            f"`{part.op}` reaches over {_time(part.span_s)}, less than one tick of {in_ms(tick)}"
+        )
         help = "write a longer time, or leave the operator out"
         yield Diagnostic("W0336", message, _place(item, part.span), help=help)
     elif isinstance(operand, Temporal) and operand.op == part.op:
@@ -294,15 +296,17 @@ def _window(
         stepped = [periods.get(owner or "") for owner in named]
         known = [period for period in stepped if period is not None]
         if known and len(known) == len(stepped) and part.span_s < min(known):
-            names = listed([f"`{owner}`" for owner in named], "and")
+            names = join_words([f"`{owner}`" for owner in named], "and")
             message = f"nothing of it may change within {_time(part.span_s)}"
-            label = f"{names} {'is' if len(named) == 1 else 'are'} stepped every {ms(min(known))}"
+            label = (
+                f"{names} {'is' if len(named) == 1 else 'are'} stepped every {in_ms(min(known))}"
+            )
             help = "allow one period at least"
             yield Diagnostic("W0336", message, _place(item, part.span), label, help=help)
 
 
 def _time(span_s: Fraction) -> str:
-    return ms(span_s) if span_s else "no time"
+    return in_ms(span_s) if span_s else "no time"
 
 
 # No two requirements are the same, or exclude each other.
@@ -350,6 +354,3 @@ def _alike(required: Sequence[Requirement]) -> Iterator[tuple[Requirement, Requi
     for one, other in combinations(required, 2):
         if one.lasts == other.lasts and not names[id(one)].isdisjoint(names[id(other)]):
             yield one, other
-
-
-CHECKS = (formulas_vary, names_say_more, windows_reach, requirements_differ)

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, bindable, raw_numbers
-from specc.diagnostics import Diagnostic, Related, is_slip, nearest
+from specc.analysis.machine import Machine
+from specc.analysis.plant import BoundElement, Limit, bindable, limits_of_control, raw_numbers
+from specc.analysis.reaching import ScalarDefinition, ScalarExpr, ScalarRanges, component
+from specc.analysis.reads import ExpressionText
+from specc.diagnostics import Diagnostic, Related, is_typo, nearest
 from specc.diagnostics.phrases import counted
 from specc.lang import or_else
+from specc.lang.ranges import Range
 from specc.mjcf import Model, ModelError
 from specc.model.binding import PLANT, Binding
 from specc.model.system import System
-from specc.model.types import Image, Record, Type, within
-from specc.resolve.context import suggestion
+from specc.model.types import Image, Real, Record, Type, Vector, within
+from specc.resolve.context import suggest
 from specc.source import Place
 
 # The model of the plant is there and is MJCF.
@@ -44,7 +49,7 @@ def model_readable(facts: Facts) -> Iterator[Diagnostic]:
 # What the plant binds are elements of devices.
 
 
-_LISTED = 8
+_MOST_LISTED = 8
 
 
 def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
@@ -66,9 +71,9 @@ def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _unknown_element(binding: Binding, message: str, name: str, known: list[str]) -> Diagnostic:
-    hint = suggestion(name, known) if known else "an element is named `agent.E.device.element`"
+    hint = suggest(name, known) if known else "an element is named `agent.E.device.element`"
     # A real effector called a real receptor, or vice versa, is still the same device.
-    if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
+    if is_typo(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
     help = or_else("add it to the agent", hint)
@@ -90,7 +95,7 @@ def records_made(facts: Facts) -> Iterator[Diagnostic]:
             f"record `{name}` has no Python class, but Python code has to create its values",
             first.place,
             first.message,
-            related=tuple(others[:_LISTED]),
+            related=tuple(others[:_MOST_LISTED]),
             help="add `python: package.module:Class`, a frozen dataclass or a `NamedTuple` with "
             "these fields",
         )
@@ -103,7 +108,7 @@ def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
         if operator.python:
             yield operator.result, given, Related(operator.place, f"gives `{operator.result}`")
     for bound in facts.bindings:
-        if not bound.commanded:
+        if not bound.is_commanded:
             type_ = bound.element.type
             yield type_, (), Related(bound.binding.place, f"gives `{type_}`")
 
@@ -219,7 +224,7 @@ def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
     """E0508."""
     first: dict[str, Place] = {}
     for bound in facts.bindings:
-        for index, name in enumerate(bound.binding.actuators if bound.commanded else ()):
+        for index, name in enumerate(bound.binding.actuators if bound.is_commanded else ()):
             place = bound.binding.place.below("actuators", index)
             known = not isinstance(facts.model, Model) or name in facts.model.actuators
             if name in first and known:
@@ -246,7 +251,7 @@ def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
     effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
     first: dict[tuple[str, str], tuple[str, Place]] = {}
     told: set[Place] = set()
-    for binding in (bound.binding for bound in facts.bindings if not bound.commanded):
+    for binding in (bound.binding for bound in facts.bindings if not bound.is_commanded):
         for kind in ("joints", "sensors") if binding.device in effectors else ():
             for index, name in enumerate(getattr(binding, kind)):
                 place = binding.place.below(kind, index)
@@ -278,7 +283,7 @@ def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
         binding, made = bound.binding, (bound.binding.through, bound.is_pose)
         owner = binding.device.partition(".")[0]  # of what is observed, the plant
         owners = [owner, "effectors"] if binding.device in effectors else [owner]
-        for index, name in enumerate(() if bound.commanded else binding.sensors):
+        for index, name in enumerate(() if bound.is_commanded else binding.sensors):
             place = binding.place.below("sensors", index)
             element = f"{binding.device}.{binding.element}"
             known = [first.setdefault((o, name, *made), (element, place)) for o in owners]
@@ -294,14 +299,108 @@ def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-CHECKS = (
-    model_readable,
-    bindings_known,
-    records_made,
-    devices_simulated,
-    devices_bound,
-    sizes_match,
-    actuators_driven_once,
-    effectors_measured_apart,
-    sensors_read_once,
-)
+_ROUNDING = 1e-5
+"""Of a range: how far beyond it a number is still at its end."""
+_LISTED = 4
+
+
+@dataclass(frozen=True, slots=True)
+class _Beyond:
+    """A number that is surely beyond a limit of an actuator, and where it is sent from."""
+
+    bound: BoundElement
+    index: int
+    origin: ScalarExpr
+    sent: Place
+    values: Range
+    limit: Limit
+
+    @property
+    def place(self) -> Place:
+        return self.origin.text.place(self.origin.expr)
+
+
+def commands_obeyed(facts: Facts) -> Iterator[Diagnostic]:
+    """W0525, once for each place that such a number comes from."""
+    found: dict[Place, list[_Beyond]] = {}
+    machines = {machine.subsystem.qualified_name: machine for machine in facts.machines}
+    for bound in facts.bindings:
+        for beyond in _of_element(bound, facts, machines):
+            found.setdefault(beyond.place, []).append(beyond)
+    for place, alike in found.items():
+        yield _cut(place, alike)
+
+
+def _of_element(
+    bound: BoundElement, facts: Facts, machines: Mapping[str, Machine]
+) -> Iterator[_Beyond]:
+    binding, type_ = bound.binding, bound.element.type
+    is_number = isinstance(type_, Real) or (isinstance(type_, Vector) and type_.is_array)
+    if not (bound.is_commanded and bound.plant == "model" and is_number) or binding.through:
+        return
+    for index, name in enumerate(binding.actuators):
+        limits = [*limits_of_control(name, facts.model)] if isinstance(facts.model, Model) else []
+        at = index if isinstance(type_, Vector) else None
+        for definition in _sent(bound, at, facts) if limits else ():
+            if isinstance(definition, ScalarExpr):
+                reaching = ScalarRanges(facts.definitions, machines.__getitem__).of(definition)
+                yield from _beyond(bound, index, definition, reaching, limits)
+
+
+def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[ScalarDefinition]:
+    """What states send to an element, and what is safe for it."""
+    element = bound.element
+    for wire in facts.wires.users(bound.binding.device, "y", element.name):
+        if wire.subsystem.qualified_name not in facts.broken:
+            target = wire.port.peer, element.name
+            yield from facts.definitions.sent(wire.subsystem, target, index)
+    if safe := element.safe:
+        for value, key in ((safe.value, "is"), (safe.otherwise, "otherwise")):
+            if value is not None:
+                text = ExpressionText(value, safe.place, key)
+                yield ScalarExpr("", value if index is None else component(value, index), text)
+
+
+def _beyond(
+    bound: BoundElement,
+    index: int,
+    definition: ScalarExpr,
+    reaching: Mapping[ScalarExpr, tuple[Range, ...]],
+    limits: list[Limit],
+) -> Iterator[_Beyond]:
+    sent = definition.text.place(definition.expr)
+    for origin, every in reaching.items():
+        pairs = ((range_, limit) for range_ in every for limit in limits)
+        for range_, limit in pairs:
+            if _is_outside(range_, limit[1]):
+                yield _Beyond(bound, index, origin, sent, range_, limit)
+                break
+
+
+def _is_outside(range_: Range, limit: Range) -> bool:
+    near = _ROUNDING * (limit[1] - limit[0])
+    return range_[0] > limit[1] + near or range_[1] < limit[0] - near
+
+
+def _cut(place: Place, alike: list[_Beyond]) -> Diagnostic:
+    first = alike[0]
+    name = first.bound.binding.actuators[first.index]
+    what, (least, greatest) = first.limit
+    units = first.bound.units or ()
+    unit = "" if not units or str(units[0]) == "1" else f" {units[0]}"
+    low, high = first.values
+    is_more = low > greatest
+    end = low if is_more else high
+    least_said = "" if low == high else "at least " if is_more else "at most "
+    related = {first.sent: "sent to the device here"} if first.sent != place else {}
+    for each in alike[:_LISTED]:
+        at = each.bound.binding.place.below("actuators", each.index)
+        related.setdefault(at, "obeys it")
+    return Diagnostic(
+        "W0525",
+        f"{least_said}{end:.6g}{unit} is {'more' if is_more else 'less'} than actuator `{name}` "
+        f"can do: {least:.6g} to {greatest:.6g}{unit}, its {what}",
+        place,
+        related=tuple(Related(at, said) for at, said in related.items()),
+        help="the model cuts what is beyond and says nothing: send what it can do, or change it",
+    )

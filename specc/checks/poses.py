@@ -9,7 +9,7 @@ from specc.analysis.plant import (
     FRAME_ORIENTATION,
     FRAME_POSITION,
     BoundElement,
-    Raw,
+    RawNumbers,
     is_orientation,
     is_quaternion,
     raw_numbers,
@@ -74,7 +74,7 @@ def _of_pose(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
         yield Diagnostic("E0524", message, binding.place, related=related, help=help)
 
 
-def _part(raw: Raw, model: Model) -> ModelPart | None:
+def _part(raw: RawNumbers, model: Model) -> ModelPart | None:
     return model.parts.get((raw.kind.removesuffix("s"), raw.name))
 
 
@@ -103,7 +103,7 @@ def quaternions_ordered(facts: Facts) -> Iterator[Diagnostic]:
     raw = {
         name: numbers
         for bound in facts.bindings
-        if not bound.binding.through and bound.plant == "model" and not bound.commanded
+        if not bound.binding.through and bound.plant == "model" and not bound.is_commanded
         if any(numbers := [*_numbers(bound, facts.model)])
         for name in (f"{bound.binding.device}.{bound.binding.element}",)
     }
@@ -119,11 +119,11 @@ def quaternions_ordered(facts: Facts) -> Iterator[Diagnostic]:
             break
 
 
-_Numbers = list[tuple[Raw, int] | None]
+_Numbers = list[tuple[RawNumbers, int] | None]
 """For each number of an element the quaternion that it is of and its place there, if it is."""
 
 
-def _numbers(bound: BoundElement, model: Model) -> Iterator[tuple[Raw, int] | None]:
+def _numbers(bound: BoundElement, model: Model) -> Iterator[tuple[RawNumbers, int] | None]:
     if bound.is_pose:
         return
     for raw in raw_numbers(bound, model):
@@ -139,7 +139,7 @@ def _parts_behind(
     quaternion: Expr,
     index: int,
     raw: dict[str, _Numbers],
-) -> set[tuple[str, Raw]]:
+) -> set[tuple[str, RawNumbers]]:
     """The quaternions of the model whose number at an index reaches that of an expression."""
     scalar = ScalarExpr(subsystem, component(quaternion, index), text)
     reported = ReportedScalars(facts.definitions).of(scalar)
@@ -150,7 +150,7 @@ def _parts_behind(
     }
 
 
-def _number(scalar: ReportedScalar, raw: dict[str, _Numbers]) -> tuple[Raw, int] | None:
+def _number(scalar: ReportedScalar, raw: dict[str, _Numbers]) -> tuple[RawNumbers, int] | None:
     numbers = raw.get(scalar.element, [])
     return numbers[scalar.index] if scalar.index < len(numbers) else None
 
@@ -174,7 +174,7 @@ def _directions_in(expr: Expr) -> Iterable[Expr]:
 
 
 def _another_order(
-    facts: Facts, place: Place, quaternion: Expr, element: str, raw: Raw
+    facts: Facts, place: Place, quaternion: Expr, element: str, raw: RawNumbers
 ) -> Diagnostic:
     bound = next(b for b in facts.bindings if f"{b.binding.device}.{b.binding.element}" == element)
     binding = bound.binding
@@ -191,6 +191,3 @@ def _another_order(
         related=(Related(binding.place.below(raw.kind, raw.place), "gives w, x, y, z"),),
         help=(bind if is_of_frame else "") + reorder,
     )
-
-
-CHECKS = (poses_measured, quaternions_ordered)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from specc.analysis import Facts, Machine
-from specc.analysis.guards import Evaluation, uses
-from specc.analysis.presence import InputRead, Need
+from specc.analysis.definite_assignment import InputRead, Need
+from specc.analysis.path_conditions import Evaluation, evaluations
 from specc.analysis.reads import text_of
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import show
@@ -105,7 +105,7 @@ def _absences(machine: Machine) -> Iterator[Absence]:
     if presence.is_sure:
         return
     known: dict[tuple[int, frozenset[InputName]], list[InputRead]] = {}
-    for use in uses(machine.subsystem, machine.subsystem.transitions):
+    for use in evaluations(machine.subsystem, machine.subsystem.transitions):
         key = id(use.text.expr), presence.at(use)
         if key not in known:
             known[key] = list(presence.unguarded(use.text.expr, key[1]))
@@ -156,14 +156,14 @@ def _way_out(name: str, state: str, subsystem: Subsystem) -> str:
 def values_there(facts: Facts) -> Iterator[Diagnostic]:
     """E0705, once for each place, about the first state."""
     for machine in facts.machines:
-        if machine.is_legible and machine.values.needed:
+        if machine.has_known_conditions and machine.present_values.needed:
             yield from machine.results_of(_missing)
 
 
 def _missing(machine: Machine) -> Iterator[Diagnostic]:
-    values, told = machine.values, set[object]()
+    values, told = machine.present_values, set[object]()
     is_remainder = _remainders(machine)
-    every = uses(machine.subsystem, (step.row for step in machine.steps))
+    every = evaluations(machine.subsystem, (step.row for step in machine.edges))
     for use in sorted(every, key=is_remainder):
         for need in values.lacking(use):
             asked = need.fact, use.state and use.state.name
@@ -188,7 +188,7 @@ def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) 
         related = (Related(use.text.part, f"{what} refers to it{where}"),)
     test = show(need.fact) if optional else f"len({text}) > 0"
     enter = ""
-    if use.state and machine.values.tells(need.fact, use):
+    if use.state and machine.present_values.entry_tests_suffice(need.fact, use):
         enter = f"enter `{use.state.name}` only by rows whose conditions imply `{test}`, or "
     return Diagnostic(
         "E0705",
@@ -202,6 +202,3 @@ def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) 
 
 def _numbered(axiom: Axiom, machine: Machine) -> str:
     return f"assumption {machine.subsystem.axioms.index(axiom) + 1}"
-
-
-CHECKS = (inputs_present, values_there)

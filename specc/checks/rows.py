@@ -8,9 +8,9 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from specc.analysis import Facts, RowVerdictAt
-from specc.analysis.guards import as_conditions
+from specc.analysis.path_conditions import as_conditions
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang import show
 from specc.model.expr import Call, Expr, walk, written
 from specc.model.fsm import OTHERWISE, Behaviour, Cause, State, Transition
@@ -40,7 +40,7 @@ def situation(witness: Witness) -> str:
 def facts_of(witness: Witness) -> str:
     """`a is true and b is false`: one situation of a witness."""
     facts = [f"`{question}` is {answer}" for question, answer in witness.facts]
-    return listed(facts, "and") if facts else ""
+    return join_words(facts, "and") if facts else ""
 
 
 def _operators_in(witness: Witness) -> str:
@@ -52,7 +52,7 @@ def _operators_in(witness: Witness) -> str:
         return ""
     kind = "an operator, which" if len(names) == 1 else "operators, which"
     verb = "is" if len(names) == 1 else "are"
-    return f"; {listed(names, 'and')} {verb} {kind} may have any result as far as proofs know"
+    return f"; {join_words(names, 'and')} {verb} {kind} may have any result as far as proofs know"
 
 
 # Refutations of the rows of several states that have one reason are reported once.
@@ -88,7 +88,7 @@ class SharedRows:
             return f"state {names[0]}"
         if len(names) > MOST_NAMED:
             names[MOST_NAMED - 1 :] = [f"{len(names) - MOST_NAMED + 1} more"]
-        return f"states {listed(names, 'and')}"
+        return f"states {join_words(names, 'and')}"
 
     @property
     def places(self) -> tuple[Related, ...]:
@@ -99,7 +99,7 @@ class SharedRows:
         )
 
 
-def shared(
+def group_refutations(
     facts: Facts, witness_of: Callable[[RowVerdictAt], Witness | None]
 ) -> Iterator[SharedRows]:
     """The refutations that `witness_of` selects, in the order of their first states."""
@@ -109,11 +109,11 @@ def shared(
         if witness is not None:
             asked = tuple(row.condition.name for row in decided.verdict.rows)
             known = alike.setdefault((decided.subsystem.qualified_name, decided.cause, asked), [])
-            _tell(decided, witness, known)
+            _add_refutation(decided, witness, known)
     yield from (told for known in alike.values() for told in known)
 
 
-def _tell(decided: RowVerdictAt, witness: Witness, known: list[SharedRows]) -> None:
+def _add_refutation(decided: RowVerdictAt, witness: Witness, known: list[SharedRows]) -> None:
     """Add a refutation to those about the same conditions; one that covers it represents it.
 
     If it covers some of them, it represents them instead.
@@ -140,15 +140,15 @@ def _covers(one: RowVerdictAt, other: RowVerdictAt) -> bool:
     there = [one.machine.presence.in_conditions(d.state.name) for d in (one, other)]
     if not there[0] <= there[1]:
         return False
-    context, fact = _ended(other), _ended(one)
+    context, fact = _end_conditions(other), _end_conditions(one)
     if context == fact:
         return True
-    if one.is_vague or other.is_vague:
+    if one.is_incomplete or other.is_incomplete:
         return False
     return all(one.machine.prover.implies(context, part) for part in fact)
 
 
-def _ended(decided: RowVerdictAt) -> tuple[Expr, ...]:
+def _end_conditions(decided: RowVerdictAt) -> tuple[Expr, ...]:
     """What holds whenever a state ends by a cause."""
     return as_conditions(decided.state.behaviour.ended(decided.cause))
 
@@ -169,7 +169,7 @@ def _search(facts: Facts) -> Examples:
 def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
     """E0601, once for all states that fail alike; a cause without any row is another matter."""
     examples = cache(partial(_search, facts))
-    for told in shared(facts, _gap):
+    for told in group_refutations(facts, _gap):
         decided, widest, gap = told.first, told.widest, told.witness
         state = decided.state
         yield Diagnostic(
@@ -214,7 +214,7 @@ _MOST = 6
 def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
     """E0602, for two rows that can apply together; others of the same states are related."""
     examples = cache(partial(_search, facts))
-    for told in shared(facts, lambda decided: decided.verdict.decision.overlap):
+    for told in group_refutations(facts, lambda decided: decided.verdict.decision.overlap):
         decided, widest, overlap = told.first, told.widest, told.witness
         one, other = overlap.holding
         first, second = decided.verdict.rows[one], decided.verdict.rows[other]
@@ -356,7 +356,7 @@ def _dead(row: Transition, decided: RowVerdictAt) -> Iterator[Diagnostic]:
         code, about, named = "W0605", row.condition.place, f"`{row.condition.name}`"
         when = f"when state `{state.name}` ends {ending(behaviour, decided.cause)}"
         words = f"{named} never holds {when}"
-    excluded = machine.dwell_times.excludes(row)
+    excluded = machine.dwell_times.excludes_row(row)
     yield Diagnostic(
         code,
         words,
@@ -389,6 +389,3 @@ def rows_proved(facts: Facts) -> Iterator[Diagnostic]:
                 f"ended {ending(state.behaviour, decided.cause)}",
                 help=decided.verdict.decision.way_out or _WAY_OUT,
             )
-
-
-CHECKS = (rows_complete, rows_exclusive, causes_have_rows, rows_can_apply, rows_proved)

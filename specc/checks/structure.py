@@ -1,13 +1,16 @@
-"""Agents with their subsystems and devices (2.1, 2.2)."""
+"""Agents, their subsystems and devices (2.1, 2.2), and both ends of connections (section 3)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
-from specc.model.system import Agent, Device, Port, Subsystem, System
+from specc.diagnostics.phrases import join_words
+from specc.model.system import Agent, Device, Element, Port, Shared, Subsystem, System
+from specc.model.types import Enum, Opaque, Record, Type
+from specc.model.wires import Wire
 from specc.source import Place
 
 # The subsystems of an agent have different names; `c` is the control subsystem.
@@ -112,7 +115,7 @@ def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
                 help="give it effectors, receptors or connections with other agents, or delete it",
             )
         elif agent.kind and agent.kind != kind:
-            has = listed((_MEANING[letter] for letter in kind), "and")
+            has = join_words((_MEANING[letter] for letter in kind), "and")
             yield Diagnostic(
                 "E0407",
                 f"agent `{agent.name}` is of kind {kind}, not {agent.kind}",
@@ -149,9 +152,281 @@ def _agent(qualified_name: str) -> str:
     return qualified_name.partition(".")[0]
 
 
-CHECKS = (
-    subsystems_distinct,
-    devices_owned,
-    devices_used,
-    agent_kind,
-)
+# Connected buffers have exactly the same structure at both ends.
+
+
+_MOST_SHOWN = 4
+
+
+def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
+    """O0403, E0404 and E0405, for connections with subsystems and with devices."""
+    for subsystem in facts.subsystems:
+        for wire in facts.wires.of(subsystem):
+            if wire.name in facts.broken | facts.wires.contested:
+                continue
+            if wire.device is not None:
+                there = _side(wire.device, "y" if wire.port.direction == "x" else "x")
+                yield from _compare(_end(wire.port), _End(there, wire.elements))
+            elif wire.other is not None:
+                yield from _between_subsystems(wire, wire.other, facts)
+    for device in facts.system.devices:
+        yield from _unconnected(device, facts)
+
+
+def _side(device: Device, side: str) -> Place:
+    """Where a device declares what it accepts or reports, or the device if it declares nothing."""
+    return replace(device.place, route=(*device.place.route, side))
+
+
+def _between_subsystems(wire: Wire, other: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
+    subsystem, port, end = wire.subsystem, wire.port, wire.end
+    if other is subsystem:
+        yield Diagnostic(
+            "E0401",
+            f"`{port.peer}` is `{subsystem.agent}` itself, and an agent does not talk to itself",
+            port.place,
+            related=_user(subsystem, port, facts),
+            help="give the parameter another agent; what a subsystem keeps for itself is memory",
+        )
+        return
+    if end is None:
+        verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
+        name = subsystem.name if other.agent == subsystem.agent else subsystem.agent
+        lacks = _buffer(other, key, name)
+        yield Diagnostic(
+            "O0403",
+            f"`{other.qualified_name}` has no buffer that {verb} `{subsystem.qualified_name}`",
+            port.place,
+            "nothing is connected to this end",
+            (
+                Related(
+                    replace(lacks, part="key"), f"`{other.qualified_name}` has its buffers here"
+                ),
+                *_user(subsystem, port, facts),
+            ),
+            f"add `{name}: {{...}}` under its `{key}:`, with the same elements"
+            + (_OR_GIVEN if lacks.file != other.place.file else ""),
+            lacks=(lacks,),
+        )
+    elif port.direction == "x":
+        yield from _compare(_end(port), _end(end))
+
+
+_OR_GIVEN = ", or make it one of the agents that it is given"
+
+
+def _user(subsystem: Subsystem, port: Port, facts: Facts) -> tuple[Related, ...]:
+    """Where a subsystem, or its agent, stands that is described in another file."""
+    agents = (agent.place for agent in facts.system.agents if agent.name == subsystem.agent)
+    users = (place for place in (subsystem.place, *agents) if place.file != port.place.file)
+    return tuple(Related(place, f"this is `{subsystem.qualified_name}`") for place in users)[:1]
+
+
+# What one subsystem sends to another goes through one buffer.
+
+
+def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
+    """E0413; two parameters of a description may stand for one agent."""
+    for subsystem in facts.subsystems:
+        first: dict[tuple[str, str], Port] = {}
+        for wire in facts.wires.of(subsystem):
+            port = wire.port
+            earlier = first.setdefault((port.direction, wire.name), port)
+            if earlier is not port and wire.other:
+                yield Diagnostic(
+                    "E0413",
+                    f"`{port.peer}` and `{earlier.peer}` are both `{wire.name}`",
+                    port.place,
+                    related=(
+                        Related(earlier.place, "the other one"),
+                        *_user(subsystem, port, facts),
+                    ),
+                    help="one buffer leads from one subsystem to another: give the parameters "
+                    "different agents, or put all elements into one buffer",
+                )
+
+
+def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
+    """Where a buffer of a subsystem would be declared, beside its others if it has any."""
+    here = subsystem.place
+    others = [port.place for port in subsystem.ports]
+    route = others[0].route[:-2] if others else here.route
+    file = others[0].file if others else here.file
+    return Place(file, (*route, direction, peer))
+
+
+@dataclass(frozen=True, slots=True)
+class _End:
+    """An end of a connection, at its place, and the interface that it names."""
+
+    place: Place
+    elements: tuple[Element, ...]
+    port: Port | None = None
+
+    @property
+    def interface(self) -> Shared | None:
+        return self.port.interface if self.port else None
+
+    def place_of(self, element: Element) -> Place:
+        return self.port.place_of(element) if self.port else element.place
+
+    def declared(self, element: Element) -> tuple[Related, ...]:
+        """Where an element of its interface is declared."""
+        if self.interface is None or self.place_of(element) == element.place:
+            return ()
+        return (Related(element.place, f"in `{self.interface.text}`"),)
+
+
+def _end(port: Port) -> _End:
+    return _End(port.place, port.elements, port)
+
+
+def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
+    """Two ends of a connection."""
+    mine, theirs = ({e.name: e for e in end.elements} for end in (here, there))
+    for name, one in mine.items():
+        other = theirs.get(name)
+        if other and one.type != other.type:
+            mine_is, theirs_is = _distinct_texts(one.type, other.type)
+            connected = Related(there.place_of(other), f"connected to this one: `{theirs_is}`")
+            declared = here.declared(one) or there.declared(other)
+            yield Diagnostic(
+                "E0405",
+                f"`{name}` is `{mine_is}` at one end and `{theirs_is}` at the other",
+                here.place_of(one),
+                f"`{mine_is}`",
+                (connected, *declared),
+                "both ends of a connection must have exactly the same type",
+            )
+    only_here = [e for e in here.elements if e.name not in theirs]
+    only_there = [e for e in there.elements if e.name not in mine]
+    if only_here and only_there:
+        yield _two_lists(_Lack(here, only_there), _Lack(there, only_here))
+    elif only_here or only_there:
+        ends = (here, there) if only_there else (there, here)
+        yield _missing(_Lack(ends[0], only_there or only_here), ends[1])
+
+
+def _distinct_texts(one: Type, other: Type) -> tuple[str, str]:
+    """Texts of two types that differ; of one name in two files, with what differs in them."""
+    texts = str(one), str(other)
+    if texts[0] != texts[1]:
+        return texts
+    inside = _inside(one), _inside(other)
+    for (name, mine), (_, theirs) in zip(_parts(one), _parts(other), strict=False):
+        if inside[0] == inside[1] and mine != theirs:
+            told = _distinct_texts(mine, theirs)
+            return f"{texts[0]} with {name}{told[0]}", f"{texts[1]} with {name}{told[1]}"
+    return f"{texts[0]}{inside[0]}", f"{texts[1]}{inside[1]}"
+
+
+def _parts(type_: Type) -> list[tuple[str, Type]]:
+    if isinstance(type_, Record):
+        return [(f"{name}: ", inner) for name, inner in type_.fields]
+    return [("", inner) for inner in type_.parts]
+
+
+def _inside(type_: Type) -> str:
+    """What a type has of its own beside its name and the types of its parts."""
+    match type_:
+        case Enum(members=members):
+            return f" = enum[{', '.join(members)}]"
+        case Record(fields=fields, python=python):
+            return f" {{{', '.join(name for name, _ in fields)}}}{python and f' of {python}'}"
+        case Opaque(python=python, codec=codec):
+            return f" of {', '.join(filter(None, (python, *codec))) or 'no class'}"
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Lack:
+    """An end of a connection, and what only the other one has."""
+
+    end: _End
+    elements: list[Element]
+
+    @property
+    def place(self) -> Place:
+        return self.end.place
+
+    @property
+    def names(self) -> str:
+        return join_words([f"`{element.name}`" for element in self.elements], "and")
+
+    @property
+    def others(self) -> tuple[Related, ...]:
+        """Where the other end has it; the first of many."""
+        return tuple(
+            Related(element.place, f"`{element.type}`, missing at the other end")
+            for element in self.elements[:_MOST_SHOWN]
+        )
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Where it would be declared; an interface has other users, too."""
+        if self.end.interface:
+            return ()
+        route = self.place.route
+        return tuple(
+            replace(self.place, route=(*route, element.name), part="value")
+            for element in self.elements
+        )
+
+
+def _missing(lack: _Lack, other: _End) -> Diagnostic:
+    added = join_words([f'`{element.name}: "{element.type}"`' for element in lack.elements], "and")
+    it = "it" if len(lack.elements) == 1 else "them"
+    interface = lack.end.interface
+    to = f" to interface `{interface.text}`" if interface else ""
+    if interface and other.interface and interface.text != other.interface.text:
+        to += f", name `{other.interface.text}` at both ends"
+    related = (Related(interface.place, "has the elements of this end"),) if interface else ()
+    return Diagnostic(
+        "E0404",
+        f"the buffer lacks {lack.names}, which the other end has",
+        lack.place,
+        f"lacks {it}",
+        (*lack.others, *related),
+        f"add {added}{to}, or delete {it} at the other end",
+        lacks=lack.places,
+    )
+
+
+def _two_lists(here: _Lack, there: _Lack) -> Diagnostic:
+    """Each end has what the other lacks: a different name, or the elements of another buffer."""
+    return Diagnostic(
+        "E0404",
+        f"the buffer lacks {here.names}, and its other end lacks {there.names}",
+        here.place,
+        f"has {there.names} instead",
+        (*here.others, Related(there.place, "the other end")),
+        "give both ends the same elements; perhaps one end has those of another buffer",
+        lacks=here.places + there.places,
+    )
+
+
+def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
+    """A device of which only one side is connected; one without any is `devices_used`'s matter."""
+    wires = facts.wires.at(device.qualified_name)
+    contested = device.qualified_name in facts.wires.contested
+    if not wires or contested or any(w.subsystem.qualified_name in facts.broken for w in wires):
+        return
+    subsystem, port = wires[0].subsystem, wires[0].port
+    sides = (
+        (device.x, "x", "y", f"nothing commands `{device.qualified_name}`"),
+        (device.y, "y", "x", f"nothing reads what `{device.qualified_name}` reports"),
+    )
+    for elements, side, direction, message in sides:
+        if elements and not any(wire.port.direction == direction for wire in wires):
+            names = ", ".join(f"`{e.name}`" for e in elements)
+            lacks = _buffer(subsystem, direction, port.peer)
+            here = replace(lacks, part="key")
+            yield Diagnostic(
+                "O0403",
+                message,
+                _side(device, side),
+                f"{names}: missing at the other end",
+                (Related(here, f"`{subsystem.qualified_name}` works with it"),),
+                f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",
+                lacks=(lacks,),
+            )

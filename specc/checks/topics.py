@@ -6,7 +6,14 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, first_key
-from specc.analysis.ros2 import JOINT_STATE, MessageTypeMismatch, frames_of, part_of, short, watched
+from specc.analysis.ros2 import (
+    JOINT_STATE,
+    MessageTypeMismatch,
+    frames_of,
+    part_of,
+    published_value,
+    short,
+)
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
 from specc.model.binding import PLANT
@@ -39,7 +46,7 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
         return "messages have no rate: the latest one counts", "delete `rate`"
     if key := first_key(binding, _OF_A_MODEL):
         return f"`{key}` is for MuJoCo models", f"delete `{key}`"
-    if bound.commanded and binding.max_gap_s is not None:
+    if bound.is_commanded and binding.max_gap_s is not None:
         why = f"`{name}` is commanded: `max_gap` is for what a device reports"
         return why, "delete `max_gap`"
     if binding.tf:
@@ -50,7 +57,7 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
 def _wrong_tf(bound: BoundElement) -> tuple[str, str] | None:
     """What is wrong with a binding to a transform."""
     name, binding = bound.element.name, bound.binding
-    if bound.commanded:
+    if bound.is_commanded:
         return f"`{name}` is commanded, and transforms are only read", "publish a pose on a topic"
     others = ("topic", "action", "message", "part", "qos", "joints", "through")
     if key := first_key(binding, others):
@@ -88,10 +95,10 @@ def _wrong_action(bound: BoundElement) -> tuple[str, str] | None:
         return "an action has several parts", "add `part:` goal, status, feedback or result"
     if not binding.message:
         return f"`{name}` has no `type`", "add `type:`, e.g. `type: control_msgs/GripperCommand`"
-    if bound.commanded and binding.part != "goal":
+    if bound.is_commanded and binding.part != "goal":
         why = f"`{name}` is commanded, and the {binding.part} of an action is not"
         return why, "commanded is its `goal`; reported are `status`, `feedback` and `result`"
-    if binding.through and binding.part == "goal" and not bound.commanded:
+    if binding.through and binding.part == "goal" and not bound.is_commanded:
         why = f"`{name}` is the goal that was commanded, and no message"
         return why, "delete `through`"
     return None
@@ -100,9 +107,9 @@ def _wrong_action(bound: BoundElement) -> tuple[str, str] | None:
 def goals_given_back(facts: Facts) -> Iterator[Diagnostic]:
     """E0505, E0521: a goal that is given back is one that an element commands, of its type."""
     goals = [bound for bound in _topics(facts) if bound.binding.part == "goal"]
-    commanded = {bound.binding.action: bound for bound in goals if bound.commanded}
+    commanded = {bound.binding.action: bound for bound in goals if bound.is_commanded}
     for bound in goals:
-        if bound.commanded:
+        if bound.is_commanded:
             continue
         action, type_ = bound.binding.action, bound.element.type
         sender = commanded.get(action)
@@ -125,7 +132,7 @@ def goals_given_back(facts: Facts) -> Iterator[Diagnostic]:
 def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0511, E0521; a binding of the wrong kind is `topics_fit`'s matter."""
     for bound in _topics(facts):
-        misfit = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
+        misfit = part_of(bound.binding, bound.element.type, commanded=bound.is_commanded)
         if isinstance(misfit, MessageTypeMismatch):
             place = _place(bound)
             yield Diagnostic(
@@ -158,7 +165,7 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
         return
     known = dict(ros2.frames)
     for bound in _topics(facts):
-        part = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
+        part = part_of(bound.binding, bound.element.type, commanded=bound.is_commanded)
         if isinstance(part, MessageTypeMismatch):
             continue
         for at, frame in frames_of(part, bound.element.type):
@@ -182,7 +189,7 @@ def published_known(facts: Facts) -> Iterator[Diagnostic]:
             "say under `plant` which node there is: `ros2: {node: NAME}`, or delete it",
         )
         if plant is not None and plant.ros2 is not None:
-            found = watched(published, facts.system)
+            found = published_value(published, facts.system)
         if isinstance(found, MessageTypeMismatch):
             yield Diagnostic(found.code, found.message, published.place, help=found.help)
 
@@ -205,6 +212,3 @@ def _said(bound: BoundElement) -> str:
 
 def _type(bound: BoundElement) -> Related:
     return Related(bound.element.place, f"`{bound.element.type}`")
-
-
-CHECKS = (topics_fit, messages_fit, joints_counted, frames_named, goals_given_back, published_known)

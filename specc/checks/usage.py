@@ -8,7 +8,7 @@ from operator import attrgetter
 from specc.analysis import Facts
 from specc.analysis.reads import inputs_read, nodes
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
@@ -235,7 +235,7 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
         heard, sent = set[str](), dict[str, Place]()
         for wire, element in readers:
             machine, key = facts.of(wire.subsystem), (wire.port.peer, element.name)
-            if not machine.is_whole or key not in read[wire.subsystem.qualified_name]:
+            if not machine.is_complete or key not in read[wire.subsystem.qualified_name]:
                 break
             if all(key in state.ignores for state in wire.subsystem.states):
                 break  # it says that it means to miss members
@@ -248,7 +248,7 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
 def _unheard(wire: Wire, element: Element, sent: Mapping[str, Place]) -> Iterator[Diagnostic]:
     name = f"x.{wire.port.peer}.{element.name}"
     if sent:
-        members = listed([f"`{member}`" for member in sent], "and")
+        members = join_words([f"`{member}`" for member in sent], "and")
         yield Diagnostic(
             "W0422",
             f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",
@@ -275,10 +275,10 @@ def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
     if sender is None or end is None or sender.qualified_name in facts.broken:
         return found
     machine = facts.of(sender)
-    for state in (s for s in sender.states if s.name in machine.reached):
+    for state in (s for s in sender.states if s.name in machine.reachable_states):
         for item in state.behaviour.assignments:
             if (item.peer, item.name) == (end.peer, element):
-                for member in sorted(machine.memory_facts.members(item.value)):
+                for member in sorted(machine.value_ranges.members(item.value)):
                     found.setdefault(member, item.place)
     return found
 
@@ -323,15 +323,3 @@ def memory_read(facts: Facts) -> Iterator[Diagnostic]:
                     related=(Related(writers[element.name].place, "written here"),),
                     help="read it, delete it, or list it under `watch:` of the task",
                 )
-
-
-CHECKS = (parts_used,)
-USES = (
-    definitions_used,
-    observed_used,
-    formula_lets_used,
-    elements_read,
-    elements_written,
-    members_heard,
-    memory_read,
-)

@@ -16,7 +16,7 @@ from tempfile import mkdtemp
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from specc.atomic_files import folder_aside
+from specc.atomic_files import temporary_folder
 from specc.lower import FilePlan
 from specc.resources import templates_dir
 
@@ -75,7 +75,7 @@ def formatted(files: Mapping[str, str]) -> dict[str, str]:
         FormatError: ruff is missing, or a text is not Python.
     """
     ruff = find_ruff()
-    with folder_aside() as directory:
+    with temporary_folder() as directory:
         for path, text in files.items():
             file = directory / path
             file.parent.mkdir(parents=True, exist_ok=True)

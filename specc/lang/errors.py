@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
-from specc.diagnostics.nearest import is_slip, nearest, surely_meant
+from specc.diagnostics.nearest import is_typo, nearest, sole_correction
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -234,7 +234,7 @@ class ExprError(ExprErrors):
 
     def with_suggestions(self, name: str, close: Sequence[str]) -> ExprError:
         """This finding, about a name between the offsets that is like the `close` ones."""
-        self.wrong, self.repair = name, surely_meant(name, close)
+        self.wrong, self.repair = name, sole_correction(name, close)
         return self
 
     def because(self, origins: Iterable[Origin], expected: Type | None = None) -> ExprError:
@@ -245,7 +245,7 @@ class ExprError(ExprErrors):
 
     def not_there(self, message: str, help: str, name: str, close: Sequence[str]) -> ExprError:
         """This finding, or an open point if the name is not a slip: it may be defined later."""
-        if not is_slip(name, close):
+        if not is_typo(name, close):
             self.code, self.message, self.repair = "O0205", message, ""
             default = self.help in (help, *_WAYS_OUT.values())
             self.help = help if default else or_else(help, self.help)

@@ -6,7 +6,7 @@ import ast
 import math
 from functools import partial
 
-from specc.diagnostics.nearest import nearest, surely_meant
+from specc.diagnostics.nearest import nearest, sole_correction
 from specc.lang.context import Context, needs_context
 from specc.lang.errors import ExprError, did_you_mean, each
 from specc.lang.parse import span
@@ -64,7 +64,7 @@ def _surely_meant(name: str) -> str:
         # `MN` is a million newtons, not a thousandth of one.
         mega = name.startswith("M") and same[0].startswith("m") and len(name) > 1
         return same[0] if len(same) == 1 and not mega else ""
-    return surely_meant(name, [u for u in UNITS if u[:1] == name[:1]], _LONG_ENOUGH)
+    return sole_correction(name, [u for u in UNITS if u[:1] == name[:1]], _LONG_ENOUGH)
 
 
 # Typing rules of literals: numbers with and without units, truth values, texts, vectors, lists.

@@ -12,7 +12,7 @@ import warnings
 from functools import lru_cache
 
 from specc.lang.errors import FOLLOW_UP, ExprError
-from specc.limits import DESCRIBE_LESS, OUT_OF_PARTS, left, spend
+from specc.limits import DESCRIBE_LESS, OUT_OF_PARTS, remaining, spend
 
 LONGEST = 10_000
 DEEPEST = 64
@@ -99,7 +99,7 @@ def parse(text: str, *, own: bool = False) -> ast.expr:
 def count_parts(parts: int, start: int, end: int) -> None:
     """Count what is about to be given a meaning; raises `ExprError` for all from the first on."""
     if not spend("parts", parts):
-        is_first = left("parts") + parts >= 0
+        is_first = remaining("parts") + parts >= 0
         code = "E0017" if is_first else FOLLOW_UP
         raise ExprError(OUT_OF_PARTS, start, end, DESCRIBE_LESS, code)
 

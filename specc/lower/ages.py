@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from specc.analysis.ages import Ages
-from specc.analysis.dataflow import InputNode, ReadEdge
+from specc.analysis.dataflow import Ages, InputNode, ReadEdge
 from specc.analysis.reads import nodes
 from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal
@@ -55,7 +54,7 @@ def _limits(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[Inpu
 def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) -> Iterator[str]:
     """Arguments of `MaxAge`; nothing for an input that is not read."""
     reads = ages.sources.reads_of(node.reader)
-    states = reads.states if reads else []
+    states = reads.reachable_states if reads else []
     name = node.peer, node.element
     asked = tuple(
         s.name for s in states if reads and name in {r.input for r in reads.read_by_conditions(s)}
@@ -94,10 +93,10 @@ def _behind(
 ) -> Iterator[str]:
     """What outputs are computed from that values with an age come from, directly or not."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
-    known = {node: ages.behind(node) for node in asked}
+    known = {node: ages.reads_by_state(node) for node in asked}
 
     def above(node: InputNode) -> Iterator[InputNode]:
-        known.setdefault(node, ages.behind(node))
+        known.setdefault(node, ages.reads_by_state(node))
         return (one for each in known[node].values() for one, _ in each)
 
     found: list[tuple[str, str, str]] = []

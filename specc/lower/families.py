@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from specc.analysis.reads import nodes
-from specc.diagnostics.phrases import stem
+from specc.diagnostics.phrases import common_stem
 from specc.lower.annotations import PythonTypes
 from specc.lower.flow import Proofs
 from specc.lower.module import Module
@@ -47,7 +47,7 @@ class Family:
     def stem(self) -> tuple[str, str]:
         """Agent and own name, or what those of all members begin with."""
         agents = [part.agent for part in self.members]
-        return stem(agents), stem([part.name for part in self.members])
+        return common_stem(agents), common_stem([part.name for part in self.members])
 
     def made(self, part: Subsystem | Device, class_name: str) -> str:
         """The call that makes a member."""

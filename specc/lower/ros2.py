@@ -10,8 +10,8 @@ from specc.analysis.ros2 import (
     frames_of,
     named_frames,
     part_of,
+    published_value,
     short,
-    watched,
 )
 from specc.lower.module import buffer_names
 from specc.lower.names import Imports, call, given, literal
@@ -40,7 +40,7 @@ def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
 
 def _published(each: Published, system: System, ros2: Ros2, imports: Imports) -> str:
     """The call for what others can watch; empty for a name that stands for nothing."""
-    found = watched(each, system)
+    found = published_value(each, system)
     if isinstance(found, MessageTypeMismatch):
         return ""
     subsystem, known = found.subsystem, dict(ros2.frames)
@@ -56,14 +56,14 @@ def _published(each: Published, system: System, ros2: Ros2, imports: Imports) ->
 def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     """The call that makes a topic; empty for a binding that has none."""
     binding, type_ = bound.binding, bound.element.type
-    part = part_of(binding, type_, commanded=bound.commanded)
+    part = part_of(binding, type_, commanded=bound.is_commanded)
     where = binding.topic or binding.action or ("/tf" if binding.tf else "")
     if not where or isinstance(part, MessageTypeMismatch):
         return ""
     frames = named_frames(part, type_, ros2)
     told = {
         "path": part.path,
-        "commanded": bound.commanded,
+        "commanded": bound.is_commanded,
         "joints": binding.joints,
         "frames": () if binding.tf else frames,
         "between": tuple(name for _, name in frames) if binding.tf else (),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import PurePath
 
-from specc.analysis.ages import Ages
+from specc.analysis.dataflow import Ages
 from specc.analysis.plant import bindable
 from specc.analysis.rates import base_tick
 from specc.lower.ages import ages_plan

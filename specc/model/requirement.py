@@ -40,7 +40,7 @@ class TickCondition:
 
 
 @dataclass(frozen=True, slots=True)
-class Junction:
+class BoolOp:
     """`not`, `and`, `or` of formulas; `p implies q` is `not p or q` with a `premise`."""
 
     op: Literal["not", "and", "or"]
@@ -68,7 +68,7 @@ class Temporal:
         return self.op in ("within", "throughout")
 
 
-TemporalFormula = TickCondition | Junction | Temporal
+TemporalFormula = TickCondition | BoolOp | Temporal
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,13 +146,13 @@ def antecedent(formula: TemporalFormula) -> TemporalFormula | None:
     None if it is asked at every tick.
     """
     match formula:
-        case Junction(operands=(_, conclusion), premise=premise) if premise is not None:
+        case BoolOp(operands=(_, conclusion), premise=premise) if premise is not None:
             more = antecedent(conclusion)
-            return premise if more is None else Junction("and", (premise, more))
-        case Junction(op="and", operands=operands):
+            return premise if more is None else BoolOp("and", (premise, more))
+        case BoolOp(op="and", operands=operands):
             parts = tuple(map(antecedent, operands))
             known = tuple(part for part in parts if part is not None)
-            return Junction("or", known) if len(known) == len(parts) else None
+            return BoolOp("or", known) if len(known) == len(parts) else None
         case Temporal(op="within" | "throughout", operands=(operand,)):
             return _some_time("within", formula, operand)
         case Temporal(op="once" | "historically", operands=(operand,)):

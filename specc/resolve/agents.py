@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
 
 from specc.diagnostics import Diagnostic
-from specc.limits import left, spend
 from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
-from specc.resolve.context import Findings, Where, duration_in, trace_of
-from specc.resolve.definitions import Definitions
-from specc.resolve.elements import with_safe
+from specc.resolve.context import Findings, SourceValue, duration_in, trace_of
+from specc.resolve.definitions import Definitions, Groups
+from specc.resolve.elements import all_elements, with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
+from specc.resolve.expansion import NAME, groups_of, with_buffers, with_machine, with_members
 from specc.resolve.expressions import Expressions, rate_of
-from specc.resolve.groups import Groups, groups_of, with_members
-from specc.resolve.interfaces import all_elements
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import Setting, agent_in, indexed, reuse
-from specc.resolve.through import NAME, with_buffers, with_machine
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import BufferDef, SubsystemDef
 from specc.source import Place
 
-_Control = tuple[SubsystemDef, Where, Setting]
+_Control = tuple[SubsystemDef, SourceValue, Setting]
 """A control subsystem, where it is described, and the names in force there."""
 
 
@@ -45,7 +41,7 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: Where,
+        where: SourceValue,
         at: Setting,
         instead: _Control | None = None,
     ) -> Agent | None:
@@ -78,7 +74,7 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: Where,
+        where: SourceValue,
         at: Setting,
         instead: _Control | None,
     ) -> Agent | None:
@@ -101,7 +97,7 @@ class AgentResolver:
         return replace(agent, title=definition.title or agent.title, kind=kind, place=where.key)
 
     def _virtual(
-        self, agent: str, around: AgentDef, where: Where, at: Setting
+        self, agent: str, around: AgentDef, where: SourceValue, at: Setting
     ) -> list[Subsystem | None]:
         found = []
         groups: tuple[tuple[str, SubsystemKind, Mapping[str, SubsystemDef]], ...] = (
@@ -124,7 +120,7 @@ class AgentResolver:
         kind: SubsystemKind,
         around: AgentDef,
         definition: SubsystemDef,
-        where: Where,
+        where: SourceValue,
         peers: Mapping[str, str],
         at: Setting,
     ) -> Subsystem | None:
@@ -159,23 +155,14 @@ class AgentResolver:
         budget_s = duration_in(*_first(levels, "budget"), "budget", self.findings)
         title = next((level.title for level, _ in levels if level.title), "")
 
-        def made() -> Subsystem:
-            found = self._inside(agent, name, kind, described, here, peers, inside, rate)
-            return replace(found, title=title, place=where.key, budget_s=budget_s)
-
-        times = rate, budget_s
-        given = kind, title, where.key, here.place, tuple(peers.items()), times, repr(groups)
-        behind = inside.definitions.made_from.of(here.raw) if self.findings.cache else ""
-        # Notes for completion have the types of all constants.
-        constants = inside.definitions.constants.values()
-        types = tuple((constant.name, constant.value.type) for constant in constants)
-        resolved = self._kept(f"{agent}.{name}", (*given, behind, types), made)
+        resolved = self._inside(agent, name, kind, described, here, peers, inside, rate)
+        resolved = replace(resolved, title=title, place=where.key, budget_s=budget_s)
         self._note_errors(resolved.qualified_name, here, before, repeated, withheld)
         return resolved
 
     def _levels(
-        self, name: str, definition: SubsystemDef, where: Where, at: Setting
-    ) -> tuple[list[tuple[SubsystemDef, Where]], Setting | None]:
+        self, name: str, definition: SubsystemDef, where: SourceValue, at: Setting
+    ) -> tuple[list[tuple[SubsystemDef, SourceValue]], Setting | None]:
         """A subsystem and the descriptions that it uses, each the next one.
 
         And the names in force in the last one; None if one cannot be used, which is reported.
@@ -195,7 +182,7 @@ class AgentResolver:
         return levels, inside
 
     def _note_errors(
-        self, name: str, here: Where, before: int, repeated: int, withheld: int
+        self, name: str, here: SourceValue, before: int, repeated: int, withheld: int
     ) -> None:
         """Note what the errors found since some counts mean for others who look at a subsystem."""
         found = [*self.findings.diagnostics[before:], *self.findings.repeated[repeated:]]
@@ -217,36 +204,13 @@ class AgentResolver:
         }
         return {name: members for name, members in (others | virtual).items() if members}
 
-    def _kept(
-        self, name: str, given: tuple[object, ...], made: Callable[[], Subsystem]
-    ) -> Subsystem:
-        """A subsystem as an earlier analysis has it, if that found nothing wrong with it."""
-        findings, kept = self.findings, self.findings.cache
-        if kept is None:
-            return made()
-        known: tuple[Subsystem, tuple[list[Any], ...], int] | None = kept.answer(name, given)
-        if known is not None and known[2] <= left("parts"):  # else it is made, as far as it goes
-            spend("parts", known[2])
-            findings.note(known[1])
-            return known[0]
-        before, noted, parts = self._told(), findings.noted(), left("parts")
-        subsystem = made()
-        if self._told() == before:
-            kept.keep(name, given, (subsystem, findings.notes(noted), parts - left("parts")))
-        return subsystem
-
-    def _told(self) -> tuple[int, ...]:
-        """What would be different if anything had been found, or looked up to be suggested."""
-        findings = self.findings
-        return len(findings.diagnostics), findings.suppressed, left("names compared")
-
     def _inside(
         self,
         agent: str,
         name: str,
         kind: SubsystemKind,
         definition: SubsystemDef,
-        where: Where,
+        where: SourceValue,
         peers: Mapping[str, str],
         at: Setting,
         rate: Fraction | None,
@@ -275,7 +239,9 @@ class AgentResolver:
             begun=definition.initial_state in definition.states,
         )
 
-    def _rate(self, definition: SubsystemDef, at: Where, where: Where) -> Fraction | None:
+    def _rate(
+        self, definition: SubsystemDef, at: SourceValue, where: SourceValue
+    ) -> Fraction | None:
         text = definition.rate
         if text is None:
             message = "the subsystem has no rate yet"
@@ -283,7 +249,7 @@ class AgentResolver:
             return None
         return rate_of(text, at["rate"], self.findings)
 
-    def _initial_state(self, definition: SubsystemDef, where: Where) -> str:
+    def _initial_state(self, definition: SubsystemDef, where: SourceValue) -> str:
         if definition.initial_state in definition.states:
             self.findings.use(where["states"][definition.initial_state].key, where, "initial_state")
             return definition.initial_state
@@ -298,7 +264,7 @@ class AgentResolver:
         return next(iter(definition.states), "")
 
     def _devices(
-        self, agent: str, around: AgentDef, where: Where, at: Setting
+        self, agent: str, around: AgentDef, where: SourceValue, at: Setting
     ) -> tuple[Device, ...]:
         groups: tuple[tuple[str, DeviceKind, Mapping[str, DeviceDef]], ...] = (
             ("real_effectors", "real_effector", around.real_effectors),
@@ -323,7 +289,7 @@ class AgentResolver:
                 found.append(device)
         return tuple(found)
 
-    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: Where) -> None:
+    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: SourceValue) -> None:
         """Report parts beside `use`, which would be described twice."""
         what, parts = "subsystem", definition.given - _BESIDE_USE
         help = "only title, `rate`, `budget` and `uses` may be others; say the rest in that file"
@@ -334,7 +300,7 @@ class AgentResolver:
             message = f"`{key}` has no effect: another file describes the {what}"
             self.findings.report("E0104", message, where[key].key, help=help)
 
-    def _no_description(self, what: str, where: Where, agents: Iterable[str] = ()) -> None:
+    def _no_description(self, what: str, where: SourceValue, agents: Iterable[str] = ()) -> None:
         """Report a file without such a part; `agents` are those of a system."""
         known = ", ".join(f"`{agent}`" for agent in agents)
         message = f"the file describes no {what}"
@@ -360,12 +326,14 @@ _INNER = frozenset(
 _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 
 
-def _first(levels: list[tuple[SubsystemDef, Where]], key: str) -> tuple[SubsystemDef, Where]:
+def _first(
+    levels: list[tuple[SubsystemDef, SourceValue]], key: str
+) -> tuple[SubsystemDef, SourceValue]:
     """The level that says something for a key: users come before what they use."""
     return next((level for level in levels if getattr(level[0], key) is not None), levels[-1])
 
 
-def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
+def _only_inside(finding: Diagnostic, subsystem: SourceValue) -> bool:
     """Whether an error leaves the buffers and the graph of states of the subsystem known.
 
     A row with an unknown condition is known to exist; one with an unknown state is not.

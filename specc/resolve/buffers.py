@@ -11,10 +11,10 @@ from specc.diagnostics import nearest
 from specc.lang import RESERVED, Declared, ExprError, Scope, parse
 from specc.lang.parse import names_in
 from specc.model.system import Let, Memory, Port
-from specc.resolve.context import Where, nobody_knows, trace_of
+from specc.resolve.context import SourceValue, trace_of, unknown_at
 from specc.resolve.definitions import inlined
+from specc.resolve.elements import all_elements
 from specc.resolve.expressions import Expressions
-from specc.resolve.interfaces import all_elements
 from specc.resolve.library import constant_scope
 from specc.schema.subsystem import BufferDef, SubsystemDef
 
@@ -34,7 +34,7 @@ class Buffers:
 
 
 def resolve_buffers(
-    definition: SubsystemDef, where: Where, ends: Mapping[str, str], expressions: Expressions
+    definition: SubsystemDef, where: SourceValue, ends: Mapping[str, str], expressions: Expressions
 ) -> Buffers:
     """Resolve ports (`ends`: peer -> name of the other end), memory and lets, in this order."""
     ports = _ports(definition, where, ends, expressions)
@@ -77,7 +77,7 @@ def _without(scope: Scope, broken: Collection[str]) -> Scope:
 
 
 def _ports(
-    definition: SubsystemDef, where: Where, ends: Mapping[str, str], expressions: Expressions
+    definition: SubsystemDef, where: SourceValue, ends: Mapping[str, str], expressions: Expressions
 ) -> tuple[Port, ...]:
     ports = []
     directions: tuple[tuple[Literal["x", "y"], Mapping[str, BufferDef]], ...] = (
@@ -95,7 +95,11 @@ def _ports(
 
 
 def _port(
-    peer: str, direction: Literal["x", "y"], buffer: BufferDef, at: Where, expressions: Expressions
+    peer: str,
+    direction: Literal["x", "y"],
+    buffer: BufferDef,
+    at: SourceValue,
+    expressions: Expressions,
 ) -> Port:
     """A port that has the elements of an interface, if the buffer names one, and its own."""
     found, shared = all_elements(buffer, at, direction, expressions)
@@ -107,7 +111,7 @@ def _port(
 
 
 def _memory(
-    definition: SubsystemDef, where: Where, scope: Scope, expressions: Expressions
+    definition: SubsystemDef, where: SourceValue, scope: Scope, expressions: Expressions
 ) -> tuple[Memory, ...]:
     found = []
     for name, item in definition.memory.items():
@@ -125,7 +129,7 @@ def _memory(
         if type_ is None:
             expressions.broken.add(name)
         else:
-            init = init or nobody_knows(at, type_)
+            init = init or unknown_at(at, type_)
             found.append(Memory(name, type_, init, item.title, trace_of(item), at.key))
     return tuple(found)
 
@@ -138,7 +142,7 @@ class _Lets:
     """
 
     definition: SubsystemDef
-    where: Where
+    where: SourceValue
     scope: Scope
     expressions: Expressions
     _numbers: dict[str, int] = field(default_factory=dict)
@@ -160,7 +164,7 @@ class _Lets:
             wanted = self.expressions.type(at["type"], item.type) if item.type else None
             indices, scope = self.expressions.indexed(item.each, at, self.scope)
             scope = replace(scope, defines=name)
-            value = self.expressions.value(at.scalar("is"), item.value, scope, wanted)
+            value = self.expressions.value(at["is"], item.value, scope, wanted)
             if value is None:
                 self.expressions.broken.add(name)
             else:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from specc.model.system import SubsystemKind
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Findings, SourceValue
 from specc.schema import SubsystemDef
 from specc.schema.files import AgentDef, DeviceDef
 from specc.source import Place
@@ -63,10 +63,10 @@ class Neighbours:
     around: AgentDef
     agents: Collection[str]
     findings: Findings
-    at: Where
+    at: SourceValue
     """The subsystem in its agent."""
 
-    def missing_devices(self, definition: SubsystemDef, where: Where) -> list[str]:
+    def missing_devices(self, definition: SubsystemDef, where: SourceValue) -> list[str]:
         """Devices that a subsystem uses and that are not there or not for it, after reporting."""
         word = word_of(self.kind)
         other = "receptor" if word == "effector" else "effector"
@@ -95,7 +95,7 @@ class Neighbours:
     def missing_peers(
         self,
         definition: SubsystemDef,
-        where: Where,
+        where: SourceValue,
         peers: Mapping[str, str],
         devices: Collection[str],
     ) -> Iterator[str]:
@@ -114,12 +114,12 @@ class Neighbours:
                     yield peer
 
     def _may_come(
-        self, peer: str, elements: Collection[str], where: Where, peers: Mapping[str, str]
+        self, peer: str, elements: Collection[str], where: SourceValue, peers: Mapping[str, str]
     ) -> bool:
         """Whether a peer that does not exist may be to come; reports it in any case."""
         place = where[peer].key
         if part := self._absent(peer, elements):
-            self.findings.not_there(part, place, "add it to the agent")
+            self.findings.report_missing(part, place, "add it to the agent")
             return True
         if rule := self._broken_rule(peer):
             message, hint = rule

@@ -28,13 +28,13 @@ from specc.lang import (
     parse_type,
     spread,
 )
-from specc.limits import take
+from specc.limits import spend_or_raise
 from specc.model.expr import Expr, constants_in, has_unknown
 from specc.model.system import Constant
 from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
-from specc.resolve.context import Findings, Meaning, TypeText, Where
-from specc.resolve.definitions import Definitions, indices_of, inlined, report_taken
+from specc.resolve.context import Findings, Meaning, SourceValue, TypeText
+from specc.resolve.definitions import Definitions, indices_of, inlined, report_clash
 from specc.source import Place, Sources
 
 # Expressions that a YAML comment cuts short.
@@ -69,7 +69,7 @@ _OF_A_DECLARATION = 4
 def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> float:
     """The value of an expression over constants; raises ExprError if only a run can tell it."""
     try:
-        count = partial(take, "folding")
+        count = partial(spend_or_raise, "folding")
         value = float(evaluate(inlined(expr, constants), Environment(count=count)))
     except (LookupError, ArithmeticError, ValueError) as error:
         if constants_in(expr) and not isinstance(error, LookupError):
@@ -95,11 +95,11 @@ class Expressions:
     definitions: Definitions
     broken: set[str] = field(default_factory=set)
     unresolved: set[str] = field(default_factory=set)
-    home: Where | None = None
+    home: SourceValue | None = None
     groups: Mapping[str, Members] = field(default_factory=dict)
     """Names of many peers, with the peers."""
 
-    def type(self, where: Where, text: str) -> Type | None:
+    def type(self, where: SourceValue, text: str) -> Type | None:
         """The type that `text` spells, or None after reporting."""
         names = self.definitions.names()
         self.findings.types.append(TypeText(where, "type", text, names, self.definitions.places))
@@ -110,7 +110,7 @@ class Expressions:
             self.report(where, text, error)
             return None
 
-    def tree(self, where: Where, text: str) -> ast.expr | None:
+    def tree(self, where: SourceValue, text: str) -> ast.expr | None:
         """The syntax tree of `text`, or None after reporting."""
         try:
             return spread(parse(text), self.groups)
@@ -120,7 +120,7 @@ class Expressions:
 
     def value(
         self,
-        where: Where,
+        where: SourceValue,
         text: str,
         scope: Scope,
         expected: Type | None,
@@ -133,11 +133,11 @@ class Expressions:
         expr = self._parsed(where, text, scope, expected, declared)
         return None if expr is None or has_unknown(expr) else expr
 
-    def condition(self, where: Where, text: str, scope: Scope) -> Expr | None:
+    def condition(self, where: SourceValue, text: str, scope: Scope) -> Expr | None:
         """The typed condition, parts of which are unknown after reporting, or None."""
         return self._parsed(where, text, scope, Bool(), None)
 
-    def inside(self, where: Where, text: str, scope: Scope) -> None:
+    def inside(self, where: SourceValue, text: str, scope: Scope) -> None:
         """Report what is wrong in an expression, whatever it is used for."""
         self._note(where, text, scope, None)
         tree = self.tree(where, text)
@@ -151,7 +151,12 @@ class Expressions:
                     self.report(where, text, error)
 
     def _parsed(
-        self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
+        self,
+        where: SourceValue,
+        text: str,
+        scope: Scope,
+        expected: Type | None,
+        declared: Place | None,
     ) -> Expr | None:
         expr = self._typed(where, text, scope, expected, declared)
         self._note(where, text, scope, expr)
@@ -161,15 +166,19 @@ class Expressions:
             self.report(where, text, error)
             return None
 
-    def _note(self, where: Where, text: str, scope: Scope, expr: Expr | None) -> None:
-        """Note a text for editors; outside of subsystems `resolve.uses` reads it, too."""
-        if self.home is None or self.findings.cache is not None:
-            told = None if expr is None or has_unknown(expr) else expr
-            places = self.definitions.places
-            self.findings.meanings.append(Meaning(where, text, scope, told, places, self.home))
+    def _note(self, where: SourceValue, text: str, scope: Scope, expr: Expr | None) -> None:
+        """Record the meaning of a text for editors and `resolve.uses`."""
+        known = None if expr is None or has_unknown(expr) else expr
+        places = self.definitions.places
+        self.findings.meanings.append(Meaning(where, text, scope, known, places, self.home))
 
     def _typed(
-        self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
+        self,
+        where: SourceValue,
+        text: str,
+        scope: Scope,
+        expected: Type | None,
+        declared: Place | None,
     ) -> Expr | None:
         tree = self.tree(where, text)
         if tree is None:
@@ -186,7 +195,7 @@ class Expressions:
             return errors.expr
 
     def report(
-        self, where: Where, text: str, error: ExprError, target: Related | None = None
+        self, where: SourceValue, text: str, error: ExprError, target: Related | None = None
     ) -> None:
         """Tell an error of a text, but not that a name is unknown whose own definition is wrong."""
         named = text[error.start : error.end].rsplit(".", 1)[-1]
@@ -227,7 +236,7 @@ class Expressions:
         return ("a constant", constant.place) if constant else None
 
     def indexed(
-        self, each: Mapping[str, str], where: Where, scope: Scope
+        self, each: Mapping[str, str], where: SourceValue, scope: Scope
     ) -> tuple[dict[str, Constant], Scope]:
         """The indices of the `for` of a part at `where`, and the scope of its expressions.
 
@@ -238,7 +247,7 @@ class Expressions:
         indices = indices_of(each, where)
         for index in indices.values():
             if declared := self._declaration(index.name):
-                report_taken(index, *declared, self.findings)
+                report_clash(index, *declared, self.findings)
         known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
         return indices, replace(scope, constants={**scope.constants, **known})
 
@@ -262,7 +271,7 @@ def _fraction(text: str) -> Fraction:
     return Fraction(text)
 
 
-def rate_of(text: str, where: Where, findings: Findings) -> Fraction | None:
+def rate_of(text: str, where: SourceValue, findings: Findings) -> Fraction | None:
     """Periods per second from `500 Hz`, `2 kHz` or `10 ms`; None after reporting."""
     number, _, unit_text = text.strip().partition(" ")
     try:

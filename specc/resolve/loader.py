@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
 from specc.model.binding import Published
-from specc.read import ANYWHERE, Document, Reach, read_file, specification
-from specc.resolve.context import Findings, Where
+from specc.read import ANYWHERE, AllowedPaths, Document, read_file, specification
+from specc.resolve.context import Findings, SourceValue
 from specc.resolve.library import Loaded
-from specc.schema import ROW_KEYS, SpecFile, shape, unfolded
+from specc.schema import ROW_KEYS, SpecFile, desugar, shape
 from specc.source import (
     PUBLISH,
     SET,
@@ -36,31 +36,31 @@ class Loader:
 
     findings: Findings
     read: Callable[[str, tuple[str, ...]], Document] = read_file
-    reach: Reach = ANYWHERE
+    reach: AllowedPaths = ANYWHERE
     sources: Sources = field(default_factory=Sources)
     _files: dict[str, Loaded | None] = field(default_factory=dict)
     _values: int = 0
     _full: bool = False
 
-    def load(self, path: str, named_at: Where | None = None) -> Loaded | None:
+    def load(self, path: str, named_at: SourceValue | None = None) -> Loaded | None:
         """The file at `path`; `named_at` is where another file names it."""
         real = real_path(path)
         if real not in self._files:
             self._files[real] = self._load(path, named_at)
         return self._files[real]
 
-    def given(self, values: Mapping[str, str]) -> dict[str, Where]:
+    def given(self, values: Mapping[str, str]) -> dict[str, SourceValue]:
         """Texts of the command line that stand in place of those of constants, by name."""
         if values:
             self.sources.add(on_command_line(values))
-        return {name: Where(SET, (name,), text) for name, text in values.items()}
+        return {name: SourceValue(SET, (name,), text) for name, text in values.items()}
 
-    def stop(self, formula: str | None) -> Where | None:
+    def stop(self, formula: str | None) -> SourceValue | None:
         """The formula of the command line that ends a run."""
         if formula is None:
             return None
         self.sources.add(SourceFile(STOP_WHEN, formula, TextNode(0, len(formula), formula)))
-        return Where(STOP_WHEN, (), formula)
+        return SourceValue(STOP_WHEN, (), formula)
 
     def published(self, names: Sequence[str]) -> tuple[Published, ...]:
         """What the command line says that others in ROS can watch."""
@@ -73,8 +73,8 @@ class Loader:
         """Whether every file that was asked for has its shape."""
         return all(file is not None for file in self._files.values())
 
-    def _load(self, path: str, named_at: Where | None) -> Loaded | None:
-        if not self.reach.holds(path):
+    def _load(self, path: str, named_at: SourceValue | None) -> Loaded | None:
+        if not self.reach.contains(path):
             self._outside(path, named_at)
             return None
         if len(self._files) >= MAX_FILES:
@@ -90,12 +90,12 @@ class Loader:
         self.findings.diagnostics += [_at(finding, named_at) for finding in document.diagnostics]
         if not document.ok:
             return None
-        data, faults = unfolded(document.data, path)
+        data, faults = desugar(document.data, path)
         spec, wrong = (None, []) if faults else shape(SpecFile, data, path)
         self.findings.diagnostics += (*faults, *wrong)
         if spec is None:
             return None
-        top = Where(path, (), data)
+        top = SourceValue(path, (), data)
         if _parts(spec) > MAX_PARTS:
             message = f"the file describes more than {MAX_PARTS} agents, subsystems and devices"
             hint = "describe repeated parts once, in a file of their own, or split the system"
@@ -109,13 +109,13 @@ class Loader:
             )
         return Loaded(path, spec, top)
 
-    def _outside(self, path: str, named_at: Where | None) -> None:
+    def _outside(self, path: str, named_at: SourceValue | None) -> None:
         if named_at is not None:
-            self.findings.outside(self.reach, path, named_at)
+            self.findings.report_outside(self.reach, path, named_at)
         else:
-            self.findings.diagnostics.append(self.reach.link_out(path))
+            self.findings.diagnostics.append(self.reach.link_finding(path))
 
-    def _refuse(self, message: str, named_at: Where | None) -> None:
+    def _refuse(self, message: str, named_at: SourceValue | None) -> None:
         """Report, once, that there is too much to read."""
         if not self._full and named_at is not None:
             hint = "move a part of the system into a specification of its own"
@@ -133,7 +133,7 @@ def _parts(spec: SpecFile) -> int:
     return len(agents) + sum(len(group) for groups_ in groups for group in groups_)
 
 
-def _at(finding: Diagnostic, named_at: Where | None) -> Diagnostic:
+def _at(finding: Diagnostic, named_at: SourceValue | None) -> Diagnostic:
     """A file that gives no text is best shown where it is named."""
     if named_at is None:
         return finding

@@ -24,10 +24,10 @@ from specc.model.logic import joined, negation
 from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool
-from specc.resolve.context import Findings, Where, nobody_knows, trace_of
+from specc.resolve.context import Findings, SourceValue, trace_of, unknown_at
 from specc.resolve.definitions import inlined
+from specc.resolve.expansion import targets_of
 from specc.resolve.expressions import Expressions
-from specc.resolve.groups import targets_of
 from specc.resolve.uses import note_element, note_row, note_target
 from specc.schema.subsystem import (
     AssignmentDef,
@@ -52,7 +52,7 @@ class MachineResolver:
     """Resolves one subsystem's machine in the scope that its buffers make."""
 
     definition: SubsystemDef
-    where: Where
+    where: SourceValue
     scope: Scope
     ports: tuple[Port, ...]
     memory: tuple[Memory, ...]
@@ -103,23 +103,27 @@ class MachineResolver:
                 at = self.where["conditions"][kind][name]
                 self._conditions[kind, name] = self._declared(kind, name, item, at)
 
-    def _declared(self, kind: ConditionKind, name: str, item: ConditionDef, at: Where) -> Condition:
+    def _declared(
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: SourceValue
+    ) -> Condition:
         when = self._when(kind, name, item, at)
         if when is None:
-            when = nobody_knows(at, Bool())
+            when = unknown_at(at, Bool())
         return Condition(name, kind, when, item.title, trace_of(item), at.key)
 
-    def _when(self, kind: ConditionKind, name: str, item: ConditionDef, at: Where) -> Expr | None:
+    def _when(
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: SourceValue
+    ) -> Expr | None:
         if item.when is not None:
-            return self.expressions.condition(at.scalar("when"), item.when, self.scope)
+            return self.expressions.condition(at["when"], item.when, self.scope)
         message = f"nothing says when {kind} condition `{name}` holds"
         self._open("O0202", message, at, "add `when:` with a Boolean expression")
         return None
 
-    def _open(self, code: str, message: str, where: Where, help_text: str) -> None:
+    def _open(self, code: str, message: str, where: SourceValue, help_text: str) -> None:
         self._findings.report(code, message, where.key, help=help_text)
 
-    def _undeclared(self, kind: ConditionKind, name: str, where: Where) -> Condition:
+    def _undeclared(self, kind: ConditionKind, name: str, where: SourceValue) -> Condition:
         """A condition that the language has, or one of which nothing is known."""
         fixed = _FIXED[kind]
         if name in fixed:
@@ -129,17 +133,17 @@ class MachineResolver:
             message = f"`{name}` is the name of {_article(others[0])} condition only"
             help_text = f"declare it under `conditions:` as {_article(kind)} condition as well"
             self._findings.report("E0212", message, where.place, help=help_text)
-            return _vague(name, kind, where, where)
+            return _unknown_condition(name, kind, where, where)
         names = [n for k, n in self._conditions if k == kind] + list(fixed)
         self._findings.unknown("E0212", f"{kind} condition", name, names, where.place)
-        return _vague(name, kind, where, where)
+        return _unknown_condition(name, kind, where, where)
 
     def _resolve_functions(self) -> None:
         where = self.where["functions"]
         for name, item in self.definition.functions.items():
             self._functions[name] = self._function(name, item, where[name])
 
-    def _function(self, name: str, item: FunctionDef, at: Where) -> Function:
+    def _function(self, name: str, item: FunctionDef, at: SourceValue) -> Function:
         made = [
             self._assignment(target, value, at[named])
             for named, value in item.targets.items()
@@ -163,9 +167,9 @@ class MachineResolver:
             "subsystem has one side only, so write targets there"
         )
 
-    def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
+    def _assignment(self, target: str, item: AssignmentDef, at: SourceValue) -> Assignment | None:
         found = self._target(target, at)
-        here = at.scalar("is")
+        here = at["is"]
         indices, scope = self.expressions.indexed(item.each, at, self.scope)
         if found is None:
             self.expressions.inside(here, item.value, scope)
@@ -173,20 +177,19 @@ class MachineResolver:
         peer, name, of = found
         value = self.expressions.value(here, item.value, scope, of.type, of.place)
         if value is None:
-            value = nobody_knows(at, of.type)
+            value = unknown_at(at, of.type)
         value = inlined(value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
-    def _target(self, target: str, at: Where) -> _Written | None:
+    def _target(self, target: str, at: SourceValue) -> _Written | None:
         """What a target is, `y.peer.element` or memory; None after reporting."""
         found = self._targets.get(target)
-        if self._findings.cache is not None:
-            note_target(self._findings, target, at, self.where, found[2] if found else None)
+        note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
             self._no_target(target, at)
         return found
 
-    def _no_target(self, target: str, at: Where) -> None:
+    def _no_target(self, target: str, at: SourceValue) -> None:
         match target.split("."):
             case ["y", peer, name]:
                 if f"y.{peer}" in self.expressions.unresolved:
@@ -212,14 +215,14 @@ class MachineResolver:
                 if (function := self._used(name, index, used, at))
             ]
             terminal = self._terminal(name, item.terminal, at)
-            error = self._end("error", name, item.error or _NO_ERROR, at)
+            error = self._ending("error", name, item.error or _NO_ERROR, at)
             whole = len(functions) == len(item.functions) and all(f.whole for f in functions)
             self._behaviours[name] = Behaviour(
                 name, tuple(functions), terminal, error, item.title, trace_of(item), at.key, whole
             )
 
     def _used(
-        self, behaviour: str, index: int, used: UsedFunctionDef, inside: Where
+        self, behaviour: str, index: int, used: UsedFunctionDef, inside: SourceValue
     ) -> Function | None:
         """A function of a behaviour: one that is declared, or one that stands there."""
         known = self.definition.functions
@@ -237,20 +240,20 @@ class MachineResolver:
             hint = "make two items of the list: the name, and the function that stands in place"
             self._findings.report("E0104", message, at.place, help=hint)
         if used.function not in known:
-            place = at.scalar("function").place
+            place = at["function"].place
             self._findings.unknown("E0215", "function", used.function, known, place)
         self._findings.use(found.place if found else None, at, "function")
         return found
 
-    def _terminal(self, behaviour: str, given: TerminalDef | None, at: Where) -> Condition:
+    def _terminal(self, behaviour: str, given: TerminalDef | None, at: SourceValue) -> Condition:
         if given is not None:
-            return self._end("terminal", behaviour, given, at)
+            return self._ending("terminal", behaviour, given, at)
         message = f"nothing says when behaviour `{behaviour}` ends"
         self._open("O0606", message, at, "add `terminal:` with a condition, `always` or `never`")
-        return _vague(behaviour, "terminal", at["terminal"], at)
+        return _unknown_condition(behaviour, "terminal", at["terminal"], at)
 
-    def _end(
-        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, inside: Where
+    def _ending(
+        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, inside: SourceValue
     ) -> Condition:
         """A condition of a behaviour: one that is declared, or one that stands there."""
         name = f"{behaviour}.{kind}" if given.condition is None else given.condition
@@ -262,7 +265,8 @@ class MachineResolver:
             self._findings.report("E0104", message, inside[kind].place, help=hint)
         known = self._conditions.get((kind, name))
         if known is None:
-            return self._undeclared(kind, name, inside[kind].scalar("condition"))
+            at = inside[kind]
+            return self._undeclared(kind, name, at["condition"] if at.raw else at)
         if given.condition is not None:
             self._findings.use(known.place, inside, kind, "condition")
         return known
@@ -285,7 +289,12 @@ class MachineResolver:
         return tuple(states)
 
     def _elements(
-        self, names: list[str], where: Where, known: dict[str, _Exchanged], code: str, what: str
+        self,
+        names: list[str],
+        where: SourceValue,
+        known: dict[str, _Exchanged],
+        code: str,
+        what: str,
     ) -> tuple[tuple[str, str], ...]:
         """Peer and element of the events or outputs that a state names."""
         found: list[tuple[str, str]] = []
@@ -298,50 +307,39 @@ class MachineResolver:
                     self._findings.unknown(code, what, name, known, at.place)
         return tuple(found)
 
-    def _unknown_behaviour(self, state: str, name: str | None, at: Where) -> Behaviour:
+    def _unknown_behaviour(self, state: str, name: str | None, at: SourceValue) -> Behaviour:
         known = self._behaviours
         if name is None:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
         elif known:
-            place = at.scalar("behaviour").place
+            place = at["behaviour"].place
             self._findings.unknown("E0216", "behaviour", name, known, place)
         called = name or state
-        terminal = _vague(called, "terminal", at["terminal"], at)
-        error = _vague(called, "error", at["error"], at)
+        terminal = _unknown_condition(called, "terminal", at["terminal"], at)
+        error = _unknown_condition(called, "error", at["error"], at)
         return Behaviour(called, (), terminal, error, "", Trace(), at.place, whole=False)
 
     def _transitions(self) -> tuple[Transition, ...]:
         rows, table = [], self.where["transitions"]
         for index, item in enumerate(self.definition.transitions):
             at, when = table[index], item.when
-            sources = self._sources(item.sources, at)
-            known = self._is_state(item.target, at, "to", 3)
+            sources = [n for i, n in enumerate(item.sources) if self._is_state(n, at["from"][i])]
+            known = self._is_state(item.target, at["to"])
             note_row(self._findings, item, at, self.where, self._conditions)
             condition = self._conditions.get(("initial", when))
             is_remainder = when == OTHERWISE and condition is None
             if condition is None:
-                condition = self._undeclared("initial", when, at.cell("when", 2))
+                condition = self._undeclared("initial", when, at["when"])
             told = condition, item.target, trace_of(item), at.place, is_remainder
             for source in sources if known else ():
                 rows.append(Transition(source, item.cause, *told))
-        return _spelled_out(rows)
+        return _with_remainders(rows)
 
-    def _sources(self, written: list[str], row: Where) -> list[str]:
-        """The states that a row is for."""
-        if self.definition.states.keys() >= set(written):
-            return written
-        at = row.cell("from", 0)
-        if not isinstance(at.raw, list):
-            return [name for name in written if self._is_state(name, row, "from", 0)]
-        return [name for n, name in enumerate(written) if self._is_state(name, at, n, n)]
-
-    def _is_state(self, name: str, row: Where, key: str | int, index: int) -> bool:
-        """Whether there is a state of the name that stands in a row, or a list."""
+    def _is_state(self, name: str, at: SourceValue) -> bool:
         known = self.definition.states
         if known and name not in known:
-            place = row.cell(key, index).place
-            self._findings.unknown("E0217", "state", name, known, place)
+            self._findings.unknown("E0217", "state", name, known, at.place)
         return name in known
 
     def _axioms(self) -> tuple[Axiom, ...]:
@@ -355,7 +353,7 @@ class MachineResolver:
         return tuple(axioms)
 
 
-def _spelled_out(rows: Sequence[Transition]) -> tuple[Transition, ...]:
+def _with_remainders(rows: Sequence[Transition]) -> tuple[Transition, ...]:
     """The rows, with what `otherwise` stands for: no other row of the state and cause applies."""
     remainders = {(row.source, row.cause) for row in rows if row.remainder}
     others: dict[tuple[str, Cause], list[Condition]] = {place: [] for place in remainders}
@@ -393,6 +391,8 @@ def _article(kind: str) -> str:
     return f"{'an' if kind[0] in 'ei' else 'a'} {kind}"
 
 
-def _vague(name: str, kind: ConditionKind, where: Where, at: Where) -> Condition:
+def _unknown_condition(
+    name: str, kind: ConditionKind, where: SourceValue, at: SourceValue
+) -> Condition:
     """A condition, missing at `where`, of which nothing is known but its name."""
-    return Condition(name, kind, nobody_knows(where, Bool()), "", Trace(), at.place)
+    return Condition(name, kind, unknown_at(where, Bool()), "", Trace(), at.place)

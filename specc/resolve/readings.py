@@ -18,8 +18,8 @@ from specc.model.requirement import Reading
 from specc.model.system import Agent, Device, Element, Plant, Subsystem
 from specc.model.types import Bool, Enum
 from specc.model.wires import Direction, Wires
-from specc.resolve.context import suggestion
-from specc.resolve.groups import Groups
+from specc.resolve.context import suggest
+from specc.resolve.definitions import Groups
 from specc.source import Place
 
 
@@ -34,7 +34,7 @@ class World:
     agents: Sequence[Agent]
     wires: Wires
     plant: Plant | None
-    many: Mapping[Root, Groups]
+    groups: Mapping[Root, Groups]
     uncertain: frozenset[str]
 
 
@@ -58,7 +58,7 @@ class Names(ast.NodeTransformer):
         self._text = text
         self._others = set(others)
         self._agents = {agent.name: agent.place for agent in agents}
-        self._groups, self._seen = world.many.get("", {}), world.many.get(PLANT, {})
+        self._groups, self._seen = world.groups.get("", {}), world.groups.get(PLANT, {})
         self._observed = {item.name: item for item in plant.observed} if plant else {}
         self._roots = {*self._agents, PLANT} if plant else {*self._agents}
         self._wires = world.wires
@@ -283,7 +283,7 @@ class Names(ast.NodeTransformer):
         code: str,
     ) -> ExprError:
         doubtful = owner.qualified_name in self._uncertain if owner else name in self._uncertain
-        help = suggestion(name, sorted(known))  # type: ignore[call-overload]  # any iterable of names
+        help = suggest(name, sorted(known))  # type: ignore[call-overload]  # any iterable of names
         code = FOLLOW_UP if doubtful else code
         return formula_error(node, f"unknown {what} `{name}`", help, code)
 

@@ -9,16 +9,21 @@ from functools import partial
 from specc.diagnostics import Related, nearest
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size, parse_type
 from specc.lang.mentioned import names_of
-from specc.limits import MAX_DEPTH, take
+from specc.limits import MAX_DEPTH, spend_or_raise
 from specc.model.expr import Call, Expr, constants_in, walk
 from specc.model.system import Constant
 from specc.model.types import Frame, Int, Type
 from specc.reachable import reachable
-from specc.resolve.command_line import Given
-from specc.resolve.context import Findings, Where
-from specc.resolve.definitions import Definitions, OpenSize, indices_of, inlined, may_be_size
+from specc.resolve.context import CommandLineValues, Findings, SourceValue
+from specc.resolve.definitions import (
+    Definitions,
+    Groups,
+    OpenSize,
+    indices_of,
+    inlined,
+    may_be_size,
+)
 from specc.resolve.expressions import Expressions
-from specc.resolve.groups import Groups
 from specc.resolve.library import Library, Loaded, constant_scope
 from specc.schema import SpecFile, SubsystemDef
 from specc.schema.files import AgentDef
@@ -39,7 +44,7 @@ class Setting:
 
 
 def reuse(
-    user: AgentDef | SubsystemDef, where: Where, at: Setting, library: Library, name: str
+    user: AgentDef | SubsystemDef, where: SourceValue, at: Setting, library: Library, name: str
 ) -> Setting | None:
     """Load the file that `user` uses, at `where`, and bind its parameters to the arguments.
 
@@ -65,19 +70,19 @@ def reuse(
     whole, sizes = binder.sizes(file, library.given, name)
     if sizes is None:
         return None
-    definitions = library.begun(file, frames, sizes)
+    definitions = library.start(file, frames, sizes)
     given = binder.values(file, definitions, library.given, name, whole)
     agents, groups = binder.agents(file, definitions, library)
     if not binder.complete:
         return None
-    if library.findings.cache is not None:
-        definitions.made_from.add(outer.made_from.of(given))
     library.complete(definitions, file, given)
     definitions.agents, definitions.groups = agents, groups
     return Setting(file, definitions, given, using=(*using, file.path))
 
 
-def indexed(at: Setting, each: Mapping[str, str], where: Where, findings: Findings) -> Setting:
+def indexed(
+    at: Setting, each: Mapping[str, str], where: SourceValue, findings: Findings
+) -> Setting:
     """A setting with the indices of the `for` of a part at `where`, each with its one value."""
     if not each:
         return at
@@ -86,7 +91,7 @@ def indexed(at: Setting, each: Mapping[str, str], where: Where, findings: Findin
     return replace(at, definitions=definitions, given=(*at.given, *indices))
 
 
-def agent_in(file: Loaded, name: str) -> tuple[AgentDef | None, Where]:
+def agent_in(file: Loaded, name: str) -> tuple[AgentDef | None, SourceValue]:
     """The agent that a file describes; in a system that of the name, or the only one."""
     spec, top = file.spec, file.top
     if spec.agent is not None:
@@ -108,8 +113,8 @@ _FLAT = "use the file that describes the part"
 @dataclass(eq=False, slots=True)
 class _Binder:
     arguments: Mapping[str, str]
-    where: Where
-    used: Where
+    where: SourceValue
+    used: SourceValue
     outer: Definitions
     findings: Findings
     complete: bool = True
@@ -134,7 +139,7 @@ class _Binder:
         return bound
 
     def sizes(
-        self, file: Loaded, given: Given, user: str
+        self, file: Loaded, given: CommandLineValues, user: str
     ) -> tuple[dict[str, Constant | None], dict[str, int] | None]:
         """Parameters that may stand for sizes, as constants, and those that do.
 
@@ -160,7 +165,7 @@ class _Binder:
                 is_known = False
         return constants, sizes if is_known else None
 
-    def _no_size(self, name: str, number: int | None, where: Where, use: Where) -> None:
+    def _no_size(self, name: str, number: int | None, where: SourceValue, use: SourceValue) -> None:
         """Report a parameter that is a size in the description, at `use`, and cannot be one."""
         is_told = "a number that only a run can tell" if number is None else str(number)
         message = f"`{name}` is a size, {A_SIZE}, and not {is_told}"
@@ -172,7 +177,7 @@ class _Binder:
         self,
         file: Loaded,
         inner: Definitions,
-        given: Given,
+        given: CommandLineValues,
         user: str,
         known: Mapping[str, Constant | None],
     ) -> tuple[Constant, ...]:
@@ -193,12 +198,16 @@ class _Binder:
                 constants.append(self._constant(name, where, expected, file))
         return tuple(constant for constant in constants if constant is not None)
 
-    def _written(self, name: str, expected: Type, given: Given, user: str) -> Where:
+    def _written(
+        self, name: str, expected: Type, given: CommandLineValues, user: str
+    ) -> SourceValue:
         """Where the argument for a parameter stands: in the file or on the command line."""
-        other = given.instead(f"{user}.{name}", self.arguments[name], expected)
+        other = given.of(f"{user}.{name}", self.arguments[name], expected)
         return other or replace(self.where[name], raw=self.arguments[name])
 
-    def _constant(self, name: str, where: Where, expected: Type, file: Loaded) -> Constant | None:
+    def _constant(
+        self, name: str, where: SourceValue, expected: Type, file: Loaded
+    ) -> Constant | None:
         """A parameter with its value, an expression of the using file; None after reporting."""
         expressions = Expressions(self.findings, self.outer)
         value = expressions.value(where, str(where.raw), constant_scope(self.outer), expected)
@@ -249,7 +258,7 @@ class _Binder:
                 help_text = f"add `{name}: ...` under `with:`"
                 self.findings.report("E0211", message, self.used.place, help=help_text)
 
-    def _type(self, where: Where, text: str, inner: Definitions) -> Type | None:
+    def _type(self, where: SourceValue, text: str, inner: Definitions) -> Type | None:
         try:
             return parse_type(text, inner.names())
         except ExprError as error:
@@ -257,7 +266,7 @@ class _Binder:
             self.findings.expression_error(where, error)
             return None
 
-    def _note(self, kind: str, name: str, at: Where) -> None:
+    def _note(self, kind: str, name: str, at: SourceValue) -> None:
         places = self.outer.places
         self.findings.use(places.get(f"{kind} {name}") or places.get(f"parameter {name}"), at)
 
@@ -271,7 +280,7 @@ def _whole(given: Constant, outer: Definitions) -> int | None:
     marks = {name: partial(int, size.mark) for name, size in still.items()}
     try:
         value = inlined(given.value, outer.constants)
-        env = Environment(operators=marks, count=partial(take, "folding"))
+        env = Environment(operators=marks, count=partial(spend_or_raise, "folding"))
         number = int(evaluate(value, env))
     except (LookupError, ArithmeticError, ValueError, ExprError):
         return None
@@ -279,7 +288,7 @@ def _whole(given: Constant, outer: Definitions) -> int | None:
     return OpenSize(number, given.name) if is_open else number
 
 
-def _uses(where: Where, name: str, types: Collection[str]) -> Iterator[Where]:
+def _uses(where: SourceValue, name: str, types: Collection[str]) -> Iterator[SourceValue]:
     """The texts of types that have a name in the place of a size."""
     if isinstance(where.raw, str):
         role = role_of(where.route)

@@ -17,7 +17,7 @@ from specc.model import expr as m
 from specc.model.fsm import Condition
 from specc.model.system import Definition, Element, Memory
 from specc.model.types import Enum, Record, Type
-from specc.resolve.context import Findings, Meaning, TypeText, Use, Where
+from specc.resolve.context import Findings, Meaning, SourceValue, TypeText, Use
 from specc.schema import SpecFile
 from specc.schema.places import split
 from specc.schema.subsystem import TransitionDef
@@ -27,7 +27,11 @@ from specc.source import Place
 
 
 def note_target(
-    findings: Findings, target: str, at: Where, home: Where, found: Element | Memory | None
+    findings: Findings,
+    target: str,
+    at: SourceValue,
+    home: SourceValue,
+    found: Element | Memory | None,
 ) -> None:
     """Note a memory element, or peer and element of `y.peer.element`; the peer may be many.
 
@@ -48,10 +52,10 @@ def note_target(
     findings.use(element, at, part="key", start=middle + 1, end=len(written))
 
 
-def note_element(findings: Findings, name: str, at: Where, home: Where, element: Place) -> None:
+def note_element(
+    findings: Findings, name: str, at: SourceValue, home: SourceValue, element: Place
+) -> None:
     """Note peer and element of `x.peer.element` or `y.peer.element`, declared at `element`."""
-    if findings.cache is None:
-        return
     begin, middle = 2, name.rindex(".")
     findings.use(_buffer_of(home, name[0], name[begin:middle]), at, start=begin, end=middle)
     findings.use(element, at, start=middle + 1, end=len(name))
@@ -60,22 +64,19 @@ def note_element(findings: Findings, name: str, at: Where, home: Where, element:
 def note_row(
     findings: Findings,
     row: TransitionDef,
-    at: Where,
-    home: Where,
+    at: SourceValue,
+    home: SourceValue,
     conditions: Mapping[tuple[str, str], Condition],
 ) -> None:
     """Note the states and the condition that a row names."""
-    if findings.cache is None:
-        return
-    several = isinstance(at.cell("from", 0).raw, list)
-    named = [(name, ("from", n) if several else ("from",)) for n, name in enumerate(row.sources)]
-    for name, below in (*named, (row.target, ("to",))):
-        findings.use(declared_at(home, "states", name), at, *below)
+    named = [(name, at["from"][index]) for index, name in enumerate(row.sources)]
+    for name, state in (*named, (row.target, at["to"])):
+        findings.use(declared_at(home, "states", name), state)
     condition = conditions.get(("initial", row.when))
-    findings.use(condition.place if condition else None, at, "when")
+    findings.use(condition.place if condition else None, at["when"])
 
 
-def declared_at(home: Where | None, *steps: str) -> Place | None:
+def declared_at(home: SourceValue | None, *steps: str) -> Place | None:
     """Where a subsystem declares what may have an error, or comes later."""
     at = home
     for step in steps:
@@ -83,7 +84,7 @@ def declared_at(home: Where | None, *steps: str) -> Place | None:
     return at.key if at else None
 
 
-def _buffer_of(home: Where, direction: str, peer: str) -> Place:
+def _buffer_of(home: SourceValue, direction: str, peer: str) -> Place:
     return Place(home.file, (*home.route, direction, peer), "key")
 
 
@@ -269,7 +270,9 @@ def types_named(findings: Findings, path: str) -> MentionedTypes:
     return found
 
 
-def definitions_of(spec: SpecFile, top: Where, named: MentionedTypes) -> tuple[Definition, ...]:
+def definitions_of(
+    spec: SpecFile, top: SourceValue, named: MentionedTypes
+) -> tuple[Definition, ...]:
     """The definitions in a file, in its order, with the types that each one names."""
     return tuple(
         Definition(

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from specc.analysis.memory import MemoryBounds
+from specc.analysis.value_ranges import MemoryBounds
 from specc.lang import Environment, evaluate, expression
 from specc.lang.ranges import Range
 from specc.model.expr import Expr

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.lang import evaluate, show
 from specc.model.expr import TRUE, Expr
 from specc.model.fsm import OTHERWISE, Condition, Transition

@@ -20,7 +20,7 @@ from specc_runtime.forms import Layout
 from specc_runtime.temporal import UNKNOWN
 
 from specc import pipeline
-from specc.diagnostics import stops
+from specc.diagnostics import blocks
 from specc.emit import filled
 from specc.lang import RESERVED, TYPE_WORDS
 from specc.lower import lower
@@ -334,7 +334,7 @@ def compiled(kind: str, names: list[str], folder: Path) -> pipeline.Result:
 
 def errors(result: pipeline.Result) -> list[str]:
     """What stops a build, but for tables that are not proved."""
-    found = [d for d in result.diagnostics if stops(d.code, "build")]
+    found = [d for d in result.diagnostics if blocks(d.code, "build")]
     return [
         f"{d.code} {d.message}"
         for d in found

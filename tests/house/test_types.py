@@ -31,7 +31,7 @@ OTHER_CHOICES = {
         "lang/types.py": {"TypeReader._element", "TypeReader._complete"},
     },
     "what differs between two types of one text, or two versions of a type": {
-        "checks/ends.py": {"_inside"},
+        "checks/structure.py": {"_inside"},
         "tools/diff/equivalence.py": {"_type_parts", "type_text"},
     },
 }

@@ -20,7 +20,7 @@ from specc_runtime.records import StepRecord
 from specc_runtime.subsystem import Subsystem as Generated
 from specc_runtime.system import System as Built
 
-from specc.analysis.ages import Ages
+from specc.analysis.dataflow import Ages
 from specc.emit import filled
 from specc.lower import Proofs, lower
 from specc.model.system import System

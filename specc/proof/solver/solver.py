@@ -9,7 +9,7 @@ from typing import Any
 
 import z3
 
-from specc.limits import OUT_OF_STEPS, left, spend
+from specc.limits import OUT_OF_STEPS, remaining, spend
 from specc.model.expr import Among, LetRef, Quantifier, children
 from specc.model.types import Bool, ListOf
 from specc.proof.formula import (
@@ -138,7 +138,7 @@ class Theory:
         return arrived(arrival.peer, arrival.element, test).translate(self.context)
 
     def _check(self, assumed: Sequence[Any]) -> bool:
-        allowed = left("proof")
+        allowed = remaining("proof")
         if allowed < MOST_STEPS:
             self._solver.set("rlimit", max(allowed, 1))
         found = self._solver.check(*assumed)

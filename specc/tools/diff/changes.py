@@ -9,8 +9,8 @@ from itertools import groupby
 from types import MappingProxyType
 from typing import Any, Literal, TypeVar
 
-from specc.diagnostics.phrases import clipped, counted, few
-from specc.diagnostics.render.visible import visible
+from specc.diagnostics.phrases import counted, join_some, truncate
+from specc.diagnostics.visible import visible
 from specc.lang import show
 from specc.model.expr import Expr
 from specc.proof.verdict import FactTexts
@@ -228,7 +228,7 @@ def _by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Differe
         same = (replace(one, where="", name="" if one.name == where else one.name) for one in own)
         together.setdefault(tuple(same), []).append((visible(where) or "system", own))
     for alike in together.values():
-        yield few([where for where, _ in alike], MOST_PLACES), alike[0][1]
+        yield join_some([where for where, _ in alike], MOST_PLACES), alike[0][1]
 
 
 # For a terminal.
@@ -259,7 +259,7 @@ def _list(changes: Iterable[Difference]) -> Iterator[str]:
         yield where
         for change in group:
             yield f"  {_SIGNS[change.change]} {_headline(change)}"
-            old, new = (visible(clipped(text, LONGEST)) for text in (change.old, change.new))
+            old, new = (visible(truncate(text, LONGEST)) for text in (change.old, change.new))
             if change.change == "changed":
                 yield f"      old: {old}"
                 yield f"      new: {new}"
@@ -302,7 +302,7 @@ def _code(text: str) -> str:
     """A text as code; a vertical bar would end the cell, a backtick the code."""
     if not text:
         return ""
-    clean = " ".join(visible(clipped(text, LONGEST)).split()).replace("|", "\\|")
+    clean = " ".join(visible(truncate(text, LONGEST)).split()).replace("|", "\\|")
     return f"`` {clean} ``" if "`" in clean else f"`{clean}`"
 
 

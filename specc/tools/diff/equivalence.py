@@ -13,7 +13,7 @@ from fractions import Fraction
 from itertools import chain
 from typing import Any, Literal
 
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.lang.mismatch import substitute
 from specc.model.expr import (
     Choice,
@@ -25,7 +25,7 @@ from specc.model.expr import (
     Truth,
     mapped,
 )
-from specc.model.requirement import Junction, Requirement, Temporal, TickCondition
+from specc.model.requirement import BoolOp, Requirement, Temporal, TickCondition
 from specc.model.system import Constant, Subsystem, System
 from specc.model.types import Bool, Enum, ListOf, Opaque, OptionalOf, Record, Type, Vector, within
 from specc.model.wires import Wires
@@ -78,7 +78,7 @@ class Constants:
     def is_same_formula(self, old: Requirement, new: Requirement) -> bool:
         return self.canonical_form(old, 0) == self.canonical_form(new, 1)
 
-    def _form(self, formula: Temporal | Junction | TickCondition, mark: str) -> object:
+    def _form(self, formula: Temporal | BoolOp | TickCondition, mark: str) -> object:
         if isinstance(formula, TickCondition):
             return self._numbering.number(_marked(formula.that, mark))
         parts = [self._form(operand, mark) for operand in formula.operands]

@@ -9,7 +9,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any, Literal, TypeVar
 
-from specc.diagnostics.phrases import ms
+from specc.diagnostics.phrases import in_ms
 from specc.lang import show
 from specc.model.binding import PLANT
 from specc.model.expr import Node
@@ -124,7 +124,7 @@ def _is_plain(value: object) -> bool:
 def _plain_text(value: object, unit: str = "") -> str:
     """A plain value; a number of `s` in ms, one of `hz` in Hz."""
     if isinstance(value, Fraction):
-        return ms(value) if unit == "s" else f"{float(value):g} Hz"
+        return in_ms(value) if unit == "s" else f"{float(value):g} Hz"
     if isinstance(value, tuple):
         parts = (": ".join(map(str, v)) if isinstance(v, tuple) else str(v) for v in value)
         return ", ".join(parts) or "none"

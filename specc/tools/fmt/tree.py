@@ -192,7 +192,7 @@ class _Attacher:
             line = self._line_start(comment.start)
             # Nothing but blanks and the dashes of lists stands before it.
             is_after_dash = line < comment.start and self._is_empty(line, comment.start)
-            if comment.alone or is_after_dash:
+            if comment.is_whole_line or is_after_dash:
                 lines = ["", comment.text] if self._blank_before(comment.start) else [comment.text]
                 collection = self._closed_by(comment, following)
                 if collection is not None:

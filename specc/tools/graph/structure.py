@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 
-from specc.diagnostics.phrases import stem
+from specc.diagnostics.phrases import common_stem
 from specc.model.system import Agent, Device, Element, Memory, Port, Subsystem, System
 from specc.model.types import Pose, Record, Type
 from specc.model.wires import Wire, Wires
@@ -101,7 +101,7 @@ def _head(family: AgentFamily, columns: int) -> tuple[TextLine, ...]:
 def _part(copies: list[Subsystem] | list[Device], agents: int) -> Box:
     """A part of an agent, in all copies of it."""
     first, names = copies[0], tuple(each.qualified_name for each in copies)
-    lines = [symbol(first, stem(list(dict.fromkeys(each.agent for each in copies))))]
+    lines = [symbol(first, common_stem(list(dict.fromkeys(each.agent for each in copies))))]
     if len(copies) > agents:
         own = [each.name for each in copies[: len(copies) // agents]]
         lines.append(line(f"{span(own)}: {len(own)} copies", "note"))
@@ -226,7 +226,7 @@ def _other_end(wires: list[Wire]) -> Box:
     if end is None:
         return Box(id, "missing", (line(wires[0].name), line("not there", "note")))
     agents = list(dict.fromkeys(wire.name.partition(".")[0] for wire in wires))
-    return Box(id, "other", (symbol(end, stem(agents)), *wrap_lines(end.title, _COLUMNS)))
+    return Box(id, "other", (symbol(end, common_stem(agents)), *wrap_lines(end.title, _COLUMNS)))
 
 
 # The coordinate frames and the poses of one in another.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from specc.diagnostics.code import all_codes
-from specc.diagnostics.phrases import clipped
+from specc.diagnostics.phrases import truncate
 from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number
 from specc.model.trace import Trace
@@ -174,7 +174,7 @@ def _sentence(title: str, trace: str) -> str:
 
 
 def _short(text: str) -> str:
-    return clipped(" ".join(text.split()), _LONGEST)
+    return truncate(" ".join(text.split()), _LONGEST)
 
 
 # What a hover says where no symbol stands: causes in rows, codes in comments.

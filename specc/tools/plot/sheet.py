@@ -14,7 +14,7 @@ from heapq import nlargest
 from itertools import groupby, product
 from typing import Any
 
-from specc.diagnostics.render.visible import visible
+from specc.diagnostics.visible import visible
 from specc.model.system import System
 from specc.tools.canvas import content, figure, text_width
 from specc.tools.plot.signals import Signal, unwrap_rotations

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from specc.diagnostics import nearest
-from specc.diagnostics.phrases import few
+from specc.diagnostics.phrases import join_some
 from specc.lang.kinds import kind
 from specc.lang.values import Floats, position
 from specc.model.binding import PLANT
@@ -149,7 +149,7 @@ def _unknown(system: System, name: str, known: Sequence[str]) -> str:
 
 
 def _listed(words: str, names: Sequence[str], most: int = 30) -> str:
-    return f"{words} {few(names, most) or 'none'}"
+    return f"{words} {join_some(names, most) or 'none'}"
 
 
 def _steps(at: str, rest: str) -> tuple[str | int, ...]:

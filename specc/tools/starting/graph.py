@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, short
-from specc.diagnostics.nearest import common
+from specc.diagnostics.nearest import common_prefix
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
-from specc.schema.texts import message_fault, topic_fault
+from specc.schema.keys import message_fault, topic_fault
 from specc.tools.importers.writing import SpecNames
 
 
@@ -266,7 +266,7 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
 
     def shared(one: str, other: str) -> int:
         """Levels of a namespace."""
-        return common(one.split("/")[:-1], other.split("/")[:-1])
+        return common_prefix(one.split("/")[:-1], other.split("/")[:-1])
 
     every = [each for each in topics if len(each.types) == 1]
     states = {t.order: t for t in every if t.type == JOINT_STATE and not t.commanded and t.count}

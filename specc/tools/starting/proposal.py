@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from specc.analysis.ros2 import JOINT_STATE
-from specc.diagnostics.phrases import few
+from specc.diagnostics.phrases import join_some
 from specc.tools.importers.writing import PEERS, Data, Noted, SpecNames, filled
 from specc.tools.starting.channels import qualified
 from specc.tools.starting.document import wrapped, written
@@ -237,9 +237,9 @@ _MOST_SHOWN = 3
 def _ends(topic: Topic) -> str:
     """Who is at the ends of a topic."""
     ends = topic.readers if topic.commanded else topic.publishers
-    by = few(list(map(_shown, ends)), _MOST_SHOWN)
+    by = join_some(list(map(_shown, ends)), _MOST_SHOWN)
     said = f"{'Read' if topic.commanded else 'Published'} by {by}."
-    joints = few(list(map(_shown, topic.order[-1])), _MOST_SHOWN)
+    joints = join_some(list(map(_shown, topic.order[-1])), _MOST_SHOWN)
     return f"{said} Joints of one message: {joints}." if joints else said
 
 

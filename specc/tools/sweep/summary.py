@@ -13,7 +13,7 @@ from pathlib import Path
 from textwrap import fill, shorten
 from typing import Any
 
-from specc.atomic_files import put
+from specc.atomic_files import write_atomically
 from specc.reachable import grouped
 from specc.tools.canvas import content, figure
 from specc.tools.sweep.running import ASKED, STEPS, VERDICT
@@ -198,7 +198,7 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
             name = next(name for name in stems if folder / f"{name}.png" not in files)
             for form in ("png", "svg"):
                 files.append(folder / f"{name}.{form}")
-                put(files[-1], content(made, form))
+                write_atomically(files[-1], content(made, form))
     return files
 
 

@@ -24,11 +24,11 @@ from math import prod
 from pathlib import Path
 from typing import Any, NoReturn
 
-from specc.atomic_files import PREFIX, put
-from specc.diagnostics.phrases import counted, listed
+from specc.atomic_files import PREFIX, write_atomically
+from specc.diagnostics.phrases import counted
 from specc.model.units import UnitError, parse_unit
 from specc.refusal import Refused
-from specc.resolve.command_line import in_unit, quantity
+from specc.resolve.context import in_unit, quantity
 from specc.tools.sweep.running import LIMIT, OWN, Figures
 
 # Values of constants, and seeds, as they are written on the command line.
@@ -240,7 +240,7 @@ class Folder:
     def _check(self) -> None:
         path = self.path / ABOUT
         if not path.exists():
-            put(path, json.dumps(self._about, indent=2) + "\n")
+            write_atomically(path, json.dumps(self._about, indent=2) + "\n")
             return
         found: Any = None
         with suppress(ValueError, RecursionError):
@@ -250,7 +250,7 @@ class Folder:
         if other := [n for n in {**self._about, **found} if found.get(n) != self._about.get(n)]:
             own = [name for name in other if name in self._about] or other[:1]
             raise SweepError(
-                f"{self.path} has runs with another {listed(own, 'and')}; name another folder "
+                f"{self.path} has runs with another {join_words(own, 'and')}; name another folder "
                 "with --out, or remove this one"
             )
 

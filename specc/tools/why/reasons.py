@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import islice
 from typing import Any
 
-from specc.diagnostics.phrases import clipped
+from specc.diagnostics.phrases import truncate
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.lang.show import show
@@ -16,7 +16,7 @@ from specc.lang.values import Fields, Gone, angle, position
 from specc.model import expr as m
 from specc.model.logic import joined
 from specc.model.requirement import (
-    Junction,
+    BoolOp,
     Reading,
     Requirement,
     Temporal,
@@ -232,17 +232,17 @@ def _is_literal(expr: m.Expr) -> bool:
 
 
 def _text(expr: m.Expr) -> str:
-    return clipped(show(expr), _LONGEST_TEXT)
+    return truncate(show(expr), _LONGEST_TEXT)
 
 
 def _length(value: Any, type_: Type) -> str:
     unit = f" {type_.unit}" if isinstance(type_, Real) and type_.unit != DIMENSIONLESS else ""
-    return f"{value:.3g}{unit}" if isinstance(value, float) else f"{clipped(str(value), 30)}{unit}"
+    return f"{value:.3g}{unit}" if isinstance(value, float) else f"{truncate(str(value), 30)}{unit}"
 
 
 def shown(type_: Type, value: Any) -> str:
     """A value with its unit, in SI units."""
-    return clipped(_shown(type_, value), _LONGEST_VALUE)
+    return truncate(_shown(type_, value), _LONGEST_VALUE)
 
 
 def _shown(type_: Type, value: Any) -> str:
@@ -260,7 +260,7 @@ def _shown(type_: Type, value: Any) -> str:
         case Fields() as fields:
             return f"{{{', '.join(f'{name}: {text}' for name, text in fields)}}}"
         case int() as number if kind(type_).sort == "whole":
-            return clipped(str(number), 30)
+            return truncate(str(number), 30)
         case other:
             return repr(other) if isinstance(type_, Text) else str(other)
 
@@ -316,13 +316,13 @@ def _missed(
     at = shown_s(time_s)
 
     def text(part: TemporalFormula) -> str:
-        return clipped(requirement.part(part), _LONGEST_TEXT)
+        return truncate(requirement.part(part), _LONGEST_TEXT)
 
     def until(span_s: Fraction) -> str:
         return shown_s(time_s + float(span_s))
 
     match formula:
-        case Junction(operands=(_, conclusion), premise=premise) if premise is not None:
+        case BoolOp(operands=(_, conclusion), premise=premise) if premise is not None:
             yield f"at {at}: {text(premise)} held"
             yield from _missed(requirement, conclusion, time_s, shown_s)
         case Temporal(op="within", operands=(part,), span_s=s):
@@ -339,7 +339,7 @@ def _read(reading: Reading, step: Mapping[str, Any] | None) -> str:
     if step is None or reading.asks_presence:
         return ""
     if reading.kind == "state":
-        return clipped(str(step.get("state")), _LONGEST_TEXT)
+        return truncate(str(step.get("state")), _LONGEST_TEXT)
     data: Any = step.get({"memory": "memory", "reported": "x"}.get(reading.kind, ""))
     for name in reading.element:
         data = data.get(name) if isinstance(data, dict) else None

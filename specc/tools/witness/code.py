@@ -27,7 +27,7 @@ from specc.lower.module import Module, lag_slots
 from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
-from specc.proof.search import LagKey, OperatorAnswer
+from specc.search import LagKey, OperatorAnswer
 from specc.tools.witness.subject import OPERATORS, alone, unproved
 
 # What a script does, period by period. Values go by the names that the specification has for them:

@@ -11,12 +11,12 @@ from functools import partial
 from typing import TypeVar
 
 from specc.analysis import Facts
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.analysis.reads import Dependences
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, presence
-from specc.proof.search import (
+from specc.search import (
     NO_VALUE,
     FreeVariables,
     Goal,
@@ -68,7 +68,7 @@ class Inputs:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
         self._meaning = meaning
         self._never = never
-        self._arrivals = facts.of(original).arrivals
+        self._arrivals = facts.of(original).availability
         self._elements = original.inputs
         self.names = frozenset(self._elements)
         self.always = always_present(original, facts.wires)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from specc.analysis import Facts, Machine, RowVerdictAt
-from specc.analysis.unknown_parts import must_hold_part
+from specc.analysis.must_may import must_hold_part
 from specc.checks.presence import absences
 from specc.checks.rows import ending, situation
 from specc.emit import filled
@@ -18,7 +18,7 @@ from specc.model.fsm import Behaviour, Cause, Condition, Transition
 from specc.model.system import Operator, Subsystem, System
 from specc.model.trace import Trace
 from specc.proof import InputName
-from specc.proof.search import Goal, runnable
+from specc.search import Goal, runnable
 
 # One subsystem by itself: what is left of a system, and code for it in which nothing is proved.
 

@@ -13,7 +13,7 @@ from specc_runtime.faults import UndecidedTransition
 from specc.lang.values import Value
 from specc.model.system import System
 from specc.pipeline import read_spec
-from specc.proof.search import OperatorAnswer
+from specc.search import OperatorAnswer
 from specc.source import Sources, relative_path
 from specc.tools.witness.code import (
     Periods,

@@ -1,0 +1,493 @@
+"""The task section: what is a cycle, where a run begins, and what happens while it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterator, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from specc.diagnostics.phrases import join_words
+from specc.lang import ExprError, Scope
+from specc.model.binding import PLANT, Binding, Published, Ros2
+from specc.model.expr import Expr, Number, Truth
+from specc.model.requirement import Requirement, looks_ahead
+from specc.model.system import Agent, Element, Plant, Subsystem
+from specc.model.task import VERBS, Deed, Disturbance, Draw, Task, Verb
+from specc.model.trace import Trace
+from specc.model.types import Int, Real
+from specc.model.units import DIMENSIONLESS, SECOND, Unit
+from specc.resolve.context import CommandLineValues, Findings, SourceValue, duration_in
+from specc.resolve.definitions import Definitions
+from specc.resolve.expressions import Expressions, known_number, rate_of
+from specc.resolve.library import constant_scope
+from specc.schema.desugar import Desugared
+from specc.schema.files import (
+    BindingDef,
+    DrawDef,
+    PlantDef,
+    QosDef,
+    Ros2Def,
+    SceneDef,
+    TaskDef,
+    TimedDef,
+)
+
+
+def resolve_task(
+    definition: TaskDef,
+    where: SourceValue,
+    agents: tuple[Agent, ...],
+    findings: Findings,
+    broken: Container[str],
+    definitions: Definitions,
+    given: CommandLineValues,
+) -> Task:
+    """The task; unknown names in it are reported.
+
+    What is not in a subsystem that is `broken` may be missing only because of its errors.
+    """
+    cycle = definition.cycle
+    if cycle.of not in broken:
+        _look_up(definition, where, agents, findings)
+    scene = definition.scene or SceneDef()
+    return Task(
+        cycle.of,
+        cycle.source,
+        cycle.target,
+        scene.made or "",
+        definition.judge or "",
+        tuple(definition.watch),
+        where.key,
+        tuple(starts_of(scene, where["scene"], findings, definitions, given)),
+    )
+
+
+def _look_up(
+    definition: TaskDef, where: SourceValue, agents: tuple[Agent, ...], findings: Findings
+) -> None:
+    """Note agent and subsystem, states and memory that the task names; report unknown names."""
+    subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
+    cycle, at = definition.cycle, where["cycle"]
+    subsystem = subsystems.get(cycle.of)
+    if subsystem is None:
+        if cycle.of in {f"{agent.name}.control" for agent in agents}:
+            help = f"it is called `{cycle.of.removesuffix('control')}c`"
+            message = f"no subsystem is called `{cycle.of}`"
+            findings.report("E0220", message, at["of"].place, help=help)
+            return
+        findings.unknown("E0220", "subsystem", cycle.of, subsystems, at["of"].place)
+        return
+    size = len(subsystem.agent)
+    agent = next(agent for agent in agents if agent.name == subsystem.agent)
+    findings.use(agent.place, at, "of", start=0, end=size)
+    findings.use(subsystem.place, at, "of", start=size + 1, end=len(cycle.of))
+    states = {s.name: s.place for s in subsystem.states}
+    for name, key in ((cycle.source, "from"), (cycle.target, "to")):
+        findings.use(states.get(name), at, key)
+        if name not in states:
+            findings.unknown("E0217", "state", name, states, at[key].place)
+    if cycle.source in states and cycle.target in states:
+        _report_no_row(subsystem, definition, at, findings)
+    memory = {m.name: m.place for m in subsystem.memory}
+    for index, name in enumerate(definition.watch):
+        findings.use(memory.get(name), where, "watch", index)
+        if name not in memory:
+            place = where["watch"][index].place
+            findings.unknown("E0201", "memory element", name, memory, place)
+
+
+def _report_no_row(
+    subsystem: Subsystem, definition: TaskDef, at: SourceValue, findings: Findings
+) -> None:
+    """E0514; a state without any row that can end is not finished, which is said of it."""
+    source, target = definition.cycle.source, definition.cycle.target
+    targets = dict.fromkeys(row.target for row in subsystem.transitions if row.source == source)
+    when = subsystem.state(source).behaviour.terminal.when
+    if target in targets or not (targets or (isinstance(when, Truth) and not when.value)):
+        return
+    known = ", ".join(f"`{name}`" for name in targets)
+    findings.report(
+        "E0514",
+        f"no row leads from `{source}` to `{target}`: no cycle would ever be counted",
+        at["to"].place,
+        help=f"from `{source}` rows lead to {known}"
+        if known
+        else f"no row leads out of `{source}`",
+    )
+
+
+# Numbers that are drawn from the seed of a run, and what the scene of a task says of joints.
+
+
+_FORMS = "write a number with its unit, `[least, greatest]` or `{one_of: [...]}`"
+
+
+def starts_of(
+    scene: SceneDef,
+    where: SourceValue,
+    findings: Findings,
+    definitions: Definitions,
+    given: CommandLineValues,
+) -> Iterator[Draw]:
+    """Where joints are when a run begins; `specc.checks` compares them with the model."""
+    for name, item in scene.starts.items():
+        at = where[name]
+        texts = [text for text, _ in _texts(item, at)]
+        written = next((text for text in texts if "[" in text), "")
+        if other := given.of(f"scene.{name}", written):
+            item = DrawDef.model_construct(fixed=str(other.raw))
+            raw = Desugared({"is": other.raw}, {"is": other.route})
+            at = SourceValue(other.file, other.route, raw)
+        start = draw_of(name, item, at, findings, definitions)
+        if start is not None:
+            yield start
+
+
+def draw_of(
+    name: str,
+    item: DrawDef,
+    at: SourceValue,
+    findings: Findings,
+    definitions: Definitions,
+) -> Draw | None:
+    """A number that is drawn, with what it is of; None after reporting."""
+    texts = list(_texts(item, at))
+    between = item.least is not None and item.greatest is not None
+    if not texts or item.given - {"for"} not in _GIVEN:
+        findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
+        return None
+    found = [number_of(text, place, findings, definitions) for text, place in texts]
+    known = [position for position in found if position is not None]
+    if len(known) < len(found):
+        return None
+    if between and known[0][1] > known[1][1]:
+        message = f"the least value of `{name}` is greater than the greatest"
+        findings.report("E0516", message, at.place, help="write the least one first")
+        return None
+    values = tuple((value, unit) for _, value, unit in known)
+    return Draw(name, values, tuple(expr for expr, _, _ in known), between, at.key)
+
+
+_GIVEN = ({"is"}, {"from", "to"}, {"one_of"})
+
+
+def _texts(item: DrawDef, at: SourceValue) -> Iterator[tuple[str, SourceValue]]:
+    """The texts of the positions, each with its place."""
+    if item.fixed is not None:
+        yield item.fixed, at["is"]
+    for text, key in ((item.least, "from"), (item.greatest, "to")):
+        if text is not None:
+            yield text, at[key]
+    for index, text in enumerate(item.one_of):
+        yield text, at["one_of"][index]
+
+
+def number_of(
+    text: str, at: SourceValue, findings: Findings, definitions: Definitions
+) -> tuple[Expr, float, Unit] | None:
+    """An expression with its value and unit; None after reporting."""
+    expressions = Expressions(findings, definitions)
+    expr = expressions.value(at, text, constant_scope(definitions), None)
+    if expr is None:
+        return None
+    if not isinstance(expr.type, Real | Int):
+        help = "write a number with its unit, e.g. `0.3[m]`"
+        findings.report("E0516", f"`{text}` is not a number", at.place, help=help)
+        return None
+    try:
+        value = known_number(expr, definitions.constants, "E0516")
+    except ExprError as error:
+        expressions.report(at, text, error)
+        return None
+    return expr, value, expr.type.unit if isinstance(expr.type, Real) else DIMENSIONLESS
+
+
+# What happens to the plant while a run goes on.
+
+
+ReadFormula = Callable[[str, SourceValue], Requirement | None]
+"""Reads a formula; None after reporting."""
+
+
+def disturbances_of(
+    items: Sequence[TimedDef],
+    where: SourceValue,
+    condition: ReadFormula,
+    findings: Findings,
+    definitions: Definitions,
+) -> tuple[Disturbance, ...]:
+    """Those without errors; `specc.checks` compares them with model and bindings."""
+    reader = _DisturbanceReader(condition, findings, definitions)
+    found = (reader.disturbance(item, where[index]) for index, item in enumerate(items))
+    return tuple(each for each in found if each is not None)
+
+
+class _DisturbanceReader:
+    def __init__(
+        self, condition: ReadFormula, findings: Findings, definitions: Definitions
+    ) -> None:
+        self._condition = condition
+        self._findings = findings
+        self._definitions = definitions
+
+    def disturbance(self, item: TimedDef, at: SourceValue) -> Disturbance | None:
+        """One of them; None after reporting."""
+        before = len(self._findings.diagnostics)
+        found = Disturbance(
+            " ".join(item.because.split()),
+            self._time("at", item.at, at),
+            self._when(item.when, at["when"]),
+            self._time("every", item.every, at),
+            self._probability(item.probability, at),
+            self._time("lasts", item.lasts, at),
+            tuple(self._deeds(item, at)),
+            at.place,
+        )
+        self._refuse_idle(found, item, at)
+        return found if len(self._findings.diagnostics) == before else None
+
+    def _refuse_idle(self, found: Disturbance, item: TimedDef, at: SourceValue) -> None:
+        """Report one that never begins, does nothing or has a time for nothing."""
+        lasting = any(verb.lasts for verb, _ in found.of())
+        if item.at is None and item.when is None:
+            self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
+        if not found.deeds:
+            way = f"add {join_words((f'`{verb}`' for verb in VERBS), 'or')}"
+            self._report(at, "nothing happens in a disturbance", way)
+        elif item.lasts is not None and not lasting:
+            self._report(at["lasts"], "what is moved stays there", "delete `lasts`")
+        if found.every is not None:
+            self._refuse_overlap(found.every, found.lasts, lasting, at)
+
+    def _refuse_overlap(
+        self, every: Draw, lasts: Draw | None, lasting: bool, at: SourceValue
+    ) -> None:
+        """Report repetitions without time between, and those that begin before the last is over."""
+        least_s = min(value for value, _ in every.values)
+        if least_s <= 0:
+            way = "say how much time is from one to the next, e.g. `5[s]`"
+            self._report(at["every"], "there is no time between two repetitions", way)
+        elif lasting and lasts is None:
+            way = f"add `lasts`, of {least_s:g} s at most"
+            self._report(at["every"], "what lasts to the end of the run is not repeated", way)
+        elif lasts is not None and max(value for value, _ in lasts.values) > least_s:
+            way = f"make `lasts` {least_s:g} s at most, or `every` longer"
+            message = "a repetition begins before the one before is over"
+            self._report(at["lasts"], message, way)
+
+    def _when(self, text: str | None, at: SourceValue) -> Requirement | None:
+        found = None if text is None else self._condition(text, at)
+        if found is not None and (wrong := why_untimely(found, "a disturbance", "begin")):
+            self._report(at, *wrong)
+        return found
+
+    def _deeds(self, item: TimedDef, at: SourceValue) -> Iterator[Deed]:
+        """What it does, verb by verb."""
+        for verb in VERBS.values():
+            given, own = getattr(item, verb.name), at[verb.name]
+            for index, name in enumerate(given if verb.numbers == "none" else ()):
+                yield Deed(verb.name, name, (), own[index].place)
+            for name, numbers in given.items() if verb.numbers != "none" else ():
+                drawn = tuple(self._numbers(verb, name, numbers, own[name]))
+                yield Deed(verb.name, name, drawn, own[name].key)
+
+    def _numbers(
+        self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: SourceValue
+    ) -> Iterator[Draw]:
+        """The numbers of a subject, in the unit of the verb if that has one."""
+        several = [given] if isinstance(given, DrawDef) else given
+        for index, item in enumerate(several):
+            part = f".{'xyz'[index]}" if verb.numbers == "force" else f"[{index}]"
+            called = name + part if len(several) > 1 else name
+            place = at[index] if several is given else at
+            draw = draw_of(called, item, place, self._findings, self._definitions)
+            if draw is not None:
+                if verb.unit is not None:
+                    self._expect(draw, verb.unit, place)
+                yield draw
+
+    def _time(self, key: str, item: DrawDef | None, at: SourceValue) -> Draw | None:
+        found = self._number(key, item, SECOND, at)
+        if found is not None and any(value < 0 for value, _ in found.values):
+            self._report(at[key], "a time is not negative", "a run begins at 0[s]")
+        return found
+
+    def _number(self, key: str, item: DrawDef | None, unit: Unit, at: SourceValue) -> Draw | None:
+        if item is None:
+            return None
+        found = draw_of(key, item, at[key], self._findings, self._definitions)
+        if found is not None:
+            self._expect(found, unit, at[key])
+        return found
+
+    def _probability(self, item: DrawDef | None, at: SourceValue) -> Draw | None:
+        found = self._number("probability", item, DIMENSIONLESS, at)
+        if found is not None and not all(0 <= value <= 1 for value, _ in found.values):
+            way = "0.5 is every second time, on average"
+            self._report(at["probability"], "a probability is a number from 0 to 1", way)
+        return found
+
+    def _expect(self, found: Draw, wanted: Unit, at: SourceValue) -> None:
+        if unit := found.invalid_unit(wanted):
+            way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
+            if wanted == DIMENSIONLESS:
+                way, needed = "write it without a unit, e.g. `0.5`", "without a unit"
+            self._report(at, f"a number {needed} is needed here, not in {unit}", way)
+
+    def _report(self, at: SourceValue, message: str, help: str) -> None:
+        self._findings.report("E0517", message, at.place, help=help)
+
+
+def why_untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] | None:
+    """Why nothing can be done as soon as a formula holds, and a way out; None where it can."""
+    if trigger.lasts:
+        return f"{what} cannot {does} when something holds always", "leave out `always`"
+    if looks_ahead(trigger.formula):
+        way = "ask what was, with `once`, `historically` or `since`"
+        return f"{what} cannot wait for what is to come", way
+    return None
+
+
+def resolve_plant(
+    definition: PlantDef,
+    where: SourceValue,
+    model: str,
+    findings: Findings,
+    definitions: Definitions,
+) -> Plant:
+    """The bindings, and what is observed; `specc.checks` compares them with devices and model."""
+    bindings = []
+    for name, item in definition.bind.items():
+        at = where["bind"][name]
+        device, _, element = name.rpartition(".")
+        binding = _binding(device, element, item, at, findings, definitions)
+        # A message comes when its sender sends one.
+        always = (
+            definition.ros2 is not None
+            and bool(item.topic or item.action or item.tf)
+            and item.rate is None
+        )
+        bindings.append(replace(binding, sporadic=True) if always else binding)
+    observed = []
+    expressions = Expressions(findings, definitions)
+    for name, seen in definition.observe.items():
+        at = where["observe"][name]
+        type_ = expressions.type(at["type"], seen.type)
+        if type_ is not None:
+            read = tuple(seen.joints), tuple(seen.sensors), tuple(seen.actuators)
+            observed.append(Element(name, type_, None, "", Trace(), at.key))
+            bindings.append(Binding(PLANT, name, at.key, *read, through=seen.through or ""))
+    kinds = [kind for kind in ("model", "python", "ros2") if getattr(definition, kind)]
+    if len(kinds) != 1:
+        _report_kind(kinds, where, findings)
+    ros2 = None
+    if definition.ros2 is not None:
+        ros2 = _ros2(definition.ros2, where["ros2"], findings, definitions)
+    place = where[kinds[0] if kinds else "model"].place
+    python = definition.python or ""
+    published = tuple(
+        Published(name, where["publish"][index].place)
+        for index, name in enumerate(definition.publish)
+    )
+    return Plant(model, python, tuple(bindings), place, tuple(observed), ros2, published)
+
+
+def _report_kind(kinds: list[str], where: SourceValue, findings: Findings) -> None:
+    """A plant that nothing makes, or more than one of `kinds`."""
+    if kinds:
+        findings.report(
+            "E0104",
+            f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both",
+            where[kinds[1]].key,
+            help="keep the one that this system runs with",
+        )
+        return
+    findings.report(
+        "E0102",
+        "missing key `model` in `plant`",
+        where.key,
+        help="add `model: FILE.xml` for MuJoCo, `python: package.module:factory` for a plant "
+        "of your own, or `ros2: {node: NAME}` for topics of ROS 2",
+    )
+
+
+_WAIT_S = Fraction(5)
+
+
+def _ros2(
+    definition: Ros2Def, where: SourceValue, findings: Findings, definitions: Definitions
+) -> Ros2:
+    """The node; frames that the system does not have are reported."""
+    wait_s = duration_in(definition, where, "wait", findings)
+    for name in definition.frames:
+        if name not in definitions.frames:
+            place = where["frames"][name].key
+            findings.unknown("E0209", "frame", name, definitions.frames, place)
+    frames = tuple((name, ros.removeprefix("/")) for name, ros in definition.frames.items())
+    simulated = definition.use_sim_time
+    node, python = definition.node, definition.python
+    return Ros2(node, python, wait_s or _WAIT_S, simulated, frames, where.place)
+
+
+def _qos(definition: QosDef) -> tuple[tuple[str, str | int], ...]:
+    """The options that are given, in their order."""
+    options = {name: getattr(definition, name) for name in ("reliability", "durability", "depth")}
+    return tuple((name, value) for name, value in options.items() if value not in ("", None))
+
+
+def _binding(
+    device: str,
+    element: str,
+    item: BindingDef,
+    at: SourceValue,
+    findings: Findings,
+    definitions: Definitions,
+) -> Binding:
+    rate = rate_of(item.rate, at["rate"], findings) if item.rate is not None else None
+    gap = duration_in(item, at, "max_gap", findings)
+    named = item.noise[0] if len(item.noise) == 1 and item.noise[0].isidentifier() else ""
+    noise = [] if named else _noise(item, at, findings, definitions)
+    return Binding(
+        device,
+        element,
+        at.key,
+        tuple(item.joints),
+        tuple(item.sensors),
+        tuple(item.actuators),
+        item.camera,
+        item.image,
+        rate,
+        tuple(sigma for sigma, _ in noise),
+        named,
+        item.through or "",
+        tuple(unit for _, unit in noise),
+        item.sporadic,
+        gap,
+        item.topic,
+        item.type,
+        _qos(item.qos),
+        (item.tf.parent, item.tf.child) if item.tf else (),
+        item.action,
+        item.part,
+    )
+
+
+def _noise(
+    item: BindingDef, at: SourceValue, findings: Findings, definitions: Definitions
+) -> list[tuple[float, Unit]]:
+    """Standard deviations, each with its unit; none where one is not."""
+    expressions = Expressions(findings, definitions)
+    sigmas = []
+    for index, text in enumerate(item.noise):
+        where = at["noise"][index]
+        value = expressions.value(where, text, Scope(), None)
+        if isinstance(value, Number) and isinstance(value.type, Real) and value.value >= 0:
+            sigmas.append((float(value.value), value.type.unit))
+        elif value is not None:
+            findings.report(
+                "E0506",
+                f"`{text}` is not a standard deviation",
+                where.place,
+                help="write a number with its unit, e.g. `0.3[N]`",
+            )
+    return sigmas if len(sigmas) == len(item.noise) else []
