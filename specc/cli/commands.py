@@ -144,7 +144,7 @@ def diff(options: Namespace) -> int:
     if wrong or old is None or new is None:
         return streams.print_report(report(wrong, [options.old, options.new]), options.format)
     comparison = compare(old, new)
-    render = getattr(import_module("specc.tools.diff.render"), f"as_{options.format}")
+    render = getattr(import_module("specc.tools.diff.changes"), f"as_{options.format}")
     streams.print_output(render(comparison, options.old, options.new), options.format)
     return 1 if comparison.differences else 0
 

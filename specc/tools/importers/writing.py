@@ -11,8 +11,7 @@ from fractions import Fraction
 
 from specc.lang import RESERVED
 from specc.tools.fmt.layout import WIDTH
-from specc.tools.fmt.scalars import key_text, quoted, value_text
-from specc.tools.fmt.tree import Collection, Scalar
+from specc.tools.fmt.tree import Collection, Scalar, key_text, quoted, value_text
 
 _LONGEST = 60
 PEERS = frozenset(("c", "E", "R"))
