@@ -42,11 +42,22 @@ def memory_order(
     need each other's old values, one of them must be computed beforehand. The terms `known` have a
     local already.
     """
-    reads = {work: _reads(work.value, known) for work in works if not work.assignment.peer}
+
+    def still_reads(term: Term) -> frozenset[str]:
+        leaves = (part for part in unevaluated((term,), known) if not part.args)
+        return frozenset[str]().union(*(leaf.memory for leaf in leaves))
+
+    reads = {work: still_reads(work.value) for work in works if not work.assignment.peer}
     before: list[Computation] = []
     ordered: list[Computation] = []
     while reads:
-        free = (work for work in reads if not _is_still_read(work, reads))
+        free = (
+            work
+            for work in reads
+            if not any(
+                work.assignment.name in read for other, read in reads.items() if other is not work
+            )
+        )
         work = next(free, None)
         if work is not None:
             ordered.append(work)
@@ -55,17 +66,6 @@ def memory_order(
             before.append(work)
         del reads[work]
     return before, ordered
-
-
-def _is_still_read(work: Computation, reads: dict[Computation, frozenset[str]]) -> bool:
-    name = work.assignment.name
-    return any(name in reads for other, reads in reads.items() if other is not work)
-
-
-def _reads(term: Term, known: Collection[Term]) -> frozenset[str]:
-    """Memory elements that a value still reads when the terms `known` have a local."""
-    leaves = (part for part in unevaluated((term,), known) if not part.args)
-    return frozenset[str]().union(*(leaf.memory for leaf in leaves))
 
 
 # Which values get a local.
