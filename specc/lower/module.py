@@ -120,6 +120,11 @@ def literal_type(enum: Enum) -> str:
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
+def _is_replaceable(type_: Type) -> bool:
+    """Whether something else may represent a value: an image, or what has a class."""
+    return isinstance(type_, Image) or hasattr(type_, "python")
+
+
 class Contracts:
     """Contracts for one module; those of enums and records get a name there, in `plans`."""
 
@@ -141,7 +146,7 @@ class Contracts:
 
     def of(self, type_: Type) -> str:
         """The contract of a type, as an expression."""
-        if self._stand_ins and (isinstance(type_, Image) or hasattr(type_, "python")):
+        if self._stand_ins and _is_replaceable(type_):
             return self._imports.runtime_name("as_any")
         if not isinstance(type_, Enum | Record):
             return kind(type_).contract(type_, self._python)
