@@ -28,9 +28,9 @@ Grounds = Literal["", "proved", "broken"]
 
 @dataclass(frozen=True, slots=True)
 class JointArrival:
-    """What may arrive together from one sender: what a state of it sends, or nothing.
+    """Inputs that may arrive together from one sender: those that a state of it sends, or none.
 
-    Nothing is sure to arrive in some period from a `slower` sender.
+    From a `slower` sender nothing arrives in some periods.
     """
 
     state: State | None
@@ -40,10 +40,10 @@ class JointArrival:
 
 @dataclass(frozen=True, slots=True)
 class SenderVerdict:
-    """What senders say of an assumption: nothing (`""`), that it holds, or that one breaks it.
+    """Whether senders prove an assumption, one of them breaks it, or neither (`""`).
 
-    This one has a state that sends what the assumption excludes, whatever other senders send, or it
-    is `slower` than the reader and the assumption excludes that nothing arrives.
+    The sender that breaks it has a `state` that sends what the assumption excludes, whatever other
+    senders send, or is `slower` than the reader while the assumption excludes silence.
     """
 
     grounds: Grounds
@@ -52,7 +52,7 @@ class SenderVerdict:
 
 
 class AssumptionChecker:
-    """Judges the assumptions of subsystems by what is sent to them."""
+    """Checks the assumptions of subsystems against what is sent to them."""
 
     def __init__(self, wires: Wires, machines: dict[str, Machine]) -> None:
         """`machines` by the qualified names of their subsystems."""
@@ -60,7 +60,7 @@ class AssumptionChecker:
         self._machines = machines
 
     def check_assumption(self, machine: Machine, axiom: Axiom) -> SenderVerdict:
-        """Whether an assumption of a machine follows from what its senders do."""
+        """The verdict of the senders of a machine on one of its assumptions."""
         tested = machine.dependences.of(axiom.that).arrivals
         if not tested:
             return SenderVerdict("")
@@ -89,7 +89,7 @@ class AssumptionChecker:
     def _cases(
         self, reader: Subsystem, tested: frozenset[InputName]
     ) -> Iterator[list[JointArrival]]:
-        """For each sender whose times are known, what may arrive from it together."""
+        """For each sender with known sending times, the inputs that may arrive together."""
         for wire in self._wires.of(reader):
             port, sender = wire.port, self._machines.get(wire.name)
             mine = {(port.peer, element.name) for element in port.elements}
@@ -117,7 +117,7 @@ class AssumptionChecker:
 def _context(
     new: frozenset[InputName], known: frozenset[InputName], tested: Iterable[InputName]
 ) -> Iterator[Expr]:
-    """What is fresh and what is not, of the inputs about which that is known."""
+    """The freshness of each tested input for which it is known."""
     for name in sorted(tested):
         if name in known:
             yield freshness(name) if name in new else negation(freshness(name))

@@ -49,7 +49,7 @@ class MessagePart:
 
 @dataclass(frozen=True, slots=True)
 class MessageTypeMismatch:
-    """Why an element is not what its messages carry, and a way out; `code` is of the finding."""
+    """Why messages do not carry an element, and a way out; `code` is that of the finding."""
 
     message: str
     help: str
@@ -134,9 +134,9 @@ STATUSES = (
 def _part_of_action(
     binding: Binding, type_: Type, *, commanded: bool
 ) -> MessagePart | MessageTypeMismatch:
-    """The part of an action: a text, or what a function makes, which may be missing.
+    """The part of an action: a text, or the result of a function, which may be None.
 
-    A goal that is given back is what was commanded.
+    A reported goal is the commanded one.
     """
     if binding.part == "status":
         missing = [s for s in STATUSES if isinstance(type_, Enum) and s not in type_.members]
@@ -208,7 +208,7 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
 
 
 def _carries(part: MessagePart, message: str, type_: Type) -> bool:
-    """Whether values of a type look like that part, whatever their unit."""
+    """Whether values of a type have the shape of that part, in any unit."""
     shape = scalar(message) if part.shape == "scalar" else part.shape
     return shape in kind(type_).shapes(type_)
 
@@ -288,7 +288,7 @@ class PublishedValue:
 
 
 def published_value(published: Published, system: System) -> PublishedValue | MessageTypeMismatch:
-    """What a name stands for, or why nobody can watch it."""
+    """The state or output of a name, or why it cannot be published."""
     subsystems = {part.qualified_name: part for part in system.subsystems}
     name = published.name
     owner = ".".join(name.split(".")[:2])

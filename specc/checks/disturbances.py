@@ -78,7 +78,7 @@ _Done = dict[tuple[str, str], Deed]
 
 
 def _in_vain(verb: Verb, deed: Deed, done: _Done) -> Iterator[Diagnostic]:
-    """What changes nothing: by its numbers, or by what else is done to the same at once."""
+    """A deed without effect: by its numbers, or by another deed on the same part."""
     neutral, by, way = verb.nothing or (None, "", "")
     if deed.numbers and all(_is(draw, neutral) for draw in deed.numbers):
         place = replace(deed.place, part="value") if verb.numbers == "one" else deed.place
@@ -93,7 +93,7 @@ def _in_vain(verb: Verb, deed: Deed, done: _Done) -> Iterator[Diagnostic]:
 
 
 def _spoiling(verb: Verb, deed: Deed, done: _Done) -> Iterator[tuple[Verb, Deed]]:
-    """What is done to the same, or to the joint of which it is a coordinate, and spoils it."""
+    """Deeds on the same part, or on its joint, that undo a deed."""
     for spoils, name in product(verb.spoiled, (deed.name, deed.name.partition(".")[0])):
         if (spoils, name) in done:
             yield VERBS[spoils], done[spoils, name]
@@ -163,7 +163,7 @@ def _misses(deed: Deed, each: Disturbance, facts: Facts) -> bool:
 
 
 def _periods_s(element: str, facts: Facts) -> list[Fraction]:
-    """Of the samples of an element of a device: its own, or those of its readers."""
+    """Sample periods of an element of a device: its own, or those of its readers."""
     bound = facts.reported.get(element)
     if bound is None:
         return []
@@ -196,7 +196,7 @@ def disturbances_differ(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _both(one: Disturbance, other: Disturbance) -> Iterator[tuple[Deed, str, Deed]]:
-    """What is done to no effect, what the other one does to it, and where."""
+    """Each deed that the other disturbance undoes, and how, and the deed that undoes it."""
     together, at_once = _overlap(one, other), _moment(one) == _moment(other)
     first, second = ({(deed.verb, deed.name): deed for deed in each.deeds} for each in (one, other))
     for verb, deed in other.of():
@@ -210,7 +210,7 @@ def _both(one: Disturbance, other: Disturbance) -> Iterator[tuple[Deed, str, Dee
 
 
 def _moment(each: Disturbance) -> Hashable:
-    """When it begins: what its time and what it waits for are; no two intervals are the same."""
+    """A key of when it begins: its time and what it waits for; drawn times are unique."""
     if (each.at and each.at.between) or each.probability:
         return id(each)
     return each.when.that if each.when else "", each.at.values if each.at else ()
@@ -290,7 +290,7 @@ def _no_numbers(bound: BoundElement) -> str | None:
 
 
 def _units(bound: BoundElement, facts: Facts) -> Units | None:
-    """Of what is measured, before `through`; None if not even its numbers are counted."""
+    """Units of what is measured, before `through`; None if the number of values is unknown."""
     if not bound.binding.through:
         return bound.units
     if not isinstance(facts.model, Model):

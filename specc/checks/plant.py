@@ -102,7 +102,7 @@ def records_made(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
-    """Types of what Python code gives, beside those that it is given and may pass on."""
+    """The type of each result of Python code, with the types that it gets and may pass on."""
     for operator in facts.system.operators:
         given = [type_ for _, type_ in operator.parameters]
         if operator.python:
@@ -152,7 +152,7 @@ def without_plant(system: System, place: Place) -> Iterator[Diagnostic]:
 
 
 def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
-    """O0502; not for an element that an unknown one is nearest to, which `bindings_known` tells."""
+    """O0502; not for an element that `bindings_known` suggests for an unknown one."""
     plant = facts.system.plant
     if plant is None:
         return
@@ -380,7 +380,7 @@ def _of_element(
 
 
 def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[ScalarDefinition]:
-    """What states send to an element, and what is safe for it."""
+    """Definitions of what states send to an element, and of its safe value."""
     element = bound.element
     for wire in facts.wires.users(bound.binding.device, "y", element.name):
         if wire.subsystem.qualified_name not in facts.broken:

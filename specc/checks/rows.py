@@ -151,7 +151,7 @@ def _covers(one: RowVerdictAt, other: RowVerdictAt) -> bool:
 
 
 def _end_conditions(decided: RowVerdictAt) -> tuple[Expr, ...]:
-    """What holds whenever a state ends by a cause."""
+    """The conditions that hold whenever a state ends by a cause."""
     return as_conditions(decided.state.behaviour.ended(decided.cause))
 
 
@@ -159,7 +159,7 @@ def _end_conditions(decided: RowVerdictAt) -> tuple[Expr, ...]:
 
 
 def _search(facts: Facts) -> Examples:
-    """What searches for examples; it is imported only if something is found."""
+    """The search for examples, imported only if something is found."""
     from specc.analysis.examples import Examples
 
     return Examples(facts)
@@ -169,7 +169,7 @@ def _search(facts: Facts) -> Examples:
 
 
 def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
-    """E0601, once for all states that fail alike; a cause without any row is another matter."""
+    """E0601, once for all states that fail alike; for causes with rows."""
     examples = cache(partial(_search, facts))
     for group in group_refutations(facts, _gap):
         decided, widest, gap = group.first, group.widest, group.witness

@@ -22,7 +22,7 @@ from specc.source import Place
 
 
 def rates_meet(facts: Facts) -> Iterator[Diagnostic]:
-    """E0409, at the subsystem whose rate does not go with those of the others."""
+    """E0409, at the subsystem whose rate does not fit those of the others."""
     clash = facts.rates.clash
     if clash is None:
         return
@@ -92,7 +92,7 @@ def _is_stepped(time_s: Fraction, step_s: Fraction) -> bool:
 def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
     """W0414, for values that are sent on occasion; a value of every period is a measurement.
 
-    Whether the next value overtakes a declared event is found out when machines are explored.
+    Exploration finds whether the next value overtakes a declared event.
     """
     for reader, node, element in _inputs_tested_for_arrival(facts):
         source = _source(node, facts) if reader in facts.rates.timed else None
@@ -124,7 +124,7 @@ def _inputs_tested_for_arrival(facts: Facts) -> Iterator[tuple[Subsystem, InputN
 
 
 def _source(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
-    """How often the element can be sent, and where that is said; None if it always is."""
+    """The rate at which an element may be sent, and its place; None if it always is."""
     match facts.ages.sources.origin(node):
         case Sent(sender=sender, silent_state=State()):
             return sender.rate_hz, sender.place.below("rate")

@@ -41,9 +41,9 @@ def _named(parts: Iterable[Expr]) -> set[str]:
 def _unused(
     code: str, places: Mapping[str, Place], edges: Mapping[str, Set[str]], start: Set[str]
 ) -> Iterator[Diagnostic]:
-    """Of some things those that nothing names, each with the others that only it uses.
+    """Things that nothing uses, each with the things that only it uses.
 
-    `edges` say what each thing names, and the `start` has a purpose of its own.
+    `edges` has the names that each thing uses; things in `start` are used.
     """
     used = reachable(start, lambda one: edges.get(one, _NONE)).keys()
     left = {label: index for index, label in enumerate(places) if label not in used}
@@ -75,7 +75,7 @@ Readable = dict[tuple[type[Expr], str], Let | Memory]
 
 
 def parts_used(facts: Facts) -> Iterator[Diagnostic]:
-    """W0611; memory that is written is not unused, if perhaps not read."""
+    """W0611; memory that is written counts as used."""
     for machine in facts.complete_machines:
         yield from _unused_parts(machine.subsystem, facts.watched(machine.subsystem))
 
@@ -130,7 +130,7 @@ def _named_in(values: Iterable[Expr], named: Readable) -> list[SubsystemPart]:
 
 
 def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
-    """W0240, once there are agents; a library may well define more than one system needs."""
+    """W0240, if there are agents; a library may define more than one system needs."""
     system = facts.system
     if not system.subsystems:
         return
@@ -143,7 +143,7 @@ def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def observed_used(facts: Facts) -> Iterator[Diagnostic]:
-    """W0240, once something is required; of what one `for` observes, some is enough."""
+    """W0240, if there are formulas; one used copy of a `for` is enough."""
     plant, readings = facts.system.plant, [r for item in facts.formulas for r in item.readings]
     named = {reading.element[0] for reading in readings if reading.kind == "observed"}
     observed = plant.observed if plant and facts.formulas else ()
