@@ -6,14 +6,13 @@ reader: what arrives there is what one of its behaviours sends, or nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain, product
 from math import prod
 from typing import Literal
 
 from specc.analysis.machine import Machine
-from specc.model.expr import Expr
 from specc.model.fsm import Axiom, State
 from specc.model.logic import negation
 from specc.model.system import Subsystem
@@ -71,7 +70,10 @@ class AssumptionChecker:
         ways = list[tuple[tuple[JointArrival, ...], bool | None, bool | None]]()
         for way in product(*cases):
             new = frozenset[InputName]().union(*(one.inputs for one in way))
-            context = list(_context(new, known, tested))
+            context = [
+                freshness(name) if name in new else negation(freshness(name))
+                for name in sorted(tested & known)
+            ]
             holds = machine.prover.implies(context, axiom.that, assuming=False)
             never = negation(axiom.that)
             fails = not holds and machine.prover.implies(context, never, assuming=False)
@@ -112,12 +114,3 @@ class AssumptionChecker:
                 found[frozenset()] = JointArrival(None, frozenset(), slower)
             # What none of them sends never arrives.
             yield list(found.values())
-
-
-def _context(
-    new: frozenset[InputName], known: frozenset[InputName], tested: Iterable[InputName]
-) -> Iterator[Expr]:
-    """The freshness of each tested input for which it is known."""
-    for name in sorted(tested):
-        if name in known:
-            yield freshness(name) if name in new else negation(freshness(name))

@@ -238,8 +238,8 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     count = partial(spend_or_raise, "folding")
     for constant in constants:
         expr = constant.value
-        given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
-        if not (not given and values.keys() >= set(constants_in(expr)) and not has_unknown(expr)):
+        is_given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
+        if is_given or has_unknown(expr) or not values.keys() >= set(constants_in(expr)):
             values.pop(constant.name, None)
             continue
         try:

@@ -26,6 +26,7 @@ from specc.model.units import (
     Unit,
     parse_unit,
 )
+from specc.reachable import grouped
 
 FRAME, CHILD = "header.frame_id", "child_frame_id"
 """Fields that hold coordinate frames."""
@@ -109,14 +110,7 @@ def _geometry() -> Iterator[tuple[str, MessagePart]]:
     yield "geometry_msgs/TransformStamped", stamped
 
 
-def _messages() -> dict[str, tuple[MessagePart, ...]]:
-    found: dict[str, tuple[MessagePart, ...]] = {}
-    for name, part in _table():
-        found[name] = (*found.get(name, ()), part)
-    return found
-
-
-MESSAGES = _messages()
+MESSAGES = {name: tuple(parts) for name, parts in grouped(_table()).items()}
 """The parts of messages, by their types as `package/Type`."""
 
 

@@ -27,22 +27,16 @@ _CODE = "W0519"
 def draws_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0519; numbers that constants decide are taken as intended, since these can be set."""
     task = facts.system.task
-    for draw in task.starts if task else ():
-        yield from _varies(draw)
-    for each in task.disturbances if task else ():
-        for draw in each.numbers:
-            yield from _varies(draw)
-
-
-def _varies(draw: Draw) -> Iterator[Diagnostic]:
-    values = [value for value, _ in draw.values]
-    if draw.between and values[0] == values[1]:
-        message, help = f"`{draw.name}` is between two equal numbers", "write the number alone"
-    elif not draw.between and len(draw.texts) > 1 and len(set(values)) < len(values):
-        message, help = f"`{draw.name}` is one of several, of which two are equal", "name each once"
-    else:
-        return
-    yield Diagnostic(_CODE, message, replace(draw.place, part="value"), help=help)
+    disturbances = task.disturbances if task else ()
+    numbers = (number for each in disturbances for number in each.numbers)
+    for draw in (*(task.starts if task else ()), *numbers):
+        values, place = [value for value, _ in draw.values], replace(draw.place, part="value")
+        if draw.between and values[0] == values[1]:
+            message = f"`{draw.name}` is between two equal numbers"
+            yield Diagnostic(_CODE, message, place, help="write the number alone")
+        elif not draw.between and len(draw.texts) > 1 and len(set(values)) < len(values):
+            message = f"`{draw.name}` is one of several, of which two are equal"
+            yield Diagnostic(_CODE, message, place, help="name each once")
 
 
 # A disturbance does something, and each thing once.
@@ -61,13 +55,12 @@ def disturbances_do(facts: Facts) -> Iterator[Diagnostic]:
             help = "say how probable it is, or leave the disturbance out"
             yield Diagnostic(_CODE, "this disturbance never happens", place, help=help)
         first: dict[tuple[str, str], Place] = {}
-        for how, done_to in each.of():
-            if (
-                earlier := first.setdefault((how.name, done_to.name), done_to.place)
-            ) is not done_to.place:
-                message = f"`{done_to.name}` is {how.done} twice"
+        for verb, deed in each.of():
+            earlier = first.setdefault((verb.name, deed.name), deed.place)
+            if earlier is not deed.place:
+                message = f"`{deed.name}` is {verb.done} twice"
                 related = (Related(earlier, "here already"),)
-                yield Diagnostic(_CODE, message, done_to.place, "", related, "name it once")
+                yield Diagnostic(_CODE, message, deed.place, "", related, "name it once")
         done = {(deed.verb, deed.name): deed for deed in each.deeds}
         for verb, deed in each.of():
             yield from _in_vain(verb, deed, done)
@@ -271,12 +264,8 @@ def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
                 help = "name an element of which numbers are measured"
                 yield Diagnostic("E0517", message, deed.place, related=related, help=help)
             elif verb.numbers != "none" and (units := _units(known, facts)) is not None:
-                of = (
-                    f"`{element}`, before its `through`,"
-                    if known.binding.through
-                    else f"`{element}`"
-                )
-                yield from _fitting(verb, of, deed, units)
+                before = ", before its `through`," if known.binding.through else ""
+                yield from _fitting(verb, f"`{element}`{before}", deed, units)
 
 
 def _no_numbers(bound: BoundElement) -> str | None:

@@ -13,7 +13,7 @@ from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
 from specc.model.requirement import expressions
-from specc.model.system import Element, Let, Memory, Subsystem
+from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Enum
 from specc.model.wires import Wire
 from specc.reachable import grouped, reachable
@@ -239,33 +239,26 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
                 break
             if all(key in state.ignores for state in wire.subsystem.states):
                 break  # it says that it means to miss members
-            heard |= machine.reactions(_in_use(wire.subsystem), key)
+            states, rows = wire.subsystem.states, wire.subsystem.transitions
+            exprs = [end.when for state in states for _, end in state.behaviour.endings]
+            exprs += [item.value for state in states for item in state.behaviour.assignments]
+            heard |= machine.reactions((*exprs, *(row.condition.when for row in rows)), key)
             sent |= _members_sent(facts, wire, element.name)
         else:
-            yield from _unheard(*readers[0], {m: sent[m] for m in sent if m not in heard})
-
-
-def _unheard(wire: Wire, element: Element, sent: Mapping[str, Place]) -> Iterator[Diagnostic]:
-    name = f"x.{wire.port.peer}.{element.name}"
-    if sent:
-        members = join_words([f"`{member}`" for member in sent], "and")
-        yield Diagnostic(
-            "W0422",
-            f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",
-            element.place,
-            "lost in every state",
-            tuple(Related(place, f"sends `{member}`") for member, place in sent.items()),
-            f"ask for it beside `fresh({name})`, or let `fresh({name})` end a state, with a row "
-            "`otherwise` for all that no other row names",
-        )
-
-
-def _in_use(subsystem: Subsystem) -> Iterator[Expr]:
-    """The conditions that states and rows ask, and what functions of states compute."""
-    for state in subsystem.states:
-        yield from (end.when for _, end in state.behaviour.endings)
-        yield from (item.value for item in state.behaviour.assignments)
-    yield from (row.condition.when for row in subsystem.transitions)
+            unheard = {member: sent[member] for member in sent if member not in heard}
+            if unheard:
+                wire, element = readers[0]
+                name = f"x.{wire.port.peer}.{element.name}"
+                members = join_words([f"`{member}`" for member in unheard], "and")
+                yield Diagnostic(
+                    "W0422",
+                    f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",
+                    element.place,
+                    "lost in every state",
+                    tuple(Related(place, f"sends `{m}`") for m, place in unheard.items()),
+                    f"ask for it beside `fresh({name})`, or let `fresh({name})` end a state, with "
+                    "a row `otherwise` for all that no other row names",
+                )
 
 
 def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
