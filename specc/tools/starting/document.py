@@ -11,7 +11,6 @@ from fractions import Fraction
 from typing import Any
 
 from specc.diagnostics.phrases import few
-from specc.emit import fill
 from specc.mjcf.model import ModelObject
 from specc.model.system import System
 from specc.reachable import grouped
@@ -22,9 +21,8 @@ from specc.tools.importers.writing import (
     Commented,
     Data,
     SpecNames,
-    block,
     comment_lines,
-    flow,
+    fill_yaml,
     fold,
     printable,
     rate,
@@ -59,12 +57,7 @@ def document(robot: Robot, system: str, plant: str, command: str) -> str:
     guess = f"Made by `{command}`. What the model does not say is called a guess."
     parts = _parts(robot, SpecNames(PEERS), plant)
     head = wrap(guess, 4) + [line for remark in _remarks(robot) for line in wrap(remark, 4)]
-    return fill_spec("init/model.yaml.j2", parts | {"system": system, "head": head})
-
-
-def fill_spec(template: str, parts: Mapping[str, Any]) -> str:
-    """The text of a template of YAML, in the canonical layout."""
-    return formatted(fill(template, {"yaml": flow, "block": block, "wrap": wrap, **parts}), fold)
+    return fill_yaml("init/model.yaml.j2", parts | {"system": system, "head": head}, fold)
 
 
 def wrap(text: str, indent: int) -> list[str]:
@@ -145,7 +138,7 @@ class _ReceptorPlan:
         return self.interface or self.reports
 
 
-class _Frames:
+class _FrameNames:
     """Names of the frames of a model, some of which the specification may have already."""
 
     def __init__(self, names: SpecNames, known: Mapping[str, Any]) -> None:
@@ -175,7 +168,7 @@ def _parts(
     `names` gives the names of types, constants and frames; `constants` and `frames` are those that
     the specification has already.
     """
-    facts, own_names, frame_names = robot.facts, SpecNames(PEERS), _Frames(names, frames or {})
+    facts, own_names, frame_names = robot.facts, SpecNames(PEERS), _FrameNames(names, frames or {})
     known = {
         unit: name
         for unit, (name, most) in TOLERANCES.items()
@@ -218,6 +211,7 @@ def _parts(
         "head": (),
         "remarks": (),
         "title": f"Holds the pose of {pose(facts)}",
+        "wrap": wrap,
         "agent": robot.name,
         "definitions": {
             "frames": frame_names.new,
@@ -239,7 +233,7 @@ def _parts(
 
 
 def _receptor(
-    receptor: Receptor, name: str, prefix: str, names: SpecNames, frames: _Frames
+    receptor: Receptor, name: str, prefix: str, names: SpecNames, frames: _FrameNames
 ) -> _ReceptorPlan:
     """The elements that a receptor reports, under an interface if they are several."""
     element_names = SpecNames()
@@ -254,9 +248,9 @@ def _receptor(
 
 
 def _rates(period_s: float) -> dict[str, str]:
-    """Rates of the subsystems, in whole periods of each other; `move` is that of the effectors."""
+    """Rates of the subsystems, in whole periods of each other; `act` is that of the effectors."""
     period = Fraction(str(round(period_s, 9)))
-    rates = {"move": rate(period)}
+    rates = {"act": rate(period)}
     for name, every_s in _PERIODS_S.items():
         period *= max(1, round(Fraction(every_s).limit_denominator(1000) / period))
         rates[name] = rate(period)
@@ -296,7 +290,8 @@ def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command:
     parts["remarks"] = [line for remark in remarks for line in wrap(remark, 4)]
     parts["cycle"] = "task" not in data
     parts["scene"] = {k: v for k, v in parts["scene"].items() if k not in scene}
-    return formatted(text.rstrip("\n") + "\n" + fill_spec("init/model.yaml.j2", parts), _merge)
+    new = fill_yaml("init/model.yaml.j2", parts, fold)
+    return formatted(text.rstrip("\n") + "\n" + new, _merge)
 
 
 def _merge(root: Collection) -> None:

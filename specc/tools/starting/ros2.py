@@ -17,8 +17,8 @@ from specc.diagnostics.phrases import few
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
 from specc.schema.texts import message_fault, topic_fault
-from specc.tools.importers.writing import PEERS, Commented, Data, SpecNames
-from specc.tools.starting.document import fill_spec, wrap
+from specc.tools.importers.writing import PEERS, Commented, Data, SpecNames, fill_yaml, fold
+from specc.tools.starting.document import wrap
 
 
 @dataclass(frozen=True, slots=True)
@@ -548,7 +548,7 @@ def proposal(devices: Devices, system: str, agent: str, command: str, python: st
             for name, how in each.bind.items()
         },
     }
-    return fill_spec("init/ros2.yaml.j2", parts)
+    return fill_yaml("init/ros2.yaml.j2", parts, fold)
 
 
 def _frames(devices: Devices) -> dict[str, Data]:
