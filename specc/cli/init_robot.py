@@ -31,12 +31,12 @@ from specc.tools.importers.writing import PEERS, SpecNames
 from specc.tools.starting import (
     ModelFacts,
     Robot,
+    actuator_groups,
     added,
     bound,
     by_mocap,
     document,
     facts_of,
-    grouped,
     left_out,
     not_held,
     receptors,
@@ -196,7 +196,7 @@ def _robot(
 ) -> Robot:
     """The robot, without what others have (`taken`); an agent has named groups only, if any."""
     wanted = {_legal(each): text for each, text in options.group.items()}
-    groups = grouped(facts, wanted, taken, guess=not (wanted and options.agent))
+    groups = actuator_groups(facts, wanted, taken, guess=not (wanted and options.agent))
     found, refused = receptors(facts, model, taken)
     refused = {**facts.refused, **refused}
     for line in left_out(refused):

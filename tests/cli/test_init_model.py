@@ -22,7 +22,7 @@ from specc_runtime.plants.mujoco.describing import described
 from bench.harness import held
 from specc.cli import init_robot, main
 from specc.pipeline import check_spec
-from specc.tools.starting import ModelFacts, NoFacts, NoGroup, facts, facts_of, grouped
+from specc.tools.starting import ModelFacts, NoFacts, NoGroup, actuator_groups, facts, facts_of
 from tests.cli import robots
 from tests.cli.robots import JOINTS, MOTORS, SERVOS, SPEEDS, arm
 from tests.seeds import short
@@ -153,7 +153,7 @@ def test_a_robot_holds_its_pose_at_once(
 @pytest.mark.parametrize("name", ROBOTS)
 def test_groups_are_named_after_what_they_move(name: str, tmp_path: Path) -> None:
     model, groups = ROBOTS[name]
-    found = grouped(init_robot.facts_of(str(at(tmp_path / "robot.xml", model))), {})
+    found = actuator_groups(init_robot.facts_of(str(at(tmp_path / "robot.xml", model))), {})
     assert [group.wish for group in found] == groups
 
 
@@ -822,9 +822,9 @@ def test_what_a_group_names(text: str, found: list[str] | None, tmp_path: Path) 
     facts = init_robot.facts_of(str(at(tmp_path / "robot.xml", arm(MIXED))))
     if found is None:
         with pytest.raises(NoGroup, match="is called a"):
-            grouped(facts, {"g": text}, guess=False)
+            actuator_groups(facts, {"g": text}, guess=False)
     else:
-        (group,) = grouped(facts, {"g": text}, guess=False)
+        (group,) = actuator_groups(facts, {"g": text}, guess=False)
         assert [each.name for each in group.actuators] == found
 
 
@@ -834,8 +834,8 @@ def test_joints_that_one_actuator_moves_with_others_are_no_group(tmp_path: Path)
     text = text.replace("</mujoco>", f"<tendon>{tendon}</tendon></mujoco>")
     facts = init_robot.facts_of(str(at(tmp_path / "robot.xml", text)))
     with pytest.raises(NoGroup, match="no actuator moves only joints from j1 to j1"):
-        grouped(facts, {"g": "j1..j1"})
-    assert len(grouped(facts, {"g": "j1..j3"})) == 1
+        actuator_groups(facts, {"g": "j1..j1"})
+    assert len(actuator_groups(facts, {"g": "j1..j3"})) == 1
 
 
 @pytest.mark.parametrize("text", ["j2", "j2..j2", "j1..j2"])
@@ -843,14 +843,14 @@ def test_a_joint_without_an_actuator_is_no_group(text: str, tmp_path: Path) -> N
     model = arm('<motor name="m" joint="j1"/>', ("j1", "j2", "j3"))
     facts = init_robot.facts_of(str(at(tmp_path / "robot.xml", model)))
     with pytest.raises(NoGroup, match=r"no actuator moves joint j2$"):
-        grouped(facts, {"g": text})
+        actuator_groups(facts, {"g": text})
 
 
 def test_actuators_of_one_joint_are_no_chain(tmp_path: Path) -> None:
     motors = "".join(f'<motor name="m{i}" joint="j1"/>' for i in range(3))
     text = arm(motors, ("j1", "j2", "j3"))
     facts = init_robot.facts_of(str(at(tmp_path / "robot.xml", text)))
-    assert [group.kind for group in grouped(facts, {})] == ["joints"]
+    assert [group.kind for group in actuator_groups(facts, {})] == ["joints"]
 
 
 UNNAMED = (

@@ -10,20 +10,19 @@ from specc.tools.starting.document import (
     not_held,
 )
 from specc.tools.starting.facts import ModelFacts, NoFacts, facts_of
-from specc.tools.starting.groups import NoGroup, grouped
-from specc.tools.starting.receptors import receptors
+from specc.tools.starting.groups import NoGroup, actuator_groups, receptors
 
 __all__ = [
     "ModelFacts",
     "NoFacts",
     "NoGroup",
     "Robot",
+    "actuator_groups",
     "added",
     "bound",
     "by_mocap",
     "document",
     "facts_of",
-    "grouped",
     "left_out",
     "not_held",
     "receptors",

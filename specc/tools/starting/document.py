@@ -29,8 +29,7 @@ from specc.tools.importers.writing import (
 )
 from specc.tools.starting.channels import TOLERANCES, Effector, camel, number
 from specc.tools.starting.facts import ModelFacts
-from specc.tools.starting.groups import ActuatorGroup
-from specc.tools.starting.receptors import Receptor, ReceptorElement
+from specc.tools.starting.groups import ActuatorGroup, Receptor, ReceptorElement
 
 _WIDTH = 96
 HELD_S = 5
