@@ -32,14 +32,14 @@ from specc.tools.starting import (
     ModelFacts,
     Robot,
     actuator_groups,
-    added,
-    bound,
-    by_mocap,
-    document,
-    facts_of,
-    left_out,
-    not_held,
+    bound_parts,
+    drift_warning,
+    mocap_warnings,
+    omissions,
+    read_facts,
     receptors,
+    specification,
+    specification_with_agent,
 )
 from specc.tools.starting.ros2 import LISTENED, Devices, RosGraph, graph_from, proposal
 
@@ -85,12 +85,12 @@ def _new(options: Namespace) -> list[Path]:
     model = _model(path)
     system = SpecNames(PEERS | PACKAGES).new(_name(path, model))
     spec = folder / f"{system}.yaml"
-    facts = facts_of(path)
+    facts = read_facts(path)
     plant, copies = _plant(options, model, facts, spec)
     refuse_taken(copies)
     name = system if options.agent is None else _legal(options.agent)
     robot = _robot(name, facts, model, options)
-    text = document(robot, system, plant, _command(path))
+    text = specification(robot, system, plant, _command(path))
     with placing(spec) as new:
         new.put(copies)
         _refuse_errors(_checked(spec, text), ())
@@ -100,7 +100,7 @@ def _new(options: Namespace) -> list[Path]:
 
 
 def _warn(robot: Robot) -> None:
-    if line := not_held(robot.facts):
+    if line := drift_warning(robot.facts):
         streams.say(f"specc: {line}")
 
 
@@ -133,12 +133,12 @@ def _added(options: Namespace) -> list[Path]:
     written = read.data.get("agents")
     if name in _agents(before) or (isinstance(written, dict) and name in written):
         raise Refused(f"there is an agent {name} already; give another --agent")
-    model, facts = _model(path), facts_of(path)
+    model, facts = _model(path), read_facts(path)
     plant, copies = _same_plant(read.data, options, model, facts, spec)
     refuse_taken(copies)
-    robot = _robot(name, facts, model, options, bound(before.system))
+    robot = _robot(name, facts, model, options, bound_parts(before.system))
     try:
-        text = added(read.source.text, read.data, robot, plant, _command(path))
+        text = specification_with_agent(read.source.text, read.data, robot, plant, _command(path))
     except LayoutError:
         raise Refused(_not_added(spec, name)) from None
     with placing(spec) as new:
@@ -199,9 +199,9 @@ def _robot(
     groups = actuator_groups(facts, wanted, taken, guess=not (wanted and options.agent))
     found, refused = receptors(facts, model, taken)
     refused = {**facts.refused, **refused}
-    for line in left_out(refused):
+    for line in omissions(refused):
         streams.say(f"specc: left out: {line}")
-    for line in by_mocap(facts):
+    for line in mocap_warnings(facts):
         streams.say(f"specc: {line}")
     if not groups:
         raise Refused(_nothing_held(facts))
@@ -277,7 +277,7 @@ def _of_ros2(options: Namespace) -> list[Path]:
     if os.sep in python:  # as runs find it that are started elsewhere
         python = os.path.abspath(python)
     devices = Devices(_graph(python, wait_s))
-    for line in left_out({name: why for why, names in devices.left_out.items() for name in names}):
+    for line in omissions({name: why for why, names in devices.left_out.items() for name in names}):
         streams.say(f"specc: left out: {line}")
     if not devices.every:
         raise Refused(_nothing(devices, wait_s))

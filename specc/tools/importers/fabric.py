@@ -106,14 +106,14 @@ def import_fabric(
 def _report_assumptions(definition: FabricSubsystem, notes: Notes) -> None:
     """Report what holds of every import: the two work cycles differ in little."""
     place = definition.root.place
-    notes.changed(
+    notes.change(
         "conditions are not evaluated in the first period; FABRIC evaluates them there too", place
     )
     if definition.buffers_of(inputs=False):
-        notes.changed("every behaviour is taken to write every output buffer", place)
+        notes.change("every behaviour is taken to write every output buffer", place)
     if definition.buffers_of(inputs=True):
         message = "an input buffer keeps its last message, and holds an empty one before the first"
-        notes.changed(message, place)
+        notes.change(message, place)
 
 
 def _period(definition: FabricSubsystem, given: Fraction | None, notes: Notes) -> Fraction:
@@ -125,14 +125,14 @@ def _period(definition: FabricSubsystem, given: Fraction | None, notes: Notes) -
     if not periods:
         text = f"{float(DEFAULT_PERIOD_S * 1000):g} ms"
         message = f"`{definition.name}` has no period; {text} is assumed"
-        notes.changed(message, definition.root.place, "give one with `--period`")
+        notes.change(message, definition.root.place, "give one with `--period`")
         return DEFAULT_PERIOD_S
     shortest = min(periods)
     waiting = [s for s in definition.states if not s.period_s and not definition.period_s]
     slower = [s for s in definition.states if s.period_s and s.period_s != shortest]
     for state in slower or waiting:
         message = f"the period is {float(shortest * 1000):g} ms in all states"
-        notes.changed(f"{message}; state `{state.name}` has another one", state.element.place)
+        notes.change(f"{message}; state `{state.name}` has another one", state.element.place)
     return shortest
 
 
@@ -175,7 +175,7 @@ def _connect(
     for (name, alias), others in _matches(definitions, wiring).items():
         if others:
             listed = ", ".join(f"`{other}.{theirs}`" for other, theirs in others)
-            notes.changed(
+            notes.change(
                 f"`{name}.{alias}` could be connected with {listed}; it ends outside instead",
                 by_name[name].buffers[alias].element.place,
                 f"choose with `--connect {name}.{alias}={others[0][0]}.{others[0][1]}`",
@@ -377,7 +377,7 @@ class _Agent:
         self.let[let] = f"{operator}({self._let_names.of('input_data')}, components)"
         if let != name:
             message = f"predicate `{name}` is called `{let}`"
-            self._notes.changed(message, self._definition.root.place)
+            self._notes.change(message, self._definition.root.place)
         return let
 
     def _function(self, name: str, behaviours: tuple[str, ...]) -> dict[str, Data]:
@@ -431,10 +431,10 @@ class _Agent:
         for name, behaviour in definition.behaviours.items():
             if name not in executed:
                 message = f"behavior `{name}` is not carried over: no state executes it"
-                self._notes.lost(message, behaviour.element.value_place("name"))
+                self._notes.loss(message, behaviour.element.value_place("name"))
         for old, new in state_names.renamed.items():
             place = next(s.element.place for s in definition.states if s.name == old)
-            self._notes.changed(f"state `{old}` is called `{new}`", place)
+            self._notes.change(f"state `{old}` is called `{new}`", place)
 
     def _add_rows(self, state: FabricState, arc: NextState, source: str, target: str) -> None:
         """A row for each cause under which the arc can be taken."""
@@ -445,7 +445,7 @@ class _Agent:
         possible = {cause: c for cause, c in conditions.items() if c != FALSE}
         if not possible:
             message = f"the arc from `{state.name}` to `{arc.target}` is never taken"
-            self._notes.lost(message, arc.element.value_place("init_cond"))
+            self._notes.loss(message, arc.element.value_place("init_cond"))
         # An arc that no cause can lead to stays, so that `specc validate` shows it.
         occurring = {cause: c for cause, c in possible.items() if ends[cause] != FALSE} or possible
         for cause, condition in occurring.items():

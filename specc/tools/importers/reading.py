@@ -203,11 +203,11 @@ class Notes:
         """Something without which there is no specification."""
         self.diagnostics.append(Diagnostic(code, message, place, help=help))
 
-    def lost(self, message: str, place: Place) -> None:
+    def loss(self, message: str, place: Place) -> None:
         """Something that the specification does not have."""
         self.diagnostics.append(Diagnostic("W0801", message, place))
 
-    def changed(self, message: str, place: Place, help: str = "") -> None:
+    def change(self, message: str, place: Place, help: str = "") -> None:
         """Something that the specification has in another form, or that was assumed."""
         self.diagnostics.append(Diagnostic("W0802", message, place, help=help))
 
@@ -249,14 +249,14 @@ class Notes:
         """
         for tag, elements in grouped((each.tag, each) for each in root.with_text()).items():
             message = f"the text in <{tag}> is not carried over{_times(elements)}"
-            self.lost(f"{message}: it has no meaning there", elements[0].place)
+            self.loss(f"{message}: it has no meaning there", elements[0].place)
         unused = grouped(((each.tag, attribute), each) for each, attribute in root.unused())
         for (tag, attribute), elements in unused.items():
             what = f"attribute `{attribute}` of <{tag}>" if attribute else f"<{tag}>"
             reason = reasons.get((tag, attribute), "specc knows no counterpart")
             message = f"{what} is not carried over{_times(elements)}: {reason}"
             first = elements[0]
-            self.lost(message, first.value_place(attribute) if attribute else first.place)
+            self.loss(message, first.value_place(attribute) if attribute else first.place)
 
     def write(self, template: str, parts: Mapping[str, Any], *remarks: str) -> None:
         """Fill the template of the specification, with what was lost or changed at its head."""

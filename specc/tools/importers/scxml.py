@@ -46,7 +46,7 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
         return notes
     if period is None:
         message = "a chart has no period; 10 ms is assumed"
-        notes.changed(message, root.place, "give one with `--period`")
+        notes.change(message, root.place, "give one with `--period`")
     stem = os.path.splitext(os.path.basename(path))[0]
     own = SpecNames((*PEERS, *PACKAGES, _OUTSIDE)).of(name or root.get("name") or stem)
     events = Events(d for chart in charts for t in chart.transitions for d in t.events)
@@ -59,10 +59,10 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
         agent.build()
     place = charts[0].root.place
     for old, new in events.renamed.items():
-        notes.changed(f"event `{old}` is called `{new}`", place)
+        notes.change(f"event `{old}` is called `{new}`", place)
     if any(not t.events for chart in charts for t in chart.transitions):
         message = "a transition without an event is taken one period after the state began"
-        notes.changed(message, place)
+        notes.change(message, place)
     notes.report_unused(root, _REASONS)
     inputs: dict[str, Data] = {"event": "Event", "comes": "bool"} if events.members else {}
     inputs |= dict.fromkeys(guards.names.values(), "bool")
@@ -176,18 +176,18 @@ class _ChartAgent:
                 if guard.name not in reported:
                     reported.add(guard.name)
                     message = f"guard `{guard.name}` is the input `{self._guard(guard.name)}`"
-                    self._notes.changed(message, transition.element.value_place("cond"))
+                    self._notes.change(message, transition.element.value_place("cond"))
         if not self.inputs:
             message = "nothing that the chart asks for comes from outside; it tells its state there"
-            self._notes.changed(message, chart.root.place)
+            self._notes.change(message, chart.root.place)
         for state in chart.states:
             name = self._state_names.of(state.id)
             if name != state.id:
                 message = f"state `{state.id}` is called `{name}`"
-                self._notes.changed(message, state.element.value_place("id"))
+                self._notes.change(message, state.element.value_place("id"))
             if state.element.tag == "final":
                 message = f"the chart stops in `{state.id}`; the agent stays there"
-                self._notes.changed(message, state.element.place)
+                self._notes.change(message, state.element.place)
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -244,11 +244,11 @@ class _ChartAgent:
             condition = "False" if logic == FALSE else render(logic, self._atom)
             if logic == FALSE:
                 message = "this transition is never taken: an earlier one always is"
-                self._notes.changed(message, transition.element.place)
+                self._notes.change(message, transition.element.place)
             target = transition.target or state.id
             if not transition.target:
                 message = f"a transition without a target enters `{state.id}` again"
-                self._notes.changed(message, transition.element.place)
+                self._notes.change(message, transition.element.place)
             name = self._condition("initial", condition, f"{state.id}_to_{target}")
             ends = map(self._state_names.of, (state.id, target))
             found.append([next(ends), "terminal", name, next(ends)])

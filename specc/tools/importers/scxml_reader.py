@@ -123,7 +123,7 @@ class _ChartReader:
             message = "a transition out of all regions at once is not carried over"
             self._refuse(message, element.place, _FLATTEN)
         message = "the regions become agents, which get the same events"
-        self._notes.changed(message, parallel.place)
+        self._notes.change(message, parallel.place)
         charts = []
         for region in parallel.all("state"):
             name = region.get("id")
@@ -192,7 +192,7 @@ class _ChartReader:
                 number += 1
             element.attributes["id"] = f"state_{number}"
             message = f"a <{element.tag}> without `id` is called `state_{number}`"
-            self._notes.changed(message, element.place)
+            self._notes.change(message, element.place)
 
     def refuse_other_transitions(self) -> None:
         """Report what leads from state to state and is not carried over.

@@ -98,30 +98,30 @@ def fill_yaml(
 
     The template prints values by `yaml`, and those of sections by `section`.
     """
-    return formatted(fill(template, {"yaml": flow, "section": _section, **parts}), change)
+    return formatted(fill(template, {"yaml": to_yaml, "section": _section, **parts}), change)
 
 
 def _section(data: Mapping[str, Data]) -> str:
     return textwrap.indent("\n".join(_entries(data)), "  ")
 
 
-def flow(value: Data) -> str:
+def to_yaml(value: Data) -> str:
     """A value as YAML in braces, a line for each entry: what does not fit becomes a block."""
     if isinstance(value, Commented):
-        return flow(value.value)
+        return to_yaml(value.value)
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return value if _NUMBER.fullmatch(value) else quoted(value)
     if isinstance(value, Mapping):
         return "{\n" + ",\n".join(_entries(value)) + "}" if value else "{}"
-    return "[\n" + ",\n".join(map(flow, value)) + "]" if value else "[]"
+    return "[\n" + ",\n".join(map(to_yaml, value)) + "]" if value else "[]"
 
 
 def _entries(data: Mapping[str, Data]) -> Iterator[str]:
     for key, value in data.items():
         lines = value.lines if isinstance(value, Commented) else ()
-        yield "".join(f"# {line}\n" for line in lines) + f"{quoted(key)}: {flow(value)}"
+        yield "".join(f"# {line}\n" for line in lines) + f"{quoted(key)}: {to_yaml(value)}"
 
 
 def fold(tree: Collection, indent: int = 0) -> None:

@@ -2,14 +2,14 @@
 
 from specc.tools.starting.document import (
     Robot,
-    added,
-    bound,
-    by_mocap,
-    document,
-    left_out,
-    not_held,
+    bound_parts,
+    drift_warning,
+    mocap_warnings,
+    omissions,
+    specification,
+    specification_with_agent,
 )
-from specc.tools.starting.facts import ModelFacts, NoFacts, facts_of
+from specc.tools.starting.facts import ModelFacts, NoFacts, read_facts
 from specc.tools.starting.groups import NoGroup, actuator_groups, receptors
 
 __all__ = [
@@ -18,12 +18,12 @@ __all__ = [
     "NoGroup",
     "Robot",
     "actuator_groups",
-    "added",
-    "bound",
-    "by_mocap",
-    "document",
-    "facts_of",
-    "left_out",
-    "not_held",
+    "bound_parts",
+    "drift_warning",
+    "mocap_warnings",
+    "omissions",
+    "read_facts",
     "receptors",
+    "specification",
+    "specification_with_agent",
 ]

@@ -51,7 +51,7 @@ class Robot:
     refused: Mapping[str, str]
 
 
-def document(robot: Robot, system: str, plant: str, command: str) -> str:
+def specification(robot: Robot, system: str, plant: str, command: str) -> str:
     """The text of a whole specification, in the canonical layout."""
     guess = f"Made by `{command}`. What the model does not say is called a guess."
     parts = _parts(robot, SpecNames(PEERS), plant)
@@ -72,13 +72,13 @@ def pose(facts: ModelFacts) -> str:
     return f"keyframe {facts.keyframe}" if facts.keyframe else "the start"
 
 
-def left_out(refused: Mapping[str, str]) -> Iterator[str]:
+def omissions(refused: Mapping[str, str]) -> Iterator[str]:
     """Lines about actuators and sensors that a specification does not have, one for each reason."""
     for why, names in grouped((why, name) for name, why in refused.items()).items():
         yield f"{few(names, _MOST_SHOWN)}: {why}"
 
 
-def by_mocap(facts: ModelFacts) -> Iterator[str]:
+def mocap_warnings(facts: ModelFacts) -> Iterator[str]:
     """A line for each body that mocap places: what a specification commands does not move it."""
     for body, tied in facts.mocap.items():
         bound = f", with what is tied to it ({few(tied, _MOST_SHOWN)})" if tied else ""
@@ -86,12 +86,12 @@ def by_mocap(facts: ModelFacts) -> Iterator[str]:
         yield f"MOCAP: {body} stays where the model has it{bound}: no actuator moves it.{out}"
 
 
-def not_held(facts: ModelFacts) -> str:
+def drift_warning(facts: ModelFacts) -> str:
     """A line about the joints that left the start in the rehearsal; empty if none did."""
     most = {joint.name: TOLERANCES[joint.unit][1] for joint in facts.joints}
     far = {name: value for name, value in facts.strayed.items() if value > most[name]}
     farthest = sorted(far.items(), key=lambda pair: -pair[1])
-    shown = few([f"{name} {_rough(value)}" for name, value in farthest], _MOST_SHOWN)
+    shown = few([f"{name} {_distance_text(value)}" for name, value in farthest], _MOST_SHOWN)
     line = f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}."
     return line if far else ""
 
@@ -103,18 +103,18 @@ def _remarks(robot: Robot) -> Iterator[str]:
             f"Nothing holds the model in the pose of {pose(facts)}: bodies may overlap there, "
             "or the robot stand above its floor. Runs begin where it settles: see the scene."
         )
-    yield from by_mocap(facts)
-    if far := not_held(facts):
+    yield from mocap_warnings(facts)
+    if far := drift_warning(facts):
         yield far
     elif facts.strayed:
         yield (
             f"In a rehearsal of {HELD_S} s no joint went farther from the start than "
-            f"{_rough(max(facts.strayed.values()))} (rad or m)."
+            f"{_distance_text(max(facts.strayed.values()))} (rad or m)."
         )
-    yield from (f"Left out: {line}" for line in left_out(robot.refused))
+    yield from (f"Left out: {line}" for line in omissions(robot.refused))
 
 
-def _rough(far: float) -> str:
+def _distance_text(far: float) -> str:
     return number(float(f"{far:.2g}")) if far < _DIVERGED else "without end"
 
 
@@ -266,14 +266,16 @@ def _binding(element: ReceptorElement, rates: Mapping[str, str]) -> Data:
 # Adding an agent to a specification that exists: its text, with the new entries in place.
 
 
-def bound(system: System) -> set[str]:
+def bound_parts(system: System) -> set[str]:
     """Actuators, sensors and cameras that a system has devices for."""
     bindings = system.plant.bindings if system.plant else ()
     each = ((*one.actuators, *one.sensors, one.camera) for one in bindings)
     return {name for names in each for name in names if name}
 
 
-def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command: str) -> str:
+def specification_with_agent(
+    text: str, data: Mapping[str, Any], robot: Robot, plant: str, command: str
+) -> str:
     """The text of a specification, which is YAML without faults, with one more agent.
 
     All of it comes in the canonical layout. Whether the agent is in it shows when it is read.
