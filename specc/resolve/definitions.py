@@ -276,7 +276,6 @@ class TypeMaker:
     _made: dict[tuple[Frame, ...], Type] = field(default_factory=dict)
     _making: bool = False
     _broken: bool = False
-    _enum: Type | None = None
 
     def __call__(self, frames: tuple[Frame, ...]) -> Type:
         """The type with these frames; raises `ExprError` if they do not suit it."""
@@ -318,13 +317,13 @@ class TypeMaker:
         return made
 
     def enum(self) -> Type | None:
-        """The type if it is an enum; made once."""
-        if self._enum is None and (self.definition.type or "").lstrip().startswith("enum"):
-            try:
-                self._enum = self(())
-            except ExprError:
-                return None
-        return self._enum
+        """The type if it is an enum without errors."""
+        if not (self.definition.type or "").lstrip().startswith("enum"):
+            return None
+        try:
+            return self(())
+        except ExprError:
+            return None
 
     def check(self, frames: tuple[Frame, ...]) -> None:
         """Report what is wrong with the definition, once, at its own place."""
@@ -338,21 +337,18 @@ class TypeMaker:
             message = f"type `{self.name}` has a codec and is not opaque"
             help_text = "remove `codec`: values of all other types are recorded as they are"
             self.findings.report("E0104", message, self.where["codec"].place, help=help_text)
-        self._note(frames)
+        known = self.definitions
+        local = known.frames | dict(zip(self.definition.frames, frames, strict=True))
+        names = TypeNames(local, known.types, known.sizes)
+        fields = (self.definition.fields or {}).items()
+        texts = [(self.where["fields"][name], text) for name, text in fields]
+        texts += [(self.where["type"], self.definition.type)] if self.definition.type else []
+        for at, text in texts:
+            self.findings.types.append(TypeText(at, "type", text, names, known.places))
         try:
             self(frames)
         except ExprError as error:
             self.findings.expression_error(self.where["type"], error)
-
-    def _note(self, frames: tuple[Frame, ...]) -> None:
-        """Note for editors which texts of types the definition has."""
-        given, known = self.definition, self.definitions
-        local = known.frames | dict(zip(given.frames, frames, strict=True))
-        names = TypeNames(local, known.types, known.sizes)
-        texts = [(self.where["fields"][n], text) for n, text in (given.fields or {}).items()]
-        texts += [(self.where["type"], given.type)] if given.type else []
-        notes = (TypeText(at, "type", text, names, known.places) for at, text in texts)
-        self.findings.types.extend(notes)
 
     def _refused(self, message: str, code: str) -> ExprError:
         """Report that the type is too large, here and nowhere else."""

@@ -399,14 +399,11 @@ def _tidied(schema: Any) -> Any:
     }
     if others := kept.get("properties", {}).pop(OTHERS, None):
         kept["additionalProperties"] = others["additionalProperties"]
-    return _without_null(kept) if isinstance(kept.get("anyOf"), list) else kept
-
-
-def _without_null(schema: Schema) -> Schema:
-    """Editors report what is wrong inside a value only if the value has one meaning."""
-    members = [member for member in schema["anyOf"] if member != {"type": "null"}]
-    rest = {name: value for name, value in schema.items() if name != "anyOf"}
-    return {**members[0], **rest} if len(members) == 1 else {**rest, "anyOf": members}
+    if not isinstance(kept.get("anyOf"), list):
+        return kept
+    # Editors report what is wrong inside a value only if the value has one meaning.
+    members = [member for member in kept.pop("anyOf") if member != {"type": "null"}]
+    return {**members[0], **kept} if len(members) == 1 else {**kept, "anyOf": members}
 
 
 def _short_forms(part: type[SpecModel], schema: Schema) -> list[Schema]:
