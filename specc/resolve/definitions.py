@@ -255,7 +255,7 @@ class Definitions:
 
 
 def types_in(several: Iterable[Definitions]) -> tuple[NamedType, ...]:
-    """The named types of some files; of those of one name, one."""
+    """Named types of these files, without duplicates."""
     found = {
         name: NamedType(name, trace, known.places[f"type {name}"])
         for known in several
