@@ -176,7 +176,7 @@ def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> T
         tuple(formulas.world.agents),
         resolver.broken | resolver.faulty,
         Expressions(known.findings, known.definitions),
-        resolver.library.given,
+        resolver.library.set_values,
         lambda text, at: formulas.requirement(text, "", at),
     )
 

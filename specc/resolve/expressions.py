@@ -188,10 +188,9 @@ class Expressions:
             return check(tree, text, scope, expected)
         except ExprErrors as errors:
             for error in errors.errors:
-                meant = declared is not None and error.expected == expected
-                target = (
-                    Related(declared, f"declared as `{expected}`") if declared and meant else None
-                )
+                target = None
+                if declared is not None and error.expected == expected:
+                    target = Related(declared, f"declared as `{expected}`")
                 self.report(where, text, error, target)
             return errors.expr
 
@@ -270,11 +269,11 @@ def rate_of(text: str, where: YamlNode, findings: Findings) -> Fraction | None:
     if unit and unit.same_kind(parse_unit("s")) and scaled > 0:
         return 1 / scaled
     plain = _RATE_SLIP.fullmatch(text.strip())
-    meant = f"`{plain[1]} Hz`" if plain and float(plain[1]) > 0 else "`500 Hz`"
+    example = f"`{plain[1]} Hz`" if plain and float(plain[1]) > 0 else "`500 Hz`"
     findings.report(
         "E0106",
         f"`{text}` is not a rate",
         where.place,
-        help=f"write periods per second, e.g. {meant}, or the period, e.g. `10 ms`",
+        help=f"write periods per second, e.g. {example}, or the period, e.g. `10 ms`",
     )
     return None

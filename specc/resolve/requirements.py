@@ -65,10 +65,10 @@ class Lets:
             self.places[name] = where[name].key
         for name in self._ordered(items, where, findings):
             text, at = items[name].value, where[name]["is"]
-            made = read(name, text, at)
+            let = read(name, text, at)
             self._trees[name] = None
-            if made is not None:
-                self.found.append(made)
+            if let is not None:
+                self.found.append(let)
                 try:
                     tree = self.written_out(parse_formula(text))
                     self._trees[name], self._sizes[name] = tree, len(nodes_of(tree))
@@ -275,8 +275,8 @@ class FormulaResolver:
             parts = tuple(dict.fromkeys(expressions_in(found)))
         else:
             parts = (found,)
-        whole = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
-        self._meaning(reader, at, whole)
+        meaning = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
+        self._meaning(reader, at, meaning)
 
     def _meaning(self, reader: _RequirementReader, at: YamlNode, expr: Expr | None) -> None:
         findings, places = self.expressions.findings, self.expressions.definitions.places

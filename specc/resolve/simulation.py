@@ -59,7 +59,7 @@ def resolve_task(
         cycle.of,
         cycle.source,
         cycle.target,
-        scene.made or "",
+        scene.scene_class or "",
         definition.judge or "",
         tuple(definition.watch),
         where.key,
@@ -146,7 +146,7 @@ def _starts(
 def draw_of(name: str, item: DrawDef, at: YamlNode, expressions: Expressions) -> Draw | None:
     """A number that is drawn, with what it is of; None after reporting."""
     findings, texts = expressions.findings, list(_texts(item, at))
-    if not texts or item.given - {"for"} not in _GIVEN:
+    if not texts or item.given_keys - {"for"} not in _GIVEN:
         findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
         return None
     found = [_number(text, place, expressions) for text, place in texts]

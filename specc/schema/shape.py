@@ -199,8 +199,8 @@ class _Translation:
             rest = ", ..." if len(known) > _LISTED_KEYS else ""
             hint = f"known keys: {', '.join(f'`{one}`' for one in known[:_LISTED_KEYS])}{rest}"
         place = Place(self._file, (*route, name), "key")
-        meant = sole_correction(name, close)
-        fix = rename_fix(place, name, meant)
+        correction = sole_correction(name, close)
+        fix = rename_fix(place, name, correction)
         words = f"unknown key `{name}`{_inside(route)}"
         self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
 
