@@ -9,12 +9,11 @@ from dataclasses import dataclass, replace
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import ExprError, parse_type
 from specc.lang.packages import PACKAGES
-from specc.model.binding import PLANT
 from specc.model.expr import Call
+from specc.model.fsm import Trace
 from specc.model.requirement import Requirement
-from specc.model.system import Agent, Constant, Operator, Plant, System
+from specc.model.system import PLANT, Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
-from specc.model.trace import Trace
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.agents import AgentResolver

@@ -171,8 +171,8 @@ class AgentResolver:
             trace=trace_of(described),
             place=where.key,
             outside=inside.definitions.outside(),
-            rated=rate is not None,
-            begun=described.initial_state in described.states,
+            has_rate=rate is not None,
+            has_initial_state=described.initial_state in described.states,
             budget_s=budget_s,
         )
         found = [*findings.diagnostics[before:], *findings.repeated[repeated:]]

@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
 from specc.diagnostics import nearest
-from specc.lang import RESERVED, Declared, ExprError, Scope, parse
+from specc.lang import RESERVED, Declaration, ExprError, Scope, parse
 from specc.lang.parse import names_in
 from specc.model.system import Let, Memory, Port
 from specc.resolve.context import YamlNode, trace_of, unknown_at
@@ -31,7 +31,7 @@ def resolve_buffers(
     """
     ports = _ports(definition, where, ends, expressions)
     inputs = {
-        (port.peer, element.name): Declared(element.type, element.place)
+        (port.peer, element.name): Declaration(element.type, element.place)
         for port in ports
         for element in (port.elements if port.direction == "x" else ())
     }
@@ -40,11 +40,13 @@ def resolve_buffers(
     expressions.broken |= memory & lets
     expressions.broken |= {n for n in memory | lets if n in outer.constants or n in outer.files}
     constants = _without(constant_scope(outer), expressions.broken)
-    outside = replace(constants, inputs=inputs, later=expressions.later)
+    outside = replace(constants, inputs=inputs, uninitialized=expressions.later)
     resolved = _memory(definition, where, outside, expressions)
     known = _without(outside, expressions.broken)
-    clear = {m.name: Declared(m.type, m.place) for m in resolved if _is_clear(m.name, expressions)}
-    inside = replace(known, memory=clear, later=(), allow_clock=True)
+    clear = {
+        m.name: Declaration(m.type, m.place) for m in resolved if _is_clear(m.name, expressions)
+    }
+    inside = replace(known, memory=clear, uninitialized=(), allow_clock=True)
     found, scope = _lets(definition, where["let"], inside, expressions)
     return ports, resolved, found, scope
 
@@ -116,8 +118,8 @@ def _lets(
     found: list[Let] = []
     depths: dict[str, int] = {}
     # One scope, which grows: in this order each let finds those that it may name.
-    lets: dict[str, Declared] = {}
-    scope = replace(scope, lets=lets, lets_to_come=definition.let.keys())
+    lets: dict[str, Declaration] = {}
+    scope = replace(scope, lets=lets, all_lets=definition.let.keys())
     uses = {name: _used_lets(item.value, definition) for name, item in definition.let.items()}
     order: Iterable[str] = ()
     try:
@@ -147,8 +149,8 @@ def _lets(
         value = inlined(value, indices)
         found.append(Let(name, value, item.title, trace_of(item), at.key))
         if _is_clear(name, expressions):
-            lets[name] = Declared(value.type, at.key, value)
-    return tuple(found), replace(scope, lets_to_come=())
+            lets[name] = Declaration(value.type, at.key, value)
+    return tuple(found), replace(scope, all_lets=())
 
 
 def _used_lets(text: str, definition: SubsystemDef) -> list[str]:

@@ -11,9 +11,9 @@ from math import isfinite
 from typing import Any, Literal
 
 from specc.diagnostics import Diagnostic, Related, is_typo, nearest, rename_fix, sole_correction
-from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
+from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, joined_help
 from specc.model.expr import Expr, Unknown
-from specc.model.trace import Trace
+from specc.model.fsm import Trace
 from specc.model.types import Real, Type
 from specc.model.units import DIMENSIONLESS, UnitError, parse_unit
 from specc.read import AllowedPaths
@@ -207,7 +207,7 @@ class Findings:
         may_come = what in _MAY_COME and (what != "agent" or name.isidentifier())
         if may_come and not is_typo(name, names):
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
-            way = or_else(_MAY_COME[what], help if names else "")
+            way = joined_help(_MAY_COME[what], help if names else "")
             if what.endswith("condition") and not name.isidentifier():
                 way = "give it a name under `conditions:`, and write that name here"
                 way = way if what.startswith("initial") else f"write `{{when: ...}}`, or {way}"

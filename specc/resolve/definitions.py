@@ -8,13 +8,12 @@ from itertools import count
 from zlib import crc32
 
 from specc.diagnostics import Related
-from specc.lang import FOLLOW_UP, Declared, ExprError, TypeNames, parse_type
-from specc.lang.mentioned import names_of_signature, names_of_type
-from specc.lang.types import MakeType
+from specc.lang import FOLLOW_UP, Declaration, ExprError, TypeNames, parse_type
+from specc.lang.types import MakeType, names_of_signature, names_of_type
 from specc.limits import MAX_DEPTH, MAX_EXPRESSION_PARTS, MAX_TYPE_PARTS, OUT_OF_PARTS, spend
-from specc.model.expr import ConstantRef, Expr, Number, mapped
-from specc.model.system import Constant, NamedType, Operator, Outside
-from specc.model.trace import Trace
+from specc.model.expr import ConstantRef, Expr, Number, map_children
+from specc.model.fsm import Trace
+from specc.model.system import Constant, NamedType, Operator, OuterName
 from specc.model.types import Enum, Frame, Int, Opaque, Record, Type
 from specc.resolve.context import Findings, TypeText, YamlNode
 from specc.schema.files import TypeDef
@@ -82,7 +81,7 @@ def inlined(expr: Expr, constants: Mapping[str, Constant], skip: Collection[str]
                 message = message if is_allowed else OUT_OF_PARTS
                 raise ExprError(message, *part.span, "compute the value in an operator", "E0017")
         if not isinstance(part, ConstantRef):
-            return mapped(part, written_out)
+            return map_children(part, written_out)
         if part.name in skip or part.name not in constants:
             return part
         inside += 1
@@ -169,7 +168,7 @@ class Definitions:
     type_traces: dict[str, Trace] = field(default_factory=dict)
     interfaces: dict[str, Interface] = field(default_factory=dict)
     constants: dict[str, Constant] = field(default_factory=dict)
-    declared: dict[str, Declared] = field(default_factory=dict)
+    declared: dict[str, Declaration] = field(default_factory=dict)
     """The constants as scopes have them."""
     files: dict[str, tuple[str, str]] = field(default_factory=dict)
     """Each with its name in the system and its path."""
@@ -192,7 +191,9 @@ class Definitions:
     def add(self, constant: Constant) -> None:
         """Take in a constant, which those after it may name."""
         self.constants[constant.name] = constant
-        self.declared[constant.name] = Declared(constant.value.type, constant.place, constant.value)
+        self.declared[constant.name] = Declaration(
+            constant.value.type, constant.place, constant.value
+        )
 
     def inlined(self, expr: Expr) -> Expr:
         """The expression without constants of descriptions; see `inlining` for the error."""
@@ -218,10 +219,10 @@ class Definitions:
         """What type texts may name; with `variables`, undeclared frames are variables."""
         return TypeNames(self.frames, self.types, self.sizes, variables)
 
-    def outside(self) -> tuple[Outside, ...]:
+    def outside(self) -> tuple[OuterName, ...]:
         """Constants and files, also those with an error in their definition."""
         return tuple(
-            Outside("constant" if kind == "constant" else "file", name, place)
+            OuterName("constant" if kind == "constant" else "file", name, place)
             for label, place in self.places.items()
             for kind, _, name in [label.partition(" ")]
             if kind in ("constant", "file")

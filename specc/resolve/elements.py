@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Literal
 
 from specc.diagnostics import Related
-from specc.lang import FOLLOW_UP, TYPE_WORDS, Declared, ExprError, parse_interface
+from specc.lang import FOLLOW_UP, TYPE_WORDS, Declaration, ExprError, parse_interface
 from specc.lang.types import MakeType
-from specc.model.expr import Call, Expr, FileRef, MemoryRef, constants_in, walk
-from specc.model.system import Element, Safe, Shared
+from specc.model.expr import Call, Expr, FileRef, MemoryRef, constant_names, walk
+from specc.model.system import Element, InterfaceRef, SafeOutput
 from specc.model.types import Frame, Type
 from specc.reachable import reachable
 from specc.resolve.context import Findings, TypeText, YamlNode, duration_in, trace_of
@@ -34,7 +34,9 @@ def resolve_elements(
             continue
         init = None
         if definition.init is not None:
-            scope = replace(constant_scope(expressions.definitions), later=expressions.later)
+            scope = replace(
+                constant_scope(expressions.definitions), uninitialized=expressions.later
+            )
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
         is_received = isinstance(definition, ReceivedDef)
@@ -74,9 +76,9 @@ def _safe(
     element: Element,
     reported: tuple[Element, ...],
     expressions: Expressions,
-) -> Safe | None:
+) -> SafeOutput | None:
     constants = constant_scope(expressions.definitions)
-    scope = replace(constants, memory={e.name: Declared(e.type, e.place) for e in reported})
+    scope = replace(constants, memory={e.name: Declaration(e.type, e.place) for e in reported})
     here = at["is"]
     value = expressions.value(here, declared.value, scope, element.type, element.place)
     otherwise = None
@@ -92,15 +94,15 @@ def _safe(
         message = f"`safe` of `{element.name}` may fail, and nothing says what is sent then"
         help_text = "add `otherwise:` with a constant: `safe: {is: ..., otherwise: ...}`"
         expressions.findings.report("E0412", message, here.place, help=help_text)
-    return Safe(value, otherwise, at.key) if value is not None else None
+    return SafeOutput(value, otherwise, at.key) if value is not None else None
 
 
 def _may_fail(value: Expr, expressions: Expressions) -> bool:
     """Whether it calls an operator, reads a file, or asks for what may never have been reported."""
     constants = expressions.definitions.constants
     names = reachable(
-        (name for name in constants_in(value) if name in constants),
-        lambda name: [n for n in constants_in(constants[name].value) if n in constants],
+        (name for name in constant_names(value) if name in constants),
+        lambda name: [n for n in constant_names(constants[name].value) if n in constants],
     )
     parts = (value, *(constants[name].value for name in names))
     return any(isinstance(node, Call | FileRef | MemoryRef) for p in parts for node in walk(p))
@@ -130,7 +132,7 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
 
 def all_elements(
     buffer: BufferDef, at: YamlNode, direction: Literal["x", "y"], expressions: Expressions
-) -> tuple[tuple[Element, ...], Shared | None]:
+) -> tuple[tuple[Element, ...], InterfaceRef | None]:
     """The elements of a buffer: those of its interface, if that is known, and its own."""
     found = resolve_elements(buffer.elements, at, expressions)
     if buffer.interface is None:
@@ -147,7 +149,7 @@ def all_elements(
         related = (Related(first[element.name], "first defined here"),)
         help = "delete or rename one of the two"
         expressions.findings.report("E0205", message, element.place, related=related, help=help)
-    return (*shared, *found), Shared(buffer.interface, interface.where.key)
+    return (*shared, *found), InterfaceRef(buffer.interface, interface.where.key)
 
 
 def _elements_of(

@@ -15,8 +15,8 @@ from specc.diagnostics import Diagnostic, Related
 from specc.lang import (
     CUT_SHORT,
     FOLLOW_UP,
-    FOR_WANT_OF_CONTEXT,
-    Declared,
+    NEEDS_CONTEXT,
+    Declaration,
     Environment,
     ExprError,
     ExprErrors,
@@ -25,12 +25,12 @@ from specc.lang import (
     check,
     count_parts,
     evaluate,
+    expand_groups,
     parse,
     parse_type,
-    spread,
 )
 from specc.limits import spend_or_raise
-from specc.model.expr import Expr, constants_in, has_unknown
+from specc.model.expr import Expr, constant_names, has_unknown
 from specc.model.system import Constant
 from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
@@ -73,7 +73,7 @@ def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> fl
         count = partial(spend_or_raise, "folding")
         value = float(evaluate(inlined(expr, constants), Environment(count=count)))
     except (LookupError, ArithmeticError, ValueError) as error:
-        if constants_in(expr) and not isinstance(error, LookupError):
+        if constant_names(expr) and not isinstance(error, LookupError):
             raise ExprError("", *expr.span, code=FOLLOW_UP) from None  # they have no value
         value = math.nan
     if math.isfinite(value):
@@ -114,7 +114,7 @@ class Expressions:
     def tree(self, where: YamlNode, text: str) -> ast.expr | None:
         """The syntax tree of `text`, or None after reporting."""
         try:
-            return spread(parse(text), self.groups)
+            return expand_groups(parse(text), self.groups)
         except ExprError as error:
             self.report(where, text, error)
             return None
@@ -148,7 +148,7 @@ class Expressions:
             check(tree, text, scope)
         except ExprErrors as errors:
             for error in errors.errors:
-                if error.code not in FOR_WANT_OF_CONTEXT:
+                if error.code not in NEEDS_CONTEXT:
                     self.report(where, text, error)
 
     def _parsed(
@@ -240,7 +240,7 @@ class Expressions:
                 report_clash(index, _LATER[key], self.home[key][index.name].key, self.findings)
             elif constant:
                 report_clash(index, "a constant", constant.place, self.findings)
-        known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
+        known = {n: Declaration(i.value.type, i.place, i.value) for n, i in indices.items()}
         return indices, replace(scope, constants={**scope.constants, **known})
 
     def element(self, *steps: str) -> Place | None:

@@ -192,7 +192,7 @@ class Library:
         for name, relative, where in self._unclashing("files", file, own):
             path = beside(file.path, relative)
             own.files[name] = (
-                self._unique_name("file", name, path, where.key, own),
+                self._unique_name("file", name, path, where.key),
                 relative_path(path, self.base),
             )
             if not self.reach.contains(path):
@@ -228,7 +228,7 @@ class Library:
             met = sizes_in(text, file.spec.types) if own.sizes else ()
             sizes = ",".join(f"{n}={size}" for n, size in own.sizes.items() if n in met)
             own.operators[name] = Operator(
-                self._unique_name("operator", name, means, where.key, own, sizes),
+                self._unique_name("operator", name, means, where.key, sizes),
                 *signature,
                 definition.python or "",
                 definition.title,
@@ -245,9 +245,7 @@ class Library:
             self.findings.report("E0017", OUT_OF_PARTS, where, help=DESCRIBE_LESS)
         return False
 
-    def _unique_name(
-        self, kind: str, name: str, means: object, at: Place, own: Definitions, sizes: str = ""
-    ) -> str:
+    def _unique_name(self, kind: str, name: str, means: object, at: Place, sizes: str = "") -> str:
         """The name of an operator or file in the whole system, where names may be used again.
 
         An operator with `sizes` has a name of its own for each of these.
@@ -263,7 +261,7 @@ class Library:
     def _constants(self, file: Loaded, own: Definitions) -> None:
         expressions = Expressions(self.findings, own)
         below = set(file.spec.constants) - own.constants.keys() - own.broken
-        around = replace(constant_scope(own), below=below)
+        around = replace(constant_scope(own), later_constants=below)
         for name, definition, where in self._unclashing("constants", file, own):
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
             value = expressions.value(where["is"], definition.value, around, wanted)

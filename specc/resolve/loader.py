@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
-from specc.model.binding import Published
+from specc.model.system import Published
 from specc.read import ANYWHERE, AllowedPaths, Document, read_file, specification
 from specc.resolve.context import Findings, YamlNode
 from specc.resolve.library import Loaded

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from specc.lang import Scope
-from specc.model.expr import FALSE, TRUE, Expr
+from specc.model.expr import FALSE, TRUE, Expr, junction, negation
 from specc.model.fsm import (
     OTHERWISE,
     Assignment,
@@ -18,11 +18,10 @@ from specc.model.fsm import (
     ConditionKind,
     Function,
     State,
+    Trace,
     Transition,
 )
-from specc.model.logic import joined, negation
 from specc.model.system import Element, Memory, Port
-from specc.model.trace import Trace
 from specc.model.types import Bool
 from specc.reachable import grouped
 from specc.resolve.context import Findings, YamlNode, trace_of, unknown_at
@@ -192,9 +191,9 @@ class MachineResolver:
             )
             end = _unknown_condition(name, "terminal", terminal, at)
         error = self._ending("error", name, item.error or _NO_ERROR, at["error"])
-        is_whole = len(functions) == len(used) and all(f.whole for f in functions)
+        is_complete = len(functions) == len(used) and all(f.is_complete for f in functions)
         trace = trace_of(item)
-        return Behaviour(name, functions, end, error, item.title, trace, at.key, is_whole)
+        return Behaviour(name, functions, end, error, item.title, trace, at.key, is_complete)
 
     def _used(
         self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode
@@ -280,7 +279,7 @@ class MachineResolver:
         called = name or state
         terminal = _unknown_condition(called, "terminal", at["terminal"], at)
         error = _unknown_condition(called, "error", at["error"], at)
-        return Behaviour(called, (), terminal, error, "", Trace(), at.place, whole=False)
+        return Behaviour(called, (), terminal, error, "", Trace(), at.place, is_complete=False)
 
     def _transitions(self) -> tuple[Transition, ...]:
         rows, table = [], self.where["transitions"]
@@ -317,9 +316,9 @@ class MachineResolver:
 def _with_remainders(rows: Sequence[Transition]) -> tuple[Transition, ...]:
     """The rows, with what `otherwise` stands for: no other row of the state and cause applies."""
     found = []
-    others = grouped(((r.source, r.cause), r.condition) for r in rows if not r.remainder)
+    others = grouped(((r.source, r.cause), r.condition) for r in rows if not r.is_otherwise)
     for row in rows:
-        if row.remainder:
+        if row.is_otherwise:
             around = others.get((row.source, row.cause), [])
             title = " or ".join(f"`{other.name}`" for other in around)
             when = none_of([other.when for other in around])
@@ -331,7 +330,7 @@ def _with_remainders(rows: Sequence[Transition]) -> tuple[Transition, ...]:
 
 def none_of(conditions: Sequence[Expr]) -> Expr:
     """The condition that none of some holds."""
-    return negation(joined("or", conditions))
+    return negation(junction("or", conditions))
 
 
 _NO_PASSING = (

@@ -11,11 +11,10 @@ from typing import Literal
 from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.parse import nodes_of, span
-from specc.lang.peer_groups import Root
-from specc.model.binding import PLANT
+from specc.lang.syntax import Root
 from specc.model.expr import Offsets
 from specc.model.requirement import Reading
-from specc.model.system import Agent, Device, Element, Plant, Subsystem
+from specc.model.system import PLANT, Agent, Device, Element, Plant, Subsystem
 from specc.model.types import Bool, Enum
 from specc.model.wires import Direction, Wires
 from specc.resolve.context import suggest
@@ -228,7 +227,7 @@ class Names(ast.NodeTransformer):
             raise self._unknown(
                 f"{'input' if side == 'x' else 'output'} buffer", peer, peers, node, owner, "E0204"
             )
-        self._note(node, None, None, None, self._wires.named(owner, port))
+        self._note(node, None, None, None, self._wires.peer_place(owner, port))
         item = port.element(element)
         if item is None:
             known = [e.name for e in port.elements]
@@ -237,14 +236,16 @@ class Names(ast.NodeTransformer):
         place = item.type, item.place
         if side == "y":
             return Reading(name, "sent", *_of(owner, peer, element), *place)
-        wire = self._wires.to(owner.qualified_name, peer)
-        if wire and wire.device:
+        wire = self._wires.input_wire(owner.qualified_name, peer)
+        if wire and wire.peer_device:
             return Reading(name, "reported", *_of(owner, peer, element), *place)
         # What a subsystem has in its buffer is what was sent there last, or its initial value.
-        if wire is None or wire.end is None or not wire.end.element(element):
+        if wire is None or wire.peer_port is None or not wire.peer_port.element(element):
             raise ExprError("", *span(node), code=FOLLOW_UP)  # the ends differ, which is reported
         initial = (owner.qualified_name, peer, element) if item.init is not None else None
-        return Reading(name, "sent", wire.name, (wire.end.peer, element), *place, initial)
+        return Reading(
+            name, "sent", wire.peer_name, (wire.peer_port.peer, element), *place, initial
+        )
 
     def _of_device(self, name: str, steps: list[str], node: ast.expr) -> Reading:
         device = self._devices.get(".".join(steps[:3]))
@@ -258,7 +259,9 @@ class Names(ast.NodeTransformer):
             item = next((e for e in elements if e.name == steps[3]), None)
             if item is not None:
                 self._note(node, None, None, None, item.place)
-                for wire in self._wires.users(device.qualified_name, direction, item.name):
+                for wire in self._wires.wires_of_element(
+                    device.qualified_name, direction, item.name
+                ):
                     found = _of(wire.subsystem, wire.port.peer, item.name)
                     return Reading(name, kind, *found, item.type, item.place)
                 raise ExprError("", *span(node), code=FOLLOW_UP)  # an unused device is reported

@@ -13,10 +13,19 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar, cast
 
 from specc.diagnostics import Related
-from specc.lang import FOLLOW_UP, RESERVED, Declared, ExprError, ExprErrors, Scope, check, spread
-from specc.lang.errors import each
+from specc.lang import (
+    FOLLOW_UP,
+    RESERVED,
+    Declaration,
+    ExprError,
+    ExprErrors,
+    Scope,
+    check,
+    expand_groups,
+)
+from specc.lang.errors import collect
 from specc.lang.parse import DEEPEST, names_in, nodes_of, span
-from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
+from specc.lang.syntax import TIMED, USAGE, parse_formula, refuse_misspelling
 from specc.limits import MAX_SPAN_S
 from specc.model.expr import Expr, Logic, Offsets, has_unknown
 from specc.model.requirement import (
@@ -27,7 +36,7 @@ from specc.model.requirement import (
     Temporal,
     TemporalFormula,
     TickCondition,
-    reach_s,
+    horizon_s,
     span_of,
 )
 from specc.model.requirement import expressions as expressions_in
@@ -309,7 +318,7 @@ class _RequirementReader:
         lasts = _operator(tree) == "always"
         inner = self._arguments(tree, 1)[0] if lasts else tree
         formula = self._formula(inner)
-        if (reach := reach_s(formula)) > MAX_SPAN_S:
+        if (reach := horizon_s(formula)) > MAX_SPAN_S:
             message = f"it is known {float(reach):g} s later what this formula says of a moment"
             help = f"let it look ahead over at most {MAX_SPAN_S} s, all in all"
             raise formula_error(inner, message, help)
@@ -325,7 +334,7 @@ class _RequirementReader:
         is_negation = isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not)
         if isinstance(tree, ast.BoolOp) or _operator(tree) or is_negation:
             return self._formula(tree)
-        refuse_misspelt(tree, self.scope.operators)
+        refuse_misspelling(tree, self.scope.operators)
         expr = self._condition(tree, None)
         return TickCondition(expr) if isinstance(expr.type, Bool) else expr
 
@@ -345,7 +354,7 @@ class _RequirementReader:
         tree = self._lets.written_out(self._read[0], self.uses)
         self._names.note_groups(tree)
         for root, groups in self._many.items():
-            tree = spread(tree, groups, root)
+            tree = expand_groups(tree, groups, root)
         self._read = [tree]
         self._names.refuse_unknown_groups(tree)
         return tree
@@ -371,12 +380,12 @@ class _RequirementReader:
         if op == "always":
             help = "what holds for some time is `throughout(0.2[s], p)`"
             raise formula_error(node, "`always` stands only around a whole requirement", help)
-        refuse_misspelt(node, self.scope.operators)
+        refuse_misspelling(node, self.scope.operators)
         return TickCondition(self._condition(node, Bool()))
 
     def _all(self, nodes: Sequence[ast.expr]) -> tuple[TemporalFormula, ...]:
         """The formulas of some operands; raises the errors of all of them together."""
-        return tuple(each(*(partial(self._formula, node) for node in nodes)))
+        return tuple(collect(*(partial(self._formula, node) for node in nodes)))
 
     def _condition(self, node: ast.expr, expected: Bool | None) -> Expr:
         for inner in nodes_of(node)[1:]:
@@ -385,7 +394,7 @@ class _RequirementReader:
                 help = "join formulas with `and`, `or`, `not` and `implies` only"
                 raise formula_error(inner, message, help)
         named = self._names.visit(node)
-        read = {r.name: Declared(r.type, r.place) for r in self.readings.values()}
+        read = {r.name: Declaration(r.type, r.place) for r in self.readings.values()}
         return self._typed(named, replace(self.scope, memory=read), expected)
 
     def _typed(self, node: ast.expr, scope: Scope, expected: Bool | Real | None) -> Expr:

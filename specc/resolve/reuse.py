@@ -8,9 +8,9 @@ from functools import partial
 
 from specc.diagnostics import Related, nearest
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size, parse_type
-from specc.lang.mentioned import names_of
+from specc.lang.types import names_of
 from specc.limits import MAX_DEPTH, spend_or_raise
-from specc.model.expr import Call, Expr, constants_in, walk
+from specc.model.expr import Call, Expr, constant_names, walk
 from specc.model.system import Constant
 from specc.model.types import Frame, Int, Type
 from specc.reachable import reachable
@@ -294,5 +294,5 @@ def _closed(value: Expr, outer: Definitions, used: SpecFile) -> Expr:
     """
     if outer.parameters is not None or used.agent is not None:
         return inlined(value, outer.constants)
-    met = reachable(constants_in(value), lambda name: constants_in(outer.constants[name].value))
+    met = reachable(constant_names(value), lambda name: constant_names(outer.constants[name].value))
     return inlined(value, outer.constants) if met.keys() & used.parameters.keys() else value

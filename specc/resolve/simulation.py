@@ -8,12 +8,11 @@ from fractions import Fraction
 
 from specc.diagnostics.phrases import join_words
 from specc.lang import ExprError, Scope
-from specc.model.binding import PLANT, Binding, Published, Ros2
 from specc.model.expr import Expr, Number, Truth
-from specc.model.requirement import Requirement, looks_ahead
-from specc.model.system import Agent, Element, Plant, Subsystem
-from specc.model.task import VERBS, Deed, Disturbance, Draw, Task, Verb
-from specc.model.trace import Trace
+from specc.model.fsm import Trace
+from specc.model.requirement import Requirement, has_future
+from specc.model.system import PLANT, Agent, Binding, Element, Plant, Published, Ros2, Subsystem
+from specc.model.task import VERBS, Disturbance, DisturbanceAction, Draw, Task, Verb
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, SECOND, Unit
 from specc.resolve.context import Findings, SetValues, YamlNode, duration_in
@@ -223,16 +222,16 @@ class _DisturbanceReader:
 
     def _refuse_idle(self, found: Disturbance, item: TimedDef, at: YamlNode) -> None:
         """Report one that never begins, does nothing or has a time for nothing."""
-        lasting = any(verb.lasts for verb, _ in found.of())
+        lasting = any(verb.has_duration for verb, _ in found.actions_on())
         if item.at is None and item.when is None:
             self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
-        if not found.deeds:
+        if not found.actions:
             way = f"add {join_words((f'`{verb}`' for verb in VERBS), 'or')}"
             self._report(at, "nothing happens in a disturbance", way)
         elif item.lasts is not None and not lasting:
             self._report(at["lasts"], "what is moved stays there", "delete `lasts`")
         if found.every is not None:
-            self._refuse_overlap(found.every, found.lasts, lasting, at)
+            self._refuse_overlap(found.every, found.duration, lasting, at)
 
     def _refuse_overlap(self, every: Draw, lasts: Draw | None, lasting: bool, at: YamlNode) -> None:
         """Report repetitions without time between, and those that begin before the last is over."""
@@ -254,15 +253,15 @@ class _DisturbanceReader:
             self._report(at, *wrong)
         return found
 
-    def _deeds(self, item: TimedDef, at: YamlNode) -> Iterator[Deed]:
+    def _deeds(self, item: TimedDef, at: YamlNode) -> Iterator[DisturbanceAction]:
         """What it does, verb by verb."""
         for verb in VERBS.values():
             given, own = getattr(item, verb.name), at[verb.name]
             for index, name in enumerate(given if verb.numbers == "none" else ()):
-                yield Deed(verb.name, name, (), own[index].place)
+                yield DisturbanceAction(verb.name, name, (), own[index].place)
             for name, numbers in given.items() if verb.numbers != "none" else ():
                 drawn = tuple(self._numbers(verb, name, numbers, own[name]))
-                yield Deed(verb.name, name, drawn, own[name].key)
+                yield DisturbanceAction(verb.name, name, drawn, own[name].key)
 
     def _numbers(
         self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: YamlNode
@@ -311,9 +310,9 @@ class _DisturbanceReader:
 
 def why_untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] | None:
     """Why nothing can be done as soon as a formula holds, and a way out; None where it can."""
-    if trigger.lasts:
+    if trigger.holds_always:
         return f"{what} cannot {does} when something holds always", "leave out `always`"
-    if looks_ahead(trigger.formula):
+    if has_future(trigger.formula):
         way = "ask what was, with `once`, `historically` or `since`"
         return f"{what} cannot wait for what is to come", way
     return None

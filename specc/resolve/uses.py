@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from specc.lang import RESERVED
-from specc.lang.mentioned import NameKind, NameMention, names_of
+from specc.lang.types import NameKind, NameMention, names_of
 from specc.model import expr as m
 from specc.model.fsm import Condition
 from specc.model.system import Definition, Element, Memory
@@ -112,7 +112,7 @@ class _Text:
         match expr:
             case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() | m.Call():
                 own = expr.operator if isinstance(expr, m.Call) else expr.name
-                kind, name = _KINDS[type(expr)], m.written(own)
+                kind, name = _KINDS[type(expr)], m.source_name(own)
                 if self._stands(name, start):
                     type_ = None if kind == "operator" else expr.type
                     yield from self._use(start, start + len(name), self._defined(kind, name), type_)
@@ -125,7 +125,7 @@ class _Text:
             case m.FieldOf(value=m.Node(type=Record() as record) as of) if of.span[1] < end:
                 part = self._part(record, "fields", expr.name)
                 yield from self._use(end - len(expr.name), end, part, expr.type)
-            case m.Among(item=m.Node(type=Enum() as enum)):
+            case m.IsOneOf(item=m.Node(type=Enum() as enum)):
                 opening = text.find("{", expr.item.span[1], end)
                 for found in NAME.finditer(text, opening, end) if opening >= 0 else ():
                     yield from self._use(*found.span(), self._part(enum, found.group()), enum)
@@ -286,6 +286,6 @@ def named_in_agents(named: MentionedTypes, findings: Findings, path: str) -> fro
         f"constant {name}"
         for meaning in findings.meanings
         if meaning.where.route[2:3] == ("with",) and meaning.where.file == path
-        for name in (m.constants_in(meaning.expr) if meaning.expr else ())
+        for name in (m.constant_names(meaning.expr) if meaning.expr else ())
     }
     return frozenset(constants.union(*parts))
