@@ -48,17 +48,13 @@ _HELP = "` #` begins a comment in YAML: leave it out, or put the whole text in q
 def add_comment_hints(found: Iterable[Diagnostic], sources: Sources) -> Iterator[Diagnostic]:
     """The findings; those of expressions that end too early and before a comment say so."""
     for finding in found:
-        cut = finding.code == "E0301" and finding.message in CUT_SHORT
-        yield replace(finding, help=_HELP) if cut and _before_comment(finding, sources) else finding
-
-
-def _before_comment(finding: Diagnostic, sources: Sources) -> bool:
-    place = finding.primary
-    source = sources.get(place.file)
-    if source is None or place.part != "value":
-        return False
-    end = source.offsets(Place(place.file, place.route))[1]
-    return _COMMENT.match(source.text, end) is not None
+        place = finding.primary
+        source = sources.get(place.file)
+        is_cut = finding.code == "E0301" and finding.message in CUT_SHORT and place.part == "value"
+        if source is not None and is_cut:
+            end = source.offsets(Place(place.file, place.route))[1]
+            is_cut = _COMMENT.match(source.text, end) is not None
+        yield replace(finding, help=_HELP) if source is not None and is_cut else finding
 
 
 _OF_A_DECLARATION = 4
