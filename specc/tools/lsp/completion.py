@@ -4,29 +4,26 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from specc.lang import ExprError, ExprErrors, Scope
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
+from specc.lang.temporal import USAGE
 from specc.lang.types import SPELT
 from specc.lang.typing import expression
-from specc.model.types import (
-    Enum,
-    Record,
-    Type,
-)
+from specc.model.binding import PLANT
+from specc.model.system import System
+from specc.model.types import Enum, Record, Type
 from specc.model.units import UNITS
 from specc.resolve.definitions import may_be_size
 from specc.resources import LIBRARY, library_parts
 from specc.schema.keys import Role, RoleForm, SymbolKind
 from specc.schema.places import defined_by, keys_at, names_used_file, role_of, split, values_at
-from specc.source import Route, beside
+from specc.source import Place, Route, beside
 from specc.tools.lsp.cursor import Cursor, cursors, outside
 from specc.tools.lsp.describe import describe_symbol
-from specc.tools.lsp.formulas import WORDS, following
-from specc.tools.lsp.index import Index
-from specc.tools.lsp.symbols import Symbol
+from specc.tools.lsp.index import Index, Symbol
 
 # What can be written at the end of an unfinished expression or type.
 
@@ -276,13 +273,14 @@ def _task(index: Index, role: Role) -> Iterator[Completion]:
 
 def _formula(index: Index, path: str, before: str) -> Iterator[Completion]:
     """What may follow in a requirement."""
-    if (found := following(before, index.paths)) is not None:
+    paths = paths_of(index.system)
+    if (found := following(before, paths)) is not None:
         yield from (Completion(name, "value", name_only=True) for name in found)
         return
     yield from _names_only(complete_expression(index, path, (), "constant", before))
     if not _UNIT.search(before):
         yield from _of_kind(index, index.visible(path, ()), ("let",))
-        yield from (Completion(name, "agent") for name in index.paths.below(()))
+        yield from (Completion(name, "agent") for name in paths.below(()))
         yield from (Completion(name, "operator") for name in WORDS)
 
 
@@ -323,3 +321,70 @@ def _device_elements(index: Index) -> Iterator[Completion]:
         for element in (*device.x, *device.y):
             name = f"{device.qualified_name}.{element.name}"
             yield Completion(name, "element", str(element.type), element.title)
+
+
+# What can be written next in a requirement, which has names for values of all agents.
+#
+# A path leads to a part of the system: `("rover", "c", "n")`, `("rover", "E", "wheel", "s")`,
+# `("plant", "at")`; `("rover", "c", "state", "S0")` is a state.
+
+
+NamePath = tuple[str, ...]
+STATE = "state"
+WORDS = (*USAGE, STATE, "present")
+_OF_STATE = re.compile(r"\bstate\(\s*([\w.]+)\s*\)\s*(?:[=!]=\s*|in\s*\{(?:[^{}]*[\s,])?)(\w*)$")
+_DOTTED = re.compile(r"(?<![\w.])((?:[^\W\d]\w*\.)+)(\w*)$")
+
+
+@dataclass(eq=False, slots=True)
+class Paths:
+    """All paths of a system; `copies` has, by the name that a `for` gives to many, one of them."""
+
+    known: dict[NamePath, None] = field(default_factory=dict)
+    copies: dict[str, str] = field(default_factory=dict)
+
+    def add(self, path: NamePath, place: Place) -> None:
+        """Add a path; copies that a `for` makes share one name as well."""
+        self.known[path] = None
+        name = str(place.route[-1]) if place.route else path[-1]
+        if path[-1] != name:
+            self.known.setdefault((*path[:-1], name))
+            if len(path) == 1:
+                self.copies.setdefault(name, path[0])
+
+    def below(self, path: NamePath) -> list[str]:
+        """The names that may follow a path."""
+        size = len(path)
+        longer = (known for known in self.known if len(known) > size and known[:size] == path)
+        return list(dict.fromkeys(known[size] for known in longer if known[size] != STATE))
+
+
+def paths_of(system: System | None) -> Paths:
+    """The paths to all parts."""
+    paths = Paths()
+    for agent in system.agents if system else ():
+        paths.add((agent.name,), agent.place)
+        for subsystem in agent.subsystems:
+            path: NamePath = (subsystem.agent, subsystem.name)
+            names: list[NamePath] = [(memory.name,) for memory in subsystem.memory]
+            names += [(STATE, state.name) for state in subsystem.states]
+            for port in subsystem.ports:
+                names += [(port.direction, port.peer, element.name) for element in port.elements]
+            paths.known |= {path: None} | {(*path, *name): None for name in names}
+        for device in agent.devices:
+            path = tuple(device.qualified_name.split("."))
+            paths.known |= {(*path, element.name): None for element in (*device.x, *device.y)}
+    for item in system.plant.observed if system and system.plant else ():
+        paths.add((PLANT, item.name), item.place)
+    return paths
+
+
+def following(before: str, paths: Paths) -> list[str] | None:
+    """The names that can follow the beginning of a formula; None where no path leads on."""
+    if found := _OF_STATE.search(before):
+        path = tuple(found[1].split("."))
+        return [known[-1] for known in paths.known if known[:-1] == (*path, STATE)]
+    if found := _DOTTED.search(before):
+        first, *more = found[1].rstrip(".").split(".")
+        return paths.below((paths.copies.get(first, first), *more))
+    return None

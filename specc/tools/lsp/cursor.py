@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from specc.lang.builtins import FUNCTIONS
+from specc.model.system import Operator
 from specc.read import read_text
 from specc.schema import ROW_KEYS
+from specc.schema.places import role_of
 from specc.source import LINE_BREAK, Route, SourceFile, TextNode
 
 # The lines that the last line of a text lies in, known by their indentation alone.
@@ -216,3 +219,62 @@ def _starts_token(before: str) -> bool:
     """Whether a value or key starts here: inside plain text, quotes and brackets are letters."""
     before = before.rstrip()
     return not before or before[-1] in ":-?[{,"
+
+
+# The call whose arguments are being written.
+
+
+_NAME = re.compile(r"[^\W\d]\w*$")
+_TEXT = re.compile(r"\"[^\"]*\"|'[^']*'")
+
+
+@dataclass(frozen=True, slots=True)
+class CallSignature:
+    """How a call is written; `active` counts the argument at the cursor from 0."""
+
+    label: str
+    parameters: tuple[str, ...]
+    words: str
+    active: int
+
+
+def signature(operators: Iterable[Operator], text: str, offset: int) -> CallSignature | None:
+    """The innermost call around an offset of a text, however unfinished the call is."""
+    for cursor in cursors(text, offset):
+        role = role_of(cursor.route)
+        if role is not None and role.form in ("constant", "initial", "full", "argument"):
+            before = _TEXT.sub(lambda match: "_" * len(match.group()), cursor.before)
+            if (found := _innermost_call(before)) is not None:
+                return _signature(operators, *found)
+    return None
+
+
+def _innermost_call(before: str) -> tuple[str, int] | None:
+    """The name in front of the innermost open bracket, and the commas behind it."""
+    commas = 0
+    for at, char in outside(before):
+        if char == ",":
+            commas += 1
+        elif char in "([{":
+            name = _NAME.search(before, 0, at)
+            if char == "(" and name:
+                return name.group(), commas
+            commas = 0
+    return None
+
+
+def _signature(operators: Iterable[Operator], name: str, commas: int) -> CallSignature | None:
+    operator = next((each for each in operators if each.name == name), None)
+    function = FUNCTIONS.get(name)
+    if operator is not None:
+        parameters = tuple(f"{n}: {type_}" for n, type_ in operator.parameters)
+        trace = f"({operator.trace})" if str(operator.trace) else ""
+        result, words = str(operator.result), " ".join(filter(None, (operator.title, trace)))
+    elif function and function.rule:
+        listed, _, rest = function.says.partition("-> ")
+        result, _, words = rest.partition(": ")
+        parameters = tuple(filter(None, listed.strip().split(", ")))
+    else:
+        return None
+    label = f"{name}({', '.join(parameters)}) -> {result}"
+    return CallSignature(label, parameters, words, min(commas, max(len(parameters) - 1, 0)))

@@ -20,8 +20,7 @@ from specc.resolve.context import Meaning
 from specc.schema.keys import SymbolKind
 from specc.schema.places import keys_at, split
 from specc.source import Place, Route, TextNode
-from specc.tools.lsp.index import Index
-from specc.tools.lsp.symbols import Symbol
+from specc.tools.lsp.index import Index, Symbol
 
 # What a hover says of a symbol and of a part of an expression; the text is Markdown.
 

@@ -7,16 +7,16 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 
 from specc.lang import RESERVED, TYPE_WORDS
+from specc.model.system import System
+from specc.model.types import Enum, Type, within
 from specc.model.units import UNITS
 from specc.resolve.uses import names_in
 from specc.resources import is_library_part
 from specc.schema.keys import RoleForm, SymbolKind
 from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import PARAMETER_TYPES
-from specc.tools.lsp.index import Index
+from specc.tools.lsp.index import Index, Occurrence, Symbol
 from specc.tools.lsp.project import FileEdit, Project
-from specc.tools.lsp.references import Occurrence, enums_in_python
-from specc.tools.lsp.symbols import Symbol
 
 # Whether a symbol can be renamed: invalid names, names in use, names that Python relies on.
 
@@ -134,6 +134,31 @@ def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
     return True
 
 
+def enums_in_python(system: System) -> dict[str, str]:
+    """Enums that reach Python code, which knows their members by name, each with that code."""
+    found: dict[str, str] = {}
+    for type_, code in _crossing(system):
+        for part in within([type_]):
+            if isinstance(part, Enum):
+                found.setdefault(part.name, code)
+    return found
+
+
+def _crossing(system: System) -> Iterator[tuple[Type, str]]:
+    """Types of what goes to operators and to the functions of the plant, or comes from them."""
+    for operator in system.operators:
+        for type_ in (operator.result, *(type_ for _, type_ in operator.parameters)):
+            yield type_, f"operator `{operator.name}`"
+    for device in system.devices:
+        for element in (*device.x, *device.y):
+            yield element.type, f"the plant, by `{device.qualified_name}.{element.name}`"
+    watched = system.task.watch if system.task else ()
+    for subsystem in system.subsystems:
+        for memory in subsystem.memory:
+            if memory.name in watched:
+                yield memory.type, "the judge of the task"
+
+
 # Renaming a symbol everywhere, or saying why that cannot be done safely.
 
 
@@ -178,7 +203,7 @@ def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[In
         named = {path for path, _ in around.naming((*twin.declarations, *twin.tied))}
         if symbol.kind != "variable" and not named <= seen:
             for other in project.indexes(named - seen):
-                ends = (other.twin(end) for end in (*twin.declarations, *twin.tied))
+                ends = (other.counterpart(end) for end in (*twin.declarations, *twin.tied))
                 counterpart = next((end for end in ends if end is not None), None)
                 if counterpart is not None and all(other is not known for known, _ in found):
                     found.append((other, counterpart))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from tests.tools.lsp.workspace import SYSTEM, opened
 
@@ -22,7 +22,7 @@ def told(project: Project, path: str, text: str) -> set[tuple[str, str]]:
     project.put(path, text)
     for root in project.roots(path):
         project.analyse(root)
-    notes = answers.notes(project)[path]
+    notes = features.notes(project)[path]
     return {(n.diagnostic.code, text[n.where.start : n.where.end]) for n in notes}
 
 

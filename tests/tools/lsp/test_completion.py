@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.cursor import Cursor, cursors
 from specc.tools.lsp.project import Project
 from tests.seeds import every
@@ -24,7 +24,7 @@ def labels(project: Project, path: str, text: str, old: str, new: str) -> set[st
     project.put(path, text[:start] + before + after + text[start + len(old) :])
     project.analyse(path)
     try:
-        found = answers.completions(project, path, start + len(before))
+        found = features.completions(project, path, start + len(before))
     finally:
         project.put(path, text)
         project.analyse(path)
@@ -147,7 +147,7 @@ def test_proposes_below_an_error_in_a_file_that_was_never_understood(
     project.put(system, before + after)
     for root in project.roots(system, search=True):
         project.analyse(root)
-    found = {c.label for c in answers.completions(project, system, len(before))}
+    found = {c.label for c in features.completions(project, system, len(before))}
     assert set(there.split()) <= found
 
 
@@ -158,7 +158,7 @@ def test_an_error_above_hides_no_hover(tmp_path: Path) -> None:
     project = Project((str(tmp_path),))
     project.put(system, text)
     project.analyse(system)
-    hover = answers.hover(project, system, place(text, "X_c: |T_c, grip"))
+    hover = features.hover(project, system, place(text, "X_c: |T_c, grip"))
     assert hover is not None
     assert "eq. 24" in hover.text
 
@@ -167,7 +167,7 @@ def test_proposes_parameters_of_a_reused_file(workspace: tuple[Project, str, str
     project, _, library = workspace
     offset = place(LIBRARY, 'x.E.d_m, |tolerance)", still')
     project.put(library, LIBRARY)
-    found = {c.label for c in answers.completions(project, library, offset)}
+    found = {c.label for c in features.completions(project, library, offset)}
     assert {"tolerance", "d_p"} <= found
     assert "limit" not in found
 
@@ -177,7 +177,7 @@ def test_a_proposal_replaces_what_was_begun(tmp_path: Path) -> None:
     text = SYSTEM.replace("near(q_p,", "near(q_p, li")
     project.put(system, text)
     offset = place(text, "near(q_p, li|")
-    (limit,) = (c for c in answers.completions(project, system, offset) if c.label == "limit")
+    (limit,) = (c for c in features.completions(project, system, offset) if c.label == "limit")
     assert text[offset - limit.replaces : offset] == "li"
 
 

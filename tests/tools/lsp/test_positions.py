@@ -6,7 +6,7 @@ import pytest
 from lsprotocol.types import Position
 
 from specc.source import SourceFile
-from specc.tools.lsp.convert import Columns
+from specc.tools.lsp.session import Positions
 from specc.tools.lsp.unfinished import shift
 
 TEXT = "a: 1\r\nβ: '🦾 x'\n\n𝔹𝔹: ok\rlast"
@@ -15,7 +15,7 @@ SOURCE = SourceFile("file", TEXT)
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-32"])
 def test_positions_read_back(encoding: str) -> None:
-    columns = Columns(encoding)
+    columns = Positions(encoding)
     for offset in range(len(TEXT) + 1):
         if TEXT[offset - 1 : offset + 1] == "\r\n":
             continue
@@ -24,12 +24,12 @@ def test_positions_read_back(encoding: str) -> None:
 
 @pytest.mark.parametrize(("encoding", "character"), [("utf-8", 10), ("utf-16", 7), ("utf-32", 6)])
 def test_columns_count_code_units(encoding: str, character: int) -> None:
-    where = Columns(encoding).position_at(SOURCE, TEXT.index("x"))
+    where = Positions(encoding).position_at(SOURCE, TEXT.index("x"))
     assert where == Position(1, character)
 
 
 def test_positions_beyond_the_text_are_held_inside() -> None:
-    columns = Columns()
+    columns = Positions()
     assert columns.offset_at(SOURCE, Position(0, 99)) == 4
     assert columns.offset_at(SOURCE, Position(1, 99)) == TEXT.index("\n\n")
     assert columns.offset_at(SOURCE, Position(99, 0)) == len(TEXT)
