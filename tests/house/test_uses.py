@@ -13,7 +13,7 @@ READING = {
     "parse_syntax": {
         "resolve/through.py": "the elements that go through",
         "schema/unfold.py": "the indices of a `for`",
-        "tools/lsp/symbols.py": "the members that a type declares",
+        "tools/lsp/index.py": "the members that a type declares",
     },
     "names_of": {
         "resolve/uses.py": "what they name",

@@ -11,7 +11,7 @@ from specc.resources import library_parts, on_disk
 from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError
-from specc.tools.lsp.session import Session
+from specc.tools.lsp.session import EditorSession
 from tests.commands import ROOT
 from tests.tools.lsp.workspace import edited, place
 
@@ -62,7 +62,7 @@ def test_the_definition_is_in_the_installation(tmp_path: Path) -> None:
     project, path = edited(tmp_path / "arm.yaml", TEXT)
     (found,) = features.definition(project, path, place(TEXT, "use: specc:jo|int_arm"))
     assert found.path == "specc:joint_arm"
-    session = Session()
+    session = EditorSession()
     uri = session.uri(found.path)
     assert uris.to_fs_path(uri) == on_disk("specc:joint_arm")
     # The editor opens that file: it is the same part.

@@ -1,7 +1,7 @@
 """The language server: requests of the protocol in, answers of another process out.
 
 The loop that speaks with the client does nothing that can take long: checks and questions go to a
-`Session` in a process of its own, which is ended when the text of a long check has changed.
+`EditorSession` in a process of its own, which is ended when the text of a long check has changed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from pygls.lsp.server import LanguageServer
 from specc import __version__
 from specc.tools.lsp.protocol import Incoming, SpecProtocol, is_fault, unreadable
 from specc.tools.lsp.rename import RenameError
-from specc.tools.lsp.session import Session, Workspace
+from specc.tools.lsp.session import ClientState, EditorSession
 from specc.tools.lsp.worker import CallFailedError, ProcessEndedError, Worker
 
 _LOG = logging.getLogger(__name__)
@@ -63,7 +63,7 @@ QUESTIONS: dict[str, tuple[str, Any]] = {
     lsp.TEXT_DOCUMENT_PREPARE_RENAME: ("renameable", None),
     lsp.TEXT_DOCUMENT_RENAME: ("rename", lsp.RenameOptions(prepare_provider=True)),
 }
-"""Methods of the protocol, those of `Session` that answer them, and how they are announced."""
+"""Methods of the protocol: those of `EditorSession` that answer, and their options."""
 
 
 class SpecServer(LanguageServer):
@@ -76,7 +76,7 @@ class SpecServer(LanguageServer):
             text_document_sync_kind=lsp.TextDocumentSyncKind.Full,
             protocol_cls=SpecProtocol,
         )
-        self.worker = Worker(Session, (RenameError,))
+        self.worker = Worker(EditorSession, (RenameError,))
         self._changed: dict[str, bool] = {}
         """URIs to check; whether systems that use them are looked for on the disk."""
         self._reported: set[str] = set()
@@ -95,16 +95,16 @@ class SpecServer(LanguageServer):
         else:
             super().report_server_error(error, source)
 
-    def _workspace(self) -> Workspace:
+    def _client_state(self) -> ClientState:
         """The texts and folders of the client; older ones have a single root instead."""
         space = self.workspace
         folders = [uris.to_fs_path(uri) for uri in space.folders] or [space.root_path]
         texts = {document.uri: document.source for document in space.text_documents.values()}
-        return Workspace(str(space.position_encoding), tuple(filter(None, folders)), texts)
+        return ClientState(str(space.position_encoding), tuple(filter(None, folders)), texts)
 
     async def answer(self, feature: str, params: Any) -> Any:
         """The answer to a question; one that the client cancels does not end the process."""
-        call = self.worker.call("answer", self._workspace(), feature, params)
+        call = self.worker.call("answer", self._client_state(), feature, params)
         try:
             return await asyncio.shield(asyncio.ensure_future(call))
         except RenameError as error:
@@ -139,7 +139,7 @@ class SpecServer(LanguageServer):
         """Publish what a check finds; a fault of ours must not end the server."""
         versions = {uri: d.version for uri, d in self.workspace.text_documents.items()}
         started_s = time.monotonic()
-        arguments = self._workspace(), uri, search, set(self._reported)
+        arguments = self._client_state(), uri, search, set(self._reported)
         try:
             self._publish(await self.worker.call("analyse", *arguments), versions)
         except ProcessEndedError as why:
@@ -157,7 +157,7 @@ class SpecServer(LanguageServer):
 
     def _check_all(self) -> None:
         """Check all open texts anew: a new process knows nothing of them."""
-        for uri in self._workspace().texts.keys() - self._given_up:
+        for uri in self._client_state().texts.keys() - self._given_up:
             self._changed.setdefault(uri, True)
         self._next_check()
 

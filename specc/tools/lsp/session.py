@@ -85,7 +85,7 @@ class PositionParams(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Workspace:
+class ClientState:
     """What a client has open: texts by URI, and folders; and how it counts columns."""
 
     encoding: str
@@ -117,35 +117,35 @@ class Positions:
 
 
 @dataclass(eq=False, slots=True)
-class Session:
+class EditorSession:
     """The project of an editor."""
 
     project: Project = field(default_factory=Project)
     positions: Positions = field(default_factory=Positions)
     _uris: dict[str, str] = field(default_factory=dict)
 
-    def answer(self, workspace: Workspace, feature: str, params: Any) -> Any:
+    def answer(self, client: ClientState, feature: str, params: Any) -> Any:
         """The result of a method of this class, for the present texts."""
-        self._update(workspace)
+        self._update(client)
         return getattr(self, feature)(params)
 
-    def _update(self, workspace: Workspace) -> None:
-        self.project.folders = workspace.folders
-        self.positions = Positions(workspace.encoding)
-        texts = {self.path(uri): text for uri, text in workspace.texts.items()}
+    def _update(self, client: ClientState) -> None:
+        self.project.folders = client.folders
+        self.positions = Positions(client.encoding)
+        texts = {self.path(uri): text for uri, text in client.texts.items()}
         for path in self.project.open_paths() - texts.keys():
             self.project.close(path)
         for path, text in texts.items():
             self.project.put(path, text)
 
     def analyse(
-        self, workspace: Workspace, changed: str, search: bool, reported: set[str]
+        self, client: ClientState, changed: str, search: bool, reported: set[str]
     ) -> dict[str, list[lsp.Diagnostic]]:
         """Analyse the systems that read a changed file; the diagnostics to publish, by URI.
 
         `search` looks for these systems on the disk; `reported` files have diagnostics already.
         """
-        self._update(workspace)
+        self._update(client)
         project, path = self.project, self.path(changed)
         project.forget_deleted(path)
         if project.is_specification(path) or project.is_used(path):

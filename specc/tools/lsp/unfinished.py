@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from itertools import accumulate
@@ -60,20 +60,34 @@ def shift(old: str, new: str) -> Shift:
     old_starts = [*accumulate(map(len, before), initial=0)]
     new_starts = [*accumulate(map(len, after), initial=0)]
     blocks = [(0, 0, 0)]
-    for tag, first, last, there, there_end in SequenceMatcher(None, before, after).get_opcodes():
+    for first, last, there, there_end in _differing(before, after):
         start, end = old_starts[first], old_starts[last]
         new_start, new_end = new_starts[there], new_starts[there_end]
-        if tag == "equal":
-            blocks.append((start, new_start, end - start))
-            continue
         parts = old[start:end], new[new_start:new_end]
         size = _common(*parts)
         ending = _common(*(part[size:][::-1] for part in parts))
-        blocks += (start, new_start, size), (end - ending, new_end - ending, ending)
-    return Shift((*blocks, (len(old), len(new), 0)))
+        above, new_above, _ = blocks[-1]
+        blocks[-1] = above, new_above, start + size - above
+        blocks.append((end - ending, new_end - ending, ending))
+    last_old, last_new, _ = blocks[-1]
+    blocks[-1] = last_old, last_new, len(old) - last_old
+    return Shift(tuple(blocks))
 
 
-def _common(one: str, other: str) -> int:
+def _differing(before: list[str], after: list[str]) -> Iterator[tuple[int, int, int, int]]:
+    """The lines that differ: from and to in the one text, from and to in the other."""
+    first = _common(before, after)
+    last = _common(before[first:][::-1], after[first:][::-1])
+    old, new = before[first : len(before) - last], after[first : len(after) - last]
+    if min(len(old), len(new)) < 2:
+        yield first, first + len(old), first, first + len(new)
+        return
+    for tag, start, end, there, there_end in SequenceMatcher(None, old, new).get_opcodes():
+        if tag != "equal":
+            yield first + start, first + end, first + there, first + there_end
+
+
+def _common(one: Sequence[str], other: Sequence[str]) -> int:
     """Length of the common beginning."""
     pairs = enumerate(zip(one, other, strict=False))
     return next((at for at, (a, b) in pairs if a != b), min(len(one), len(other)))
