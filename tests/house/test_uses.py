@@ -20,9 +20,6 @@ READING = {
         "resolve/reuse.py": "parameters that stand for sizes",
     },
     "names_of_type": {"resolve/definitions.py": "the sizes that make an operator another one"},
-    "in_force": {
-        "tools/lsp/index.py": "to propose it, and to refuse a new name that is taken",
-    },
     "visible": {"tools/lsp/completion.py": "proposals", "tools/lsp/rename.py": "a name is free"},
 }
 """Who reads a text for the names in it, or lists names that are in force, and what for."""

@@ -304,7 +304,7 @@ def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Completion]
 
 def _far_elements(index: Index, path: str, route: tuple[str | int, ...]) -> Iterator[Completion]:
     """Elements that the other end of a connection has."""
-    wire = index.links.wires.get((path, route))
+    wire = index.wires.get((path, route))
     for element in wire.elements if wire else ():
         yield Completion(element.name, "element", str(element.type))
 

@@ -17,7 +17,7 @@ from specc.resolve import Findings
 from specc.resolve.loader import Loader
 from specc.resources import on_disk
 from specc.source import Place, SourceFile, Sources, real_path
-from specc.tools.lsp.index import Index, build_index
+from specc.tools.lsp.index import Index
 from specc.tools.lsp.unfinished import Shift, shift, without_errors
 
 _SYSTEM = re.compile(r"(?:^|\r)system\s*:", re.MULTILINE)
@@ -61,7 +61,7 @@ class Analysis:
     @cached_property
     def index(self) -> Index:
         """The symbols."""
-        return build_index(self.sources, self.result.system, self.loader.findings)
+        return Index(self.sources, self.result.system, self.loader.findings)
 
     def has(self, path: str) -> bool:
         """Whether a file took part."""
