@@ -83,6 +83,7 @@ class SpecServer(LanguageServer):
         self._given_up: set[str] = set()
         self._timer: asyncio.TimerHandle | None = None
         self._check: asyncio.Task[None] | None = None
+        self._abandoned: asyncio.Task[None] | None = None
         self._took_s = 0.0
         self.was_shut_down = False
         self.left_without_shutdown = False
@@ -115,6 +116,10 @@ class SpecServer(LanguageServer):
         except CallFailedError as error:
             raise JsonRpcInternalError(str(error)) from None
 
+    def start_worker(self) -> None:
+        """Start the process before the first text comes: it takes its time to begin."""
+        self._starting = asyncio.ensure_future(self.worker.call(""))
+
     def plan(self, uri: str, *, search: bool = False) -> None:
         """Check a file after a pause; a change in the pause begins it anew."""
         self._given_up.discard(uri)
@@ -127,7 +132,12 @@ class SpecServer(LanguageServer):
         if self._check is not None:
             started_s = self.worker.started_s or time.monotonic()
             rest_s = started_s + PATIENCE_S - time.monotonic()
-            loop.call_later(max(rest_s, 0.0), self._check.cancel)
+            loop.call_later(max(rest_s, 0.0), self._abandon, self._check)
+
+    def _abandon(self, check: asyncio.Task[None]) -> None:
+        """End a check of a text that has changed."""
+        self._abandoned = check
+        check.cancel()
 
     def _next_check(self) -> None:
         """Check a file that has changed; while a check runs the others wait."""
@@ -138,7 +148,6 @@ class SpecServer(LanguageServer):
     async def _run_check(self, uri: str, search: bool) -> None:
         """Publish what a check finds; a fault of ours must not end the server."""
         versions = {uri: d.version for uri, d in self.workspace.text_documents.items()}
-        started_s = time.monotonic()
         arguments = self._client_state(), uri, search, set(self._reported)
         try:
             self._publish(await self.worker.call("analyse", *arguments), versions)
@@ -146,12 +155,14 @@ class SpecServer(LanguageServer):
             self._given_up.add(uri)
             self._publish({uri: [_given_up(why)]}, versions)
             self._check_all()
-        except asyncio.CancelledError:  # since the text has changed
+        except asyncio.CancelledError:
+            if self._abandoned is not self._check:
+                raise  # the server ends
             self._changed.setdefault(uri, search)
             self._check_all()
         except CallFailedError as error:
             _LOG.error("a fault of specc itself, not of your files: %s", error)
-        self._took_s = time.monotonic() - started_s
+        self._took_s = self.worker.took_s
         self._check = None
         self._next_check()
 
@@ -211,6 +222,10 @@ def _follow_client(server: SpecServer) -> None:
         # In a container the client may be a process that cannot be seen from here.
         if params.process_id and os.name == "posix" and _lives(params.process_id):
             _watch(params.process_id)
+
+    @server.feature(lsp.INITIALIZED)
+    def initialized(params: lsp.InitializedParams) -> None:
+        server.start_worker()
 
     @server.feature(lsp.SHUTDOWN)
     def shutdown(params: None) -> None:

@@ -47,18 +47,20 @@ class Worker:
         self._pipe: Any = None
         self.started_s: float | None = None
         """When the call that runs began."""
+        self.took_s = 0.0
+        """How long the last call took."""
 
     async def call(self, name: str, *arguments: Any) -> Any:
-        """The result of a method; calls wait for their turn."""
+        """The result of a method; calls wait for their turn. Without a name, nothing is called."""
         async with self._turn:
             if self._process is None:
                 self._start()
-                await self._result("", ())  # until the process is there
+                await self._result("", ())
             return await self._result(name, arguments)
 
     async def _result(self, name: str, arguments: tuple[Any, ...]) -> Any:
         loop = asyncio.get_running_loop()
-        self.started_s = time.monotonic()
+        started_s = self.started_s = time.monotonic()
         try:
             self._pipe.send((name, arguments))
             async with asyncio.timeout(LIMIT_S):
@@ -73,7 +75,7 @@ class Worker:
             self.close()
             raise
         finally:
-            self.started_s = None
+            self.started_s, self.took_s = None, time.monotonic() - started_s
         if isinstance(error, ProcessEndedError):
             self.close()
         if error is not None:
