@@ -34,7 +34,6 @@ DOORS = {
     "pinocchio": {"specc_runtime.operators.dynamics"},
     "pydantic": {"specc.schema"},
     "pygls": {
-        "specc.tools.lsp.protocol",
         "specc.tools.lsp.server",
         "specc.tools.lsp.session",
     },

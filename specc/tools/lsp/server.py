@@ -9,28 +9,149 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import re
 import sys
 import time
 from collections.abc import Iterator
 from typing import Any, BinaryIO, cast
+from urllib.parse import unquote
 
 from lsprotocol import types as lsp
 from pygls import uris
 from pygls.exceptions import (
     JsonRpcContentModified,
+    JsonRpcException,
     JsonRpcInternalError,
     JsonRpcInvalidParams,
     JsonRpcInvalidRequest,
+    JsonRpcParseError,
+    JsonRpcServerNotInitialized,
 )
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol
 
 from specc import __version__
-from specc.tools.lsp.protocol import Incoming, SpecProtocol, is_fault, unreadable
 from specc.tools.lsp.rename import RenameError
 from specc.tools.lsp.session import ClientState, EditorSession
 from specc.tools.lsp.worker import CallFailedError, ProcessEndedError, Worker
 
 _LOG = logging.getLogger(__name__)
+
+# The protocol: whatever a message is, it is answered as JSON-RPC says.
+
+
+MAX_MESSAGE = 16_000_000
+"""Bytes; the largest text that is read has an eighth of that."""
+_LONGEST_LINE = 4_096
+_LENGTH = re.compile(rb"Content-Length: (\d+)\r\n\Z")
+_UNREADABLE_MESSAGE = (b"Content-Length: 1\r\n", b"\r\n", b"?")
+
+
+class Incoming:
+    """What a client sends; a message of a length that nobody means is one that is not readable.
+
+    What follows such a header is passed over up to the next header, wherever in a line it stands.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+        self._instead: list[bytes] = []
+
+    def readline(self) -> bytes:
+        """The next line of a header, or the next part of something else."""
+        if self._instead:
+            return self._instead.pop(0)
+        line = self._stream.readline(_LONGEST_LINE)
+        length = _LENGTH.search(line)
+        if length is None:
+            return line
+        if len(length[1]) > len(str(MAX_MESSAGE)) or int(length[1]) > MAX_MESSAGE:
+            first, *self._instead = _UNREADABLE_MESSAGE
+            return first
+        return length[0]
+
+    def read(self, count: int) -> bytes:
+        """The body of a message."""
+        return self._instead.pop(0) if self._instead else self._stream.read(count)
+
+
+# What a client did wrong or gave up is reported to the client, not on standard error.
+_CLIENT_ERRORS = JsonRpcInvalidRequest, JsonRpcInvalidParams, JsonRpcContentModified
+_UNREADABLE = ValueError, RecursionError
+
+
+class SpecProtocol(LanguageServerProtocol):
+    """Looks at a message as a whole before it is taken apart."""
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """The data itself: it is asked for every object inside of a message."""
+        return data
+
+    def handle_message(self, message: Any) -> None:
+        """Do what a message asks for; one without the form of a message is refused."""
+        try:
+            self._check_due(message)
+            super().handle_message(self._structured(message))
+        except JsonRpcException as refusal:
+            self.refuse(refusal, message)
+
+    def refuse(self, why: JsonRpcException, message: Any = None) -> None:
+        """Tell the client why a message is not dealt with; a notification gets no answer."""
+        if _is_message(message) and "id" not in message and "method" in message:
+            return
+        number = message.get("id") if isinstance(message, dict) else None
+        known = number if isinstance(number, int | str) else None
+        self._send_data(
+            {"jsonrpc": self.VERSION, "id": known, "error": {"code": why.code, "message": str(why)}}
+        )
+
+    def _check_due(self, message: Any) -> None:
+        """Raise JsonRpcException for what is no message, or does not come at its time."""
+        if not _is_message(message):
+            raise JsonRpcInvalidRequest("not a message of JSON-RPC 2.0")
+        method = message.get("method", lsp.EXIT)
+        if self._workspace is None and method not in (lsp.INITIALIZE, lsp.EXIT):
+            raise JsonRpcServerNotInitialized("the first request is `initialize`")
+        if self._shutdown and method != lsp.EXIT:
+            raise JsonRpcInvalidRequest("the server is shutting down")
+
+    def _structured(self, message: dict[str, Any]) -> Any:
+        method = message.get("method")
+        try:
+            if method is not None and self.get_message_type(method) is None:
+                message.setdefault("params", None)
+            found = super().structure_message(message)
+        except JsonRpcException:
+            raise JsonRpcInvalidParams(f"not the parameters of {method}") from None
+        if method == lsp.TEXT_DOCUMENT_DID_CHANGE:
+            uri = unquote(found.params.text_document.uri)
+            if uri not in self.workspace.text_documents:
+                raise JsonRpcInvalidParams("the document is not open")
+        return found
+
+
+def _is_message(data: Any) -> bool:
+    """Whether data are a request, a notification or an answer."""
+    if not isinstance(data, dict) or data.get("jsonrpc") != SpecProtocol.VERSION:
+        return False
+    number = data.get("id", 0)
+    if isinstance(number, bool) or not isinstance(number, int | str):
+        return False
+    if "method" in data:
+        return isinstance(data["method"], str)
+    return "id" in data and ("result" in data or "error" in data)
+
+
+def _is_fault(record: logging.LogRecord) -> bool:
+    """Whether what pygls logs is a fault of the server, not of its client."""
+    error = record.exc_info[1] if record.exc_info else None
+    if error is None:
+        return record.levelno >= logging.ERROR and not record.getMessage().startswith("Unable to")
+    return not isinstance(error, (*_CLIENT_ERRORS, *_UNREADABLE))
+
+
+# Checks and questions.
+
 
 PAUSE_S, LONGEST_PAUSE_S = 0.001, 1.0
 """Pause in typing after which a text is analysed."""
@@ -90,9 +211,8 @@ class SpecServer(LanguageServer):
 
     def report_server_error(self, error: Exception, source: Any) -> None:
         """Tell the client about an error that no answer reports."""
-        refusal = unreadable(error)
-        if refusal and isinstance(self.protocol, SpecProtocol):
-            self.protocol.refuse(refusal)
+        if isinstance(error, _UNREADABLE) and isinstance(self.protocol, SpecProtocol):
+            self.protocol.refuse(JsonRpcParseError("the message is not JSON"))
         else:
             super().report_server_error(error, source)
 
@@ -285,7 +405,7 @@ def serve() -> int:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     logging.basicConfig(level=logging.WARNING)
     for name in ("pygls.protocol.json_rpc", "pygls.server"):
-        logging.getLogger(name).addFilter(is_fault)
+        logging.getLogger(name).addFilter(_is_fault)
     server = create_server()
     try:
         server.start_io(cast(BinaryIO, Incoming(sys.stdin.buffer)), output)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from specc.tools.lsp import features
-from specc.tools.lsp.cursor import Cursor, cursors
+from specc.tools.lsp.cursor import Cursor, cursors, outline
 from specc.tools.lsp.project import Project
 from tests.seeds import every
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place, write
@@ -196,6 +196,8 @@ def test_a_proposal_replaces_what_was_begun(tmp_path: Path) -> None:
         ("# it's [not\nb: c", Cursor(("b",), False, "c")),
         ("a: [b] # {\nc: d", Cursor(("c",), False, "d")),
         ("a:\n  - [x, y]\n  - [z, ", Cursor(("a", 1, 1), False, "")),
+        ("a: {b: 1,\n  c: {d: [2],\n    e: x", Cursor(("a", "c", "e"), False, "x")),
+        ("- {a: b,\n   c: x", Cursor((0, "c"), False, "x")),
     ],
 )
 def test_finds_the_cursor_in_unfinished_text(text: str, expected: Cursor) -> None:
@@ -205,3 +207,19 @@ def test_finds_the_cursor_in_unfinished_text(text: str, expected: Cursor) -> Non
 @pytest.mark.parametrize("text", ["a: 1 # comment", "a: 'x' ", "a: [1] ", "}{", "\ta: b"])
 def test_finds_no_cursor_where_nothing_can_be_written(text: str) -> None:
     assert [c for c in cursors(text, len(text)) if not c.is_key] == []
+
+
+@pytest.mark.parametrize(
+    ("head", "expected"),
+    [
+        ("a:\n  b: [1\n  c: x", "a:\n  b: 0\n  c: x"),
+        ("a:\n  b: {c: 1,\n    d: x", "a:\n  b: {c: 1,\n    d: x"),
+        ("a:\n  b: >-\n    one\n    two", "a:\n  b: >-\n    one\n    two"),
+        ("a: 1\nb:\n- [x\n- [y, ", "a: 0\nb:\n- 0\n- [y, "),
+        ("b:\n  - c: 1\n    d: ", "b:\n  - c:\n    d: "),
+        ("a: 1\n  ", "a:\n  "),
+        ("  'q: r': {\n    a", "  'q: r': {\n    a"),
+    ],
+)
+def test_the_outline_of_a_line(head: str, expected: str) -> None:
+    assert outline(head) == expected
