@@ -9,11 +9,10 @@ from dataclasses import dataclass, field, replace
 from specc.lang import ExprError, ExprErrors
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
-from specc.lang.temporal import USAGE
-from specc.lang.types import SPELT
+from specc.lang.syntax import USAGE
+from specc.lang.types import SYNTAX
 from specc.lang.typing import expression
-from specc.model.binding import PLANT
-from specc.model.system import System
+from specc.model.system import PLANT, System
 from specc.model.types import Enum, Record, Type
 from specc.model.units import UNITS
 from specc.resolve.definitions import may_be_size
@@ -21,7 +20,7 @@ from specc.resources import LIBRARY, library_parts
 from specc.schema.keys import Role, RoleForm, SymbolKind
 from specc.schema.places import defined_by, keys_at, names_used_file, role_of, split, values_at
 from specc.source import Place, Route, beside
-from specc.tools.lsp.cursor import Cursor, cursors, outside
+from specc.tools.lsp.cursor import TextCursor, cursors, outside
 from specc.tools.lsp.describe import describe_symbol
 from specc.tools.lsp.index import Index, Symbol
 
@@ -89,7 +88,7 @@ def complete(index: Index | None, path: str, text: str, offset: int) -> list[Com
     return list(found.values())
 
 
-def _of_schema(cursor: Cursor) -> Iterable[Completion]:
+def _of_schema(cursor: TextCursor) -> Iterable[Completion]:
     """Keys and choices of the structure, and parts of the library."""
     route = cursor.route
     if cursor.is_key:
@@ -120,7 +119,7 @@ class _Proposals:
         words = describe_symbol(self.index, symbol)
         return Completion(symbol.name, symbol.kind, str(symbol.type or ""), words)
 
-    def keys(self, cursor: Cursor) -> Iterator[Completion]:
+    def keys(self, cursor: TextCursor) -> Iterator[Completion]:
         """Keys that are names: targets of functions, elements of the other end, parameters."""
         index, rest = self.index, split(cursor.route)[1]
         match rest:
@@ -146,7 +145,7 @@ class _Proposals:
                         name = f"{device.qualified_name}.{element.name}"
                         yield Completion(name, "element", str(element.type), element.title)
 
-    def values(self, cursor: Cursor, role: Role | None) -> Iterator[Completion]:
+    def values(self, cursor: TextCursor, role: Role | None) -> Iterator[Completion]:
         """Names that can stand at the cursor."""
         before, form = cursor.before, role.form if role else "path"
         match form:
@@ -238,7 +237,7 @@ class _Proposals:
                     yield self._item(symbol)
         if around in ("", "vector", "list", "nonempty", "optional", "partial"):
             yield from self._visible("type", owner=())
-            for label, usage in (SPELT | PARAMETER_TYPES).items():
+            for label, usage in (SYNTAX | PARAMETER_TYPES).items():
                 yield Completion(label, "type", usage)
         elif around not in ("real", "enum", "image"):
             yield from self._visible("frame", owner=())

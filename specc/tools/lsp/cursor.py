@@ -92,7 +92,7 @@ _TOKEN = re.compile(r"[\"'\[\]{}#]")
 
 
 @dataclass(frozen=True, slots=True)
-class Cursor:
+class TextCursor:
     """A key of the mapping at `route` or the value at it, and its text before the cursor."""
 
     route: Route
@@ -101,11 +101,11 @@ class Cursor:
     siblings: tuple[str, ...] = ()
 
 
-def cursors(text: str, offset: int) -> list[Cursor]:
+def cursors(text: str, offset: int) -> list[TextCursor]:
     """What may be being written at an offset: a value, a key, or either of them."""
     head = outline(text[:offset])
     closing = _closing(head)
-    found: dict[Cursor, None] = {}
+    found: dict[TextCursor, None] = {}
     for ending in (closing, f": {closing}" if closing[:1] not in ("'", '"') else closing):
         document = read_text("", f"{head}{_MARK}{ending}\n", ROW_KEYS)
         if document.source.spans is not None:
@@ -119,18 +119,18 @@ def line_break(text: str) -> str:
     return found.group() if found else "\n"
 
 
-def _marked(top: TextNode) -> Iterator[Cursor]:
+def _marked(top: TextNode) -> Iterator[TextCursor]:
     if top.scalar is not None and _MARK in top.scalar:
-        yield Cursor((), True, top.scalar.partition(_MARK)[0])
+        yield TextCursor((), True, top.scalar.partition(_MARK)[0])
     for route, key, node in top.below():
         if key is not None and key.scalar and _MARK in key.scalar:
             parent = top.at(route[:-1]) or top
             others = [str(other) for other in parent.keys if other != route[-1]]
-            yield Cursor(route[:-1], True, key.scalar.partition(_MARK)[0], tuple(others))
+            yield TextCursor(route[:-1], True, key.scalar.partition(_MARK)[0], tuple(others))
         elif node.scalar is not None and _MARK in node.scalar:
             # The mark may have become part of a key.
             route = tuple(s.partition(_MARK)[0] if isinstance(s, str) else s for s in route)
-            yield Cursor(route, False, node.scalar.partition(_MARK)[0])
+            yield TextCursor(route, False, node.scalar.partition(_MARK)[0])
 
 
 def _closing(head: str) -> str:
@@ -242,7 +242,7 @@ def _signature(operators: Iterable[Operator], name: str, commas: int) -> CallSig
         trace = f"({operator.trace})" if str(operator.trace) else ""
         result, words = str(operator.result), " ".join(filter(None, (operator.title, trace)))
     elif function and function.rule:
-        listed, _, rest = function.says.partition("-> ")
+        listed, _, rest = function.signature.partition("-> ")
         result, _, words = rest.partition(": ")
         parameters = tuple(filter(None, listed.strip().split(", ")))
     else:

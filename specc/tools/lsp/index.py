@@ -183,12 +183,12 @@ class Index:
                     if there and port.interface and port.place_of(element) == port.place:
                         self._share(port.place.below(element.name), there)
         for subsystem in system.subsystems:
-            for wire in wires.of(subsystem):
-                if wire.part is None:
+            for wire in wires.wires_of(subsystem):
+                if wire.peer is None:
                     continue
                 port = wire.port
                 self.wires.setdefault(key_of(port.place), wire)
-                if named := wires.named(subsystem, port):
+                if named := wires.peer_place(subsystem, port):
                     self._peers.setdefault(key_of(port.place), key_of(named))
                 far = {e.name: self.symbol_at(key_of(e.place)) for e in wire.elements}
                 for element in port.elements:

@@ -11,7 +11,7 @@ from functools import cached_property
 from specc.diagnostics import Diagnostic
 from specc.pipeline import Result, check_spec
 from specc.policy import allowed_paths, judge, settings_for
-from specc.read import Document, Reach, claims_to_be_one, read_file, read_text
+from specc.read import AllowedPaths, Document, claims_to_be_specification, read_file, read_text
 from specc.read.document import UnreadableFileError, load_text
 from specc.resolve import Findings
 from specc.resolve.loader import Loader
@@ -123,7 +123,7 @@ class Project:
 
     def is_specification(self, path: str) -> bool:
         """Whether a text claims to be one: other YAML files are none of our business."""
-        return claims_to_be_one(self.source(path).text)
+        return claims_to_be_specification(self.source(path).text)
 
     def is_used(self, path: str) -> bool:
         """Whether a known system reads the file, or looked for it without finding it."""
@@ -167,9 +167,11 @@ class Project:
         judged = judge(result.diagnostics, loader.sources, settings, not result.is_part)
         return Analysis(root, loader, result, judged.diagnostics, lacks_lines)
 
-    def _reach(self, root: str) -> Reach:
+    def _reach(self, root: str) -> AllowedPaths:
         """What a file may name: besides its project, what is open in the editor, and folders."""
-        return Reach((*allowed_paths(root).folders, *map(real_path, (*self.folders, *self._open))))
+        return AllowedPaths(
+            (*allowed_paths(root).folders, *map(real_path, (*self.folders, *self._open)))
+        )
 
     def compare(self, texts: Mapping[str, str]) -> tuple[list[Diagnostic], list[Diagnostic]]:
         """What is wrong with the specifications that read some files, now and with other texts."""

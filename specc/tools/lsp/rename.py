@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 
 from specc.lang import RESERVED, TYPE_WORDS
 from specc.model.system import System
-from specc.model.types import Enum, Type, within
+from specc.model.types import Enum, Type, nested_types
 from specc.model.units import UNITS
 from specc.reachable import grouped
 from specc.resolve.uses import names_in
@@ -80,7 +80,7 @@ def _enums_in_python(system: System) -> Iterator[tuple[Enum, str]]:
     memory = (each for subsystem in system.subsystems for each in subsystem.memory)
     types += [(each.type, "the judge of the task") for each in memory if each.name in watched]
     for type_, code in types:
-        yield from ((part, code) for part in within([type_]) if isinstance(part, Enum))
+        yield from ((part, code) for part in nested_types([type_]) if isinstance(part, Enum))
 
 
 def check_name(symbol: Symbol, new: str) -> None:

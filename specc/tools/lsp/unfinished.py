@@ -10,7 +10,7 @@ from itertools import accumulate
 
 from specc.diagnostics import Diagnostic
 from specc.read import Document, read_text
-from specc.schema import ROW_KEYS, SpecFile, shape
+from specc.schema import ROW_KEYS, SpecFile, desugar, shape
 from specc.source import Place, SourceFile
 
 # Where the characters of an earlier text stand in the present one.
@@ -108,12 +108,14 @@ def without_errors(document: Document) -> Document:
     for _ in range(_ROUNDS):
         if (error := _error(document)) is not None:
             document = _readable(document, error)
-        elif wrong := shape(SpecFile, document.data, document.source.path)[1]:
-            entries = [Place(found.primary.file, found.primary.route) for found in wrong]
-            keys = [Place(entry.file, entry.route, "key") for entry in entries]
-            document = _without(document, *map(document.source.offsets, (*entries, *keys)))
-        else:
+            continue
+        data, wrong = desugar(document.data, document.source.path)
+        wrong = wrong or shape(SpecFile, data, document.source.path)[1]
+        if not wrong:
             break
+        entries = [Place(found.primary.file, found.primary.route) for found in wrong]
+        keys = [Place(entry.file, entry.route, "key") for entry in entries]
+        document = _without(document, *map(document.source.offsets, (*entries, *keys)))
     return document
 
 
