@@ -13,8 +13,8 @@ from math import prod
 from typing import Literal
 
 from specc.analysis.machine import Machine
+from specc.model.expr import negation
 from specc.model.fsm import Axiom, State
-from specc.model.logic import negation
 from specc.model.system import Subsystem
 from specc.model.wires import Wires
 from specc.proof import InputName, freshness
@@ -92,21 +92,21 @@ class AssumptionChecker:
         self, reader: Subsystem, tested: frozenset[InputName]
     ) -> Iterator[list[JointArrival]]:
         """For each sender with known sending times, the inputs that may arrive together."""
-        for wire in self._wires.of(reader):
-            port, sender = wire.port, self._machines.get(wire.name)
+        for wire in self._wires.wires_of(reader):
+            port, sender = wire.port, self._machines.get(wire.peer_name)
             mine = {(port.peer, element.name) for element in port.elements}
             about = any(peer == port.peer for peer, _ in tested)
-            if port.direction != "x" or not about or sender is None or not wire.end:
+            if port.direction != "x" or not about or sender is None or not wire.peer_port:
                 continue
             subsystem = sender.subsystem
-            timed = reader.rated and subsystem.rated and subsystem.rate_hz <= reader.rate_hz
-            is_known = all(state.behaviour.whole for state in subsystem.states)
+            timed = reader.has_rate and subsystem.has_rate and subsystem.rate_hz <= reader.rate_hz
+            is_known = all(state.behaviour.is_complete for state in subsystem.states)
             if not (timed and is_known and subsystem.states):
                 continue
             found = dict[frozenset[InputName], JointArrival]()
             for state in subsystem.states:
                 if state.name in sender.reachable_states:
-                    names = wire.arriving(state.behaviour) & mine & tested
+                    names = wire.inputs_sent_by(state.behaviour) & mine & tested
                     found.setdefault(names, JointArrival(state, names))
             # Of the same rate, and never silent: something arrives in every period.
             slower = subsystem if subsystem.rate_hz < reader.rate_hz else None

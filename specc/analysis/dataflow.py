@@ -192,7 +192,9 @@ class DataFlow:
             sender, output = self.sender(node) or _NOBODY
             machine = self._machines.get(sender)
             is_known = machine is not None and not machine.faulty
-            written = machine.subsystem.written.get(output, {}) if machine and is_known else {}
+            written = (
+                machine.subsystem.assigned_values.get(output, {}) if machine and is_known else {}
+            )
             edges = {name: self._edges(sender, values) for name, values in written.items()}
             self._sent_in[node] = {
                 state.name: edges[state.behaviour.name]
@@ -222,7 +224,7 @@ class DataFlow:
         machine = self._machines.get(sender)
         if machine is None:
             return
-        written, dependences = machine.subsystem.written, machine.dependences
+        written, dependences = machine.subsystem.assigned_values, machine.dependences
 
         def assigned(target: tuple[str, str]) -> list[Expr]:
             return [value for values in written.get(target, {}).values() for value in values]
@@ -239,7 +241,7 @@ class DataFlow:
         return self._wires.sender(node.reader, node[1:])
 
     def _measured(self, node: InputNode) -> Measured | None:
-        device = self._wires.devices.get(self._wires.measured(node.reader, node.peer))
+        device = self._wires.devices.get(self._wires.measuring_device(node.reader, node.peer))
         element = next((e for e in device.y if e.name == node.element), None) if device else None
         if device is None or element is None:
             return None
@@ -250,7 +252,7 @@ class DataFlow:
                 continue
             if binding.sporadic:
                 gap_s, place = binding.max_gap_s or Fraction(0), binding.place.below("sporadic")
-                is_shared = len(self._wires.users(name, "x", node.element)) > 1
+                is_shared = len(self._wires.wires_of_element(name, "x", node.element)) > 1
                 return Measured(name, gap_s, place, True, is_shared)
             if binding.rate_hz is not None:
                 return Measured(name, 1 / binding.rate_hz, binding.place.below("rate"))

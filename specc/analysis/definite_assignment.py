@@ -33,14 +33,15 @@ from specc.model.expr import (
     MemoryRef,
     Present,
     Quantifier,
-    Sure,
     Unary,
     Unknown,
+    Unwrap,
+    conjuncts,
     has_free_variable,
     has_unknown,
+    negation,
 )
 from specc.model.fsm import Axiom, Condition, Function, State, Transition
-from specc.model.logic import conjuncts, negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import ListOf, OptionalOf, Type
 from specc.model.wires import Wire, Wires
@@ -151,7 +152,7 @@ class DefiniteAssignment:
 
     def _fixpoint(self) -> FactsByState[InputName]:
         most = {state.name: self._everything for state in self._subsystem.states}
-        if not self._subsystem.begun:
+        if not self._subsystem.has_initial_state:
             return most
         most[self._subsystem.initial_state] = self.in_first_period
         if self.in_first_period == self._everything:
@@ -189,7 +190,7 @@ class Need:
     On each of the `paths` to it, the tests of that path hold.
     """
 
-    sure: Sure
+    sure: Unwrap
     paths: tuple[Premises, ...]
     let: Let | None
 
@@ -220,12 +221,12 @@ class PresentValues:
     @cached_property
     def needed(self) -> bool:
         """Whether any expression needs a value to be there."""
-        return any(isinstance(node, Sure) for node in nodes(self._subsystem))
+        return any(isinstance(node, Unwrap) for node in nodes(self._subsystem))
 
     def needs(self, expr: Expr) -> Iterator[Need]:
         """What an evaluation of `expr` may need."""
         for part in self._guards.parts(expr, ((),)):
-            if isinstance(part.expr, Sure):
+            if isinstance(part.expr, Unwrap):
                 yield Need(part.expr, part.known, part.let)
 
     def lacking(self, use: Evaluation) -> Sequence[Need]:
@@ -300,7 +301,9 @@ class PresentValues:
             ends = (state.behaviour.terminal.when, state.behaviour.error.when)
             found[state.name] = [(state.name, self._timeless(map(negation, ends)))]
         for row in self._rows:
-            before = as_conditions(self._subsystem.state(row.source).behaviour.ended(row.cause))
+            before = as_conditions(
+                self._subsystem.state(row.source).behaviour.facts_after(row.cause)
+            )
             found[row.source].append((row.target, self._timeless([*before, row.condition.when])))
         return found
 
@@ -424,10 +427,10 @@ def always_present(subsystem: Subsystem, wires: Wires) -> frozenset[InputName]:
     """Inputs that have a value from the first period on."""
     return frozenset(
         (wire.port.peer, element.name)
-        for wire in wires.of(subsystem)
+        for wire in wires.wires_of(subsystem)
         if wire.port.direction == "x"
         for element in wire.port.elements
-        if element.init is not None or wire.device
+        if element.init is not None or wire.peer_device
     )
 
 
@@ -442,24 +445,30 @@ def availability_of(
     declared = always_present(subsystem, wires)
     always, later, fresh = set(declared), set[InputName](), set[InputName]()
     together: dict[InputName, frozenset[InputName]] = {}
-    for wire in wires.of(subsystem):
-        if wire.port.direction != "x" or wire.device:
+    for wire in wires.wires_of(subsystem):
+        if wire.port.direction != "x" or wire.peer_device:
             continue
-        sender, end, port = wire.other, wire.end, wire.port
-        if sender is None or end is None or wire.name in broken:
+        sender, end, port = wire.peer_subsystem, wire.peer_port, wire.port
+        if sender is None or end is None or wire.peer_name in broken:
             always |= {(port.peer, element.name) for element in port.elements}
             continue
         # What the sender's end lacks would be sent if that were mended.
         always |= {(port.peer, e.name) for e in port.elements if not end.element(e.name)}
         behaviours = {state.behaviour.name: state.behaviour for state in sender.states}.values()
-        sent = [wire.arriving(behaviour) for behaviour in behaviours if behaviour.whole]
+        sent = [wire.inputs_sent_by(behaviour) for behaviour in behaviours if behaviour.is_complete]
         # A behaviour that is not known may well send nothing of this, or all of it.
         unsure = not behaviours or len(sent) < len(behaviours)
-        rated = timed and sender.rated and subsystem.rated
+        rated = timed and sender.has_rate and subsystem.has_rate
         if not rated or sender.rate_hz >= subsystem.rate_hz:
             # What the first period of a sender sends, and all that it may if that is not known.
-            first = sender.state(sender.initial_state).behaviour if sender.begun else None
-            later |= _everything(wire) if first is None or not first.whole else wire.arriving(first)
+            first = (
+                sender.state(sender.initial_state).behaviour if sender.has_initial_state else None
+            )
+            later |= (
+                _everything(wire)
+                if first is None or not first.is_complete
+                else wire.inputs_sent_by(first)
+            )
             if rated and not unsure:
                 fresh |= frozenset.intersection(*sent) & subsystem.inputs.keys()
         together |= _sent_together(wire, sent, unsure)

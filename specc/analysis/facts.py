@@ -19,7 +19,6 @@ from specc.analysis.suspicious_expressions import SuspiciousExpressions, no_valu
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, spend_or_raise
 from specc.mjcf import Model, ModelError
-from specc.model.binding import PLANT
 from specc.model.expr import (
     Call,
     Compare,
@@ -28,14 +27,14 @@ from specc.model.expr import (
     FileRef,
     Member,
     MemoryRef,
-    constants_in,
+    constant_names,
     has_unknown,
-    mapped,
+    map_children,
     walk,
 )
 from specc.model.fsm import Cause
 from specc.model.requirement import Reading, Requirement
-from specc.model.system import Constant, Element, Subsystem, System
+from specc.model.system import PLANT, Constant, Element, Subsystem, System
 from specc.model.types import Bool, Enum
 from specc.model.wires import Wires
 from specc.proof import Numbering, Ticks
@@ -116,7 +115,7 @@ class Facts:
     @cached_property
     def valueless(self) -> tuple[tuple[Constant, str], ...]:
         """Constants and parameters without a value, with the reason; those at one place once."""
-        lists = dict.fromkeys((self.system.constants, *self.system.described))
+        lists = dict.fromkeys((self.system.constants, *self.system.description_uses))
         found = (none for constants in lists for none in valueless(constants))
         return tuple({constant.place: (constant, why) for constant, why in found}.values())
 
@@ -126,7 +125,7 @@ class Facts:
         return {c.name: c for c in self.system.constants if c.place not in none}
 
     def _named_by(self, name: str) -> Iterable[str]:
-        return constants_in(self._constants[name].value) if name in self._constants else ()
+        return constant_names(self._constants[name].value) if name in self._constants else ()
 
     @cached_property
     def suspicious(self) -> SuspiciousExpressions:
@@ -239,7 +238,7 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     for constant in constants:
         expr = constant.value
         is_given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
-        if is_given or has_unknown(expr) or not values.keys() >= set(constants_in(expr)):
+        if is_given or has_unknown(expr) or not values.keys() >= set(constant_names(expr)):
             values.pop(constant.name, None)
             continue
         try:
@@ -292,14 +291,14 @@ def _on_reading(reading: Reading, known: Expr) -> Expr:
     """A condition on memory as a condition on the reading of it."""
     if isinstance(known, MemoryRef):
         return MemoryRef(reading.name, type=known.type)
-    return mapped(known, lambda part: _on_reading(reading, part))
+    return map_children(known, lambda part: _on_reading(reading, part))
 
 
 def initial_state_of(reading: Reading, system: System) -> Expr | None:
     """The condition that a subsystem is in its initial state."""
     if reading.kind != "state" or not isinstance(reading.type, Enum):
         return None
-    found = {s.qualified_name: s.initial_state for s in system.subsystems if s.begun}
+    found = {s.qualified_name: s.initial_state for s in system.subsystems if s.has_initial_state}
     state = found.get(reading.subsystem)
     if state not in reading.type.members:
         return None

@@ -275,7 +275,7 @@ class Machine:
     @cached_property
     def reachable_states(self) -> frozenset[str]:
         """The states that it can enter; all of them if the edges are unknown."""
-        if not self.subsystem.begun or not self.has_known_edges:
+        if not self.subsystem.has_initial_state or not self.has_known_edges:
             return frozenset(state.name for state in self.subsystem.states)
         return reachable_from(self.subsystem.initial_state, self.successors)
 

@@ -107,7 +107,7 @@ def may_view(cause: Cause) -> Approximation:
 def is_incomplete(subsystem: Subsystem, state: State, cause: Cause) -> bool:
     """Whether something about the rows of a state and cause is unknown."""
     rows = (row.condition.when for _, row in subsystem.rows(state.name, cause))
-    return any(map(has_unknown, (*(when for when, _ in state.behaviour.ended(cause)), *rows)))
+    return any(map(has_unknown, (*(when for when, _ in state.behaviour.facts_after(cause)), *rows)))
 
 
 def _known(condition: Condition, bound: Rewriting) -> Condition:

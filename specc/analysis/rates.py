@@ -67,7 +67,7 @@ class Rates:
 
         Only those whose rates are known count.
         """
-        rated = [s for s in self._every if s.rated]
+        rated = [s for s in self._every if s.has_rate]
         ticks = _ticks(rated)
         if ticks <= LONGEST:
             return None
@@ -78,7 +78,7 @@ class Rates:
     @cached_property
     def timed(self) -> tuple[Subsystem, ...]:
         """The subsystems with rates, if these fit together."""
-        return () if self.clash else tuple(s for s in self._subsystems if s.rated)
+        return () if self.clash else tuple(s for s in self._subsystems if s.has_rate)
 
     @cached_property
     def tick_s(self) -> Fraction:
@@ -95,7 +95,7 @@ class Rates:
         rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_of_all_s
         if rate is None or bound.is_commanded:
             return None
-        reading = {wire.subsystem.qualified_name for wire in self._wires.at(device, "x")}
+        reading = {wire.subsystem.qualified_name for wire in self._wires.wires_to(device, "x")}
         readers = [s for s in self.timed if s.qualified_name in reading]
         # One rate is to be a whole multiple of the other.
         unfit = tuple(s for s in readers if 1 not in ((rate / s.rate_hz).as_integer_ratio()))
@@ -105,7 +105,7 @@ class Rates:
     @cached_property
     def _tick_of_all_s(self) -> Fraction | None:
         """The base tick, if all rates are known."""
-        all_known = self._is_complete and all(s.rated for s in self._every)
+        all_known = self._is_complete and all(s.has_rate for s in self._every)
         if self.clash or not self._every or not all_known:
             return None
         return base_tick(1 / s.rate_hz for s in self._every)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from specc.analysis.machine import Machine
 from specc.analysis.reads import Dependence, ExpressionText, TextOwner, text_of
 from specc.lang import ranges
-from specc.lang.bounds import bounds
+from specc.lang.evaluate import range_of_parts
 from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
     Binary,
@@ -21,8 +21,8 @@ from specc.model.expr import (
     Items,
     LetRef,
     MemoryRef,
-    Sure,
     Unary,
+    Unwrap,
     children,
     walk,
 )
@@ -62,7 +62,7 @@ def component(expr: Expr, index: int) -> Expr:
     match expr:
         case Items(items=items):
             return items[index]
-        case Sure(value=value):
+        case Unwrap(value=value):
             return component(value, index)
         case Unary(op="-", operand=operand):
             return Unary("-", component(operand, index), type=type_, span=expr.span)
@@ -110,7 +110,7 @@ class ReachingDefinitions:
             if not isinstance(expr, Component):
                 return [replace(scalar, expr=expr)]
         match expr:
-            case Sure(value=value):
+            case Unwrap(value=value):
                 return [replace(scalar, expr=value)]
             case Choice(then=then, otherwise=otherwise):
                 return [replace(scalar, expr=then), replace(scalar, expr=otherwise)]
@@ -158,7 +158,7 @@ class ReachingDefinitions:
         self, reader: Subsystem, key: tuple[str, str], index: int | None
     ) -> Iterator[ScalarDefinition]:
         peer, name = key
-        if device := self._wires.measured(reader.qualified_name, peer):
+        if device := self._wires.measuring_device(reader.qualified_name, peer):
             yield ReportedScalar(f"{device}.{name}", index or 0)
             return
         element = reader.inputs.get(key)
@@ -279,10 +279,10 @@ class ScalarRanges:
         expr = scalar.expr
         parts = [self._of_part(replace(scalar, expr=part)) for part in children(expr)]
         unions = [ranges.union(*each) for each in parts]
-        yield bounds(expr, unions)
+        yield range_of_parts(expr, unions)
         for index, each in enumerate(parts):
             for one in each if len(each) <= _MOST_RANGES else ():
-                yield bounds(expr, [*unions[:index], one, *unions[index + 1 :]])
+                yield range_of_parts(expr, [*unions[:index], one, *unions[index + 1 :]])
 
     def _of_part(self, scalar: ScalarExpr) -> list[Range]:
         if not isinstance(scalar.expr.type, (Int, Real)):

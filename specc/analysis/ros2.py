@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
 from specc.lang.kinds import kind
-from specc.model.binding import Binding, Published, Ros2
-from specc.model.system import Element, Subsystem, System
+from specc.model.system import Binding, Element, Published, Ros2, Subsystem, System
 from specc.model.types import Enum, OptionalOf, Pose, Text, Type
 from specc.model.units import (
     DIMENSIONLESS,

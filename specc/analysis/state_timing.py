@@ -12,9 +12,8 @@ from specc.analysis.graph import CAUSES
 from specc.analysis.must_may import may_hold_part
 from specc.analysis.path_conditions import as_conditions
 from specc.analysis.reads import Dependences
-from specc.model.expr import Expr, has_unknown
+from specc.model.expr import Expr, has_unknown, junction
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
-from specc.model.logic import joined
 from specc.model.system import Subsystem
 from specc.proof import Prover, RowVerdict
 
@@ -123,7 +122,9 @@ class StateTiming:
     def excludes_row(self, row: Transition) -> bool:
         """Whether conditions on time are the reason that a row is never taken."""
         source = self._subsystem.state(row.source).behaviour
-        return self.is_time_the_cause(*as_conditions(source.ended(row.cause)), row.condition.when)
+        return self.is_time_the_cause(
+            *as_conditions(source.facts_after(row.cause)), row.condition.when
+        )
 
     def is_time_the_cause(self, *conditions: Expr) -> bool:
         """Whether conditions that exclude each other could hold together without their times."""
@@ -144,7 +145,7 @@ class StateTiming:
 
     def _found(self, behaviour: Behaviour) -> _Ending | None:
         error, terminal = behaviour.error, behaviour.terminal
-        either = joined("or", (error.when, terminal.when))
+        either = junction("or", (error.when, terminal.when))
         for periods in sorted({1, *sorted(self._prover.timer.turning(either))[:_MOST_TURNS]}):
             now = self._prover.timer.lasted("==", periods)
             if self._prover.implies([now], either):
@@ -154,6 +155,9 @@ class StateTiming:
                 return _Ending(
                     periods / self._subsystem.rate_hz,
                     (not by_terminal, not by_error),
-                    {cause: [*as_conditions(behaviour.ended(cause)), by_then] for cause in CAUSES},
+                    {
+                        cause: [*as_conditions(behaviour.facts_after(cause)), by_then]
+                        for cause in CAUSES
+                    },
                 )
         return None

@@ -15,11 +15,11 @@ from typing import Any, Literal
 
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts, texts_of_system
 from specc.lang import ranges
-from specc.lang.bounds import bounded
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of
+from specc.lang.functions import BuiltinFunction
 from specc.lang.ranges import Range
-from specc.lang.row import BuiltinFunction
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.limits import TooMuchError
 from specc.model.expr import (
     LITERALS,
@@ -72,7 +72,7 @@ def failure(expr: Expr, value: Callable[[Expr], float | None]) -> str:
             compute = SIGNS[op].value
             if op == "/" and known[0] is None:
                 known[0] = 1.0  # whatever it is, only a divisor of zero fails
-        case Builtin(name=name) if FUNCTIONS[name].may_fail and FUNCTIONS[name].folds:
+        case Builtin(name=name) if FUNCTIONS[name].may_fail and FUNCTIONS[name].is_foldable:
             compute = FUNCTIONS[name].value
         case _:
             return ""
@@ -289,7 +289,7 @@ class SuspiciousExpressions:
             clamped = self._origin(text, inner)[1]
             if _picks(clamped) != -_picks(outer) or self._value(inner) is not None:
                 continue
-            least, most = bounded(clamped, self._known)
+            least, most = range_of(clamped, self._known)
             if least > value if is_least else most < value:
                 origin = self._origin(text, limit)
                 self._add("bounds", text, outer, limit, inner, origin=origin, number=value)
@@ -353,7 +353,7 @@ class SuspiciousExpressions:
         match expr:
             case Compare(left=left, right=right) | Binary(op="-" | "/", left=left, right=right):
                 pairs = [(left, right)]
-            case Builtin(name=name, args=args) if FUNCTIONS[name].alike:
+            case Builtin(name=name, args=args) if FUNCTIONS[name].same_arguments:
                 compared = args[:2] if FUNCTIONS[name].compares else args
                 pairs = list(self._alike(compared, bound))
             case Logic(operands=args):
@@ -373,7 +373,7 @@ class SuspiciousExpressions:
 
     def _known(self, expr: Expr) -> Range | None:
         value = self._value(expr)
-        return None if value is None else ranges.of_value(value)
+        return None if value is None else ranges.range_of_value(value)
 
     def _is_surely_evaluated(self, text: ExpressionText, part: Expr) -> bool:
         """Whether no constant decides that a part of a text is left out.
@@ -397,7 +397,7 @@ class SuspiciousExpressions:
     def _answer(self, test: Expr) -> Answer:
         """The truth of a condition, as far as constants decide it."""
         value = self._numbering.value(self._numbering.number(test))
-        least, greatest = bounded(test, self._known)
+        least, greatest = range_of(test, self._known)
         if isinstance(value, bool) or least == greatest:
             return "yes" if (value if isinstance(value, bool) else least) else "no"
         return "settled" if self._rests_on_constants(test) else "some"

@@ -9,19 +9,19 @@ from itertools import chain
 from typing import Any, Literal
 
 from specc.lang import ranges
-from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of_parts
 from specc.lang.kinds import kind
 from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
     MIRRORED,
-    Among,
     Binary,
     Builtin,
     Choice,
     Compare,
     ConstantRef,
     Expr,
+    IsOneOf,
     LetRef,
     Member,
     MemoryRef,
@@ -29,9 +29,12 @@ from specc.model.expr import (
     Truth,
     Unary,
     children,
+    conjuncts,
+    junction,
+    negation,
+    opposite,
     walk,
 )
-from specc.model.logic import conjuncts, joined, negation, opposite
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum, Int, Real
 from specc.proof import Numbering
@@ -90,7 +93,7 @@ class MemoryBounds:
         computed = (part for part in _parts(every) if isinstance(part, Binary))
         operands = chain.from_iterable(map(children, computed))
         named, steps = (
-            {ranges.of_value(n)[0] for n in map(numbering.known, parts) if n is not None}
+            {ranges.range_of_value(n)[0] for n in map(numbering.known, parts) if n is not None}
             for parts in (_parts(every), operands)
         )
         if len(named) * len(steps) <= _MOST_ENDS:
@@ -126,7 +129,7 @@ class MemoryBounds:
         """The range of assigned values; a whole number becomes a real one in real memory."""
         found = ((value.type, self._of(value, now)) for value in values)
         is_real = isinstance(memory.type, Real)
-        each = (ranges.of_float(r) if is_real and isinstance(t, Int) else r for t, r in found)
+        each = (ranges.as_floats(r) if is_real and isinstance(t, Int) else r for t, r in found)
         return ranges.union(*each)
 
     def _with_lets(self, now: _Now) -> _Now:
@@ -141,15 +144,15 @@ class MemoryBounds:
         if self._budget < 0:
             return ANY
         if (value := self._numbering.known(expr)) is not None:
-            return ranges.of_value(value)
+            return ranges.range_of_value(value)
         match expr:
             case MemoryRef() | LetRef():
                 return now.get(expr, ANY)
             case Choice(test=test, then=then, otherwise=otherwise):
                 if_true = self._of(then, self._narrowed(now, test))
                 if_false = self._of(otherwise, self._narrowed(now, negation(test)))
-                return bounds(expr, (self._of(test, now), if_true, if_false))
-        return bounds(expr, [self._of(part, now) for part in children(expr)])
+                return range_of_parts(expr, (self._of(test, now), if_true, if_false))
+        return range_of_parts(expr, [self._of(part, now) for part in children(expr)])
 
     def _narrowed(self, now: _Now, condition: Expr) -> _Now:
         """The bounds where a condition holds; unchanged where it never does."""
@@ -217,7 +220,7 @@ class ValueRanges:
     def __init__(self, subsystem: Subsystem, numbering: Numbering) -> None:
         """`numbering` knows lets and constants."""
         given: dict[str, list[Expr]] = {item.name: [item.init] for item in subsystem.memory}
-        for (peer, name), by_behaviour in subsystem.written.items():
+        for (peer, name), by_behaviour in subsystem.assigned_values.items():
             if not peer and name in given:
                 given[name] += chain(*by_behaviour.values())
         self.bounds = MemoryBounds(subsystem, given, numbering)
@@ -284,11 +287,11 @@ def _among_literals(memory: MemoryRef, behind: Sequence[Expr]) -> Expr | None:
         return None
     if isinstance(memory.type, Enum):
         members = frozenset(value.name for value in values if isinstance(value, Member))
-        return Among(memory, members, type=Bool())
+        return IsOneOf(memory, members, type=Bool())
     each: list[Expr] = []
     for value in values:
         if isinstance(value, Truth):
             each.append(memory if value.value else negation(memory))
         else:
             each.append(Compare("==", memory, value, type=Bool()))
-    return joined("or", each)
+    return junction("or", each)

@@ -25,9 +25,9 @@ from specc.lang import show
 from specc.lang.builtins import FUNCTIONS
 from specc.mjcf import Model, ModelError
 from specc.mjcf.model import ModelObject, ModelPart
-from specc.model.binding import PLANT, Binding
 from specc.model.expr import Builtin, Expr, walk
 from specc.model.requirement import expressions
+from specc.model.system import PLANT, Binding
 from specc.model.types import Image, Pose
 from specc.model.units import Unit
 from specc.source import Place
@@ -348,7 +348,7 @@ def elements_in_one_order(facts: Facts) -> Iterator[Diagnostic]:
     joints = {id(b): _joints(b, facts.model) for b in facts.bindings if b.plant == "model"}
     found: set[tuple[Place, Place]] = set()
     for subsystem in facts.subsystems:
-        devices = {wire.name for wire in facts.wires.of(subsystem) if wire.device}
+        devices = {wire.peer_name for wire in facts.wires.wires_of(subsystem) if wire.peer_device}
         own = [b for b in facts.bindings if b.binding.device in devices and joints.get(id(b))]
         own.sort(key=lambda bound: not bound.is_commanded)
         for one, other in combinations(own, 2):

@@ -11,21 +11,22 @@ from specc.analysis.state_timing import OverdueExit
 from specc.diagnostics import Diagnostic, Related, first_at_each_place
 from specc.diagnostics.phrases import in_ms, join_words
 from specc.lang import show
-from specc.lang.dependence_order import InOrder
 from specc.lang.ranges import ANY
 from specc.model.expr import (
     LITERALS,
     Choice,
     Expr,
+    InDependenceOrder,
     LetRef,
     Quantifier,
     children,
     has_free_variable,
     has_unknown,
+    junction,
+    negation,
     walk,
 )
 from specc.model.fsm import Condition
-from specc.model.logic import joined, negation
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Real
 from specc.proof import EvaluationPoint
@@ -62,7 +63,7 @@ class ConstantPart:
             if isinstance(outer, Quantifier):
                 holding = replace(outer, kind="all", body=holding, type=Bool())
             else:
-                holding = joined("or", (negation(outer), holding))
+                holding = junction("or", (negation(outer), holding))
         return holding
 
 
@@ -74,7 +75,7 @@ class ConstantConditions:
         self._subsystem = subsystem
         self._machine = machine
         lets = {item.name: item for item in subsystem.lets}
-        self._of_lets = InOrder(
+        self._of_lets = InDependenceOrder(
             {name: item.value for name, item in lets.items()},
             lambda name: self._in(text_of(lets[name]), lets[name].value, None),
         )

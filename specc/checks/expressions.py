@@ -13,7 +13,7 @@ from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import Binary, Builtin, Choice, Lag, Logic, walk
 from specc.model.fsm import Assignment
 from specc.model.requirement import expressions
-from specc.model.system import Constant, Let, Memory, Outside
+from specc.model.system import Constant, Let, Memory, OuterName
 from specc.source import Place
 
 # Constants that arithmetic gives have a value.
@@ -36,7 +36,7 @@ def lateness_of_subsystems(facts: Facts) -> Iterator[Diagnostic]:
             for node in walk(text.expr):
                 if not isinstance(node, Lag) or node.name != "late":
                     continue
-                if facts.wires.measured(subsystem.qualified_name, node.input.peer):
+                if facts.wires.measuring_device(subsystem.qualified_name, node.input.peer):
                     message = f"`{show(node.input)}` comes from a device, which has no periods"
                     help = f"ask how old the measurement is: `age({show(node.input)})`"
                     yield Diagnostic("E0339", message, text.place(node), help=help)
@@ -132,7 +132,7 @@ def _same(found: SuspiciousExpression) -> str:
         case _ if one != other:
             return f"`{one}` and `{other}` are the same"
         case Builtin(name=name):
-            return FUNCTIONS[name].alike.format(one)
+            return FUNCTIONS[name].same_arguments.format(one)
         case Logic(op=name):
             return f"`{one}` stands twice beside `{name}`"
         case Binary(op=op):
@@ -143,7 +143,7 @@ def _same(found: SuspiciousExpression) -> str:
 # A bare name in the expressions of a subsystem means one thing.
 
 
-Named = Memory | Let | Constant | Outside
+Named = Memory | Let | Constant | OuterName
 
 
 def names_distinct(facts: Facts) -> Iterator[Diagnostic]:

@@ -189,7 +189,7 @@ def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
 
 def _at_first_tick(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
     """W0336, about formulas without `always`: what the first states say of them."""
-    if item.lasts or item not in facts.system.requirements:
+    if item.holds_always or item not in facts.system.requirements:
         return
     ticks = facts.ticks
     begun = [known for r in item.readings if (known := initial_state_of(r, facts.system))]
@@ -285,7 +285,7 @@ def requirements_differ(facts: Facts) -> Iterator[Diagnostic]:
             continue
         at_tick = ticks.formula_at(item.formula)
         if ticks.is_possible(at_tick) and not ticks.follows(at_tick):
-            earlier = first.setdefault((item.lasts, at_tick), item)
+            earlier = first.setdefault((item.holds_always, at_tick), item)
             if earlier is item:
                 rest.append(item)
             else:
@@ -295,7 +295,8 @@ def requirements_differ(facts: Facts) -> Iterator[Diagnostic]:
     alike = (
         (one, other)
         for one, other in combinations(rest, 2)
-        if one.lasts == other.lasts and not names[id(one)].isdisjoint(names[id(other)])
+        if one.holds_always == other.holds_always
+        and not names[id(one)].isdisjoint(names[id(other)])
     )
     for one, other in (*pairs, *islice(alike, _MOST_PAIRS)):
         mine, theirs = ticks.formula_at(one.formula), ticks.formula_at(other.formula)

@@ -26,7 +26,7 @@ from specc.model.expr import (
 )
 from specc.model.fsm import State
 from specc.model.system import Device, Element, Subsystem
-from specc.model.types import ListOf, Type, within
+from specc.model.types import ListOf, Type, nested_types
 from specc.model.units import AMPERE, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND
 from specc.proof import InputName, InputNames
 from specc.reachable import grouped, reachable
@@ -39,7 +39,7 @@ _MOVING = {METRE / SECOND, RADIAN / SECOND, NEWTON, NEWTON_METRE, AMPERE}
 
 def is_motion(type: Type) -> bool:
     """Whether a value is a speed, a force or a current, and no position where motion ends."""
-    parts = within([type])
+    parts = nested_types([type])
     units = {unit for part in parts for unit in part.units}
     several = any(isinstance(part, ListOf) for part in parts)
     return bool(units & _MOVING) and not several and not is_position(type)
@@ -47,7 +47,7 @@ def is_motion(type: Type) -> bool:
 
 def is_position(type: Type) -> bool:
     """Whether a value may be a position where motion ends: a length, an angle or a pose."""
-    leaves = (part for part in within([type]) if not part.parts and not part.is_discrete)
+    leaves = (part for part in nested_types([type]) if not part.parts and not part.is_discrete)
     return any(not leaf.units or {METRE, RADIAN} & {*leaf.units} for leaf in leaves)
 
 
@@ -79,18 +79,18 @@ def path_to_device(
     `unsent` are the elements of its buffer that are not sent meanwhile, often with the output.
     `passed` are the subsystems before the sender.
     """
-    wires = facts.wires.of(sender)
+    wires = facts.wires.wires_of(sender)
     wire = next(w for w in wires if (w.port.direction, w.port.peer) == ("y", output[0]))
-    if wire.device is not None:
-        found = (e for e in wire.device.x if e.name == output[1] and is_motion(e.type))
-        return next((ValuePath((), wire.device, e, frozenset()) for e in found), None)
-    reader = wire.other
-    if reader is None or wire.end is None or reader in (*passed, sender):
+    if wire.peer_device is not None:
+        found = (e for e in wire.peer_device.x if e.name == output[1] and is_motion(e.type))
+        return next((ValuePath((), wire.peer_device, e, frozenset()) for e in found), None)
+    reader = wire.peer_subsystem
+    if reader is None or wire.peer_port is None or reader in (*passed, sender):
         return None
     reads = facts.ages.sources.reads_of(reader.qualified_name)
     if reads is None or not facts.of(reader).is_complete:
         return None
-    peer = wire.end.peer
+    peer = wire.peer_port.peer
     silent = frozenset((peer, name) for name in unsent)
     relay = _Relay(facts, facts.of(reader), reads, (peer, output[1]), silent)
     for further, states in relay.outputs():
@@ -183,13 +183,13 @@ class _Relay:
 
     def _missing_for(self, step: RowEdge) -> InputNames:
         """The inputs that prevent a row."""
-        ended = self._machine.subsystem.state(step.row.source).behaviour.ended(step.row.cause)
+        ended = self._machine.subsystem.state(step.row.source).behaviour.facts_after(step.row.cause)
         tests = *ended, (step.row.condition.when, True)
         return frozenset[InputName]().union(*(self._implied.of(*test) for test in tests))
 
     def _device(self, key: InputName) -> bool:
         name = self._machine.subsystem.qualified_name
-        return bool(self._wires.measured(name, key[0]))
+        return bool(self._wires.measuring_device(name, key[0]))
 
     def _sources(self, state: State, output: InputName) -> InputNames:
         """The inputs that an output depends on which stays the same in a state with the origin.
@@ -212,7 +212,7 @@ class _Relay:
                     remembered.add(part.name)
                     value = assigned.get(("", part.name), part)
                     if part in self._results(value):
-                        written = self._machine.subsystem.written.get(("", part.name), {})
+                        written = self._machine.subsystem.assigned_values.get(("", part.name), {})
                         values = [value for several in written.values() for value in several]
                         stored = {read.input for v in values for read in self._reads.of(v)}
                         found |= stored & {self._origin}
@@ -284,7 +284,7 @@ class RetainedOutputs:
         """One for each state and output that it does not declare to hold."""
         subsystem = self._machine.subsystem
         for output, element in subsystem.outputs.items():
-            written = subsystem.written.get(output, {})
+            written = subsystem.assigned_values.get(output, {})
             silent = [s for s in self._states if s.behaviour.name not in written]
             if not is_motion(element.type) or not silent or len(silent) == len(self._states):
                 continue
@@ -399,7 +399,7 @@ def held_outputs_sent(facts: Facts) -> Iterator[Diagnostic]:
                 if sent:
                     message = f"state `{state.name}` holds {name} and sends it"
                     related = tuple(Related(item.place, "sent here") for item in sent)
-                elif output not in machine.subsystem.written:
+                elif output not in machine.subsystem.assigned_values:
                     message, related = (
                         f"state `{state.name}` holds {name}, which no state sends",
                         (),

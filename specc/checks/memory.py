@@ -21,9 +21,9 @@ from specc.model.expr import (
     Expr,
     MemoryRef,
     children,
+    negation,
 )
 from specc.model.fsm import Condition, State
-from specc.model.logic import negation
 from specc.model.system import Memory
 from specc.model.types import ListOf
 from specc.reachable import reachable
@@ -125,7 +125,7 @@ def _way_back(machine: Machine, state: State, counter: str, reached: Expr) -> Ro
 def _is_taken(machine: Machine, step: RowEdge, reached: Expr) -> bool:
     """Whether a row may be taken while the counter has reached the limit."""
     behaviour = machine.subsystem.state(step.row.source).behaviour
-    ended = [w if holds else negation(w) for w, holds in behaviour.ended(step.row.cause)]
+    ended = [w if holds else negation(w) for w, holds in behaviour.facts_after(step.row.cause)]
     conditions = [*ended, step.row.condition.when, reached]
     return machine.prover.satisfiable(conditions) is True
 
@@ -179,7 +179,7 @@ def lists_end(facts: Facts) -> Iterator[Diagnostic]:
 def _only_grows(machine: Machine, item: Memory) -> bool:
     """Whether functions only append to memory, again and again, and no condition reads it."""
     through, subsystem = machine.prover.numbering.looked_through, machine.subsystem
-    written = subsystem.written.get(("", item.name), {})
+    written = subsystem.assigned_values.get(("", item.name), {})
     values = [through(value) for each in written.values() for value in each]
     read = machine.dependences.all(condition.when for condition in subsystem.exit_conditions)
     if not values or item.name in read.memory:

@@ -13,12 +13,11 @@ from specc.analysis.reaching import ScalarDefinition, ScalarExpr, ScalarRanges, 
 from specc.analysis.reads import ExpressionText
 from specc.diagnostics import Diagnostic, Related, is_typo, nearest
 from specc.diagnostics.phrases import counted
-from specc.lang import or_else
+from specc.lang import joined_help
 from specc.lang.ranges import Range
 from specc.mjcf import Model, ModelError
-from specc.model.binding import PLANT, Binding
-from specc.model.system import System
-from specc.model.types import Image, Real, Record, Type, Vector, within
+from specc.model.system import PLANT, Binding, System
+from specc.model.types import Image, Real, Record, Type, Vector, nested_types
 from specc.resolve.context import suggest
 from specc.source import Place
 
@@ -77,7 +76,7 @@ def _unknown_element(binding: Binding, message: str, name: str, known: list[str]
     if is_typo(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
-    help = or_else("add it to the agent", hint)
+    help = joined_help("add it to the agent", hint)
     return Diagnostic("O0205", absent, binding.place, message, help=help)
 
 
@@ -115,7 +114,7 @@ def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
 
 
 def _classless(type_: Type) -> set[str]:
-    found = within([type_])
+    found = nested_types([type_])
     return {part.name for part in found if isinstance(part, Record) and not part.python}
 
 
@@ -374,7 +373,7 @@ def _of_element(
 def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[ScalarDefinition]:
     """Definitions of what states send to an element, and of its safe value."""
     element = bound.element
-    for wire in facts.wires.users(bound.binding.device, "y", element.name):
+    for wire in facts.wires.wires_of_element(bound.binding.device, "y", element.name):
         if wire.subsystem.qualified_name not in facts.broken:
             target = wire.port.peer, element.name
             yield from facts.definitions.sent(wire.subsystem, target, index)

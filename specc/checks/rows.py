@@ -11,7 +11,7 @@ from specc.analysis.path_conditions import as_conditions
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
 from specc.lang import show
-from specc.model.expr import Call, walk, written
+from specc.model.expr import Call, source_name, walk
 from specc.model.fsm import OTHERWISE, Behaviour, Cause, State
 from specc.model.system import Subsystem
 from specc.proof import Witness
@@ -42,7 +42,7 @@ def facts_of(witness: Witness) -> str:
 def _operators_in(witness: Witness) -> str:
     """A last remark on the operators in a witness; empty if it involves none."""
     nodes = (node for question, _ in witness.answers for node in walk(question))
-    calls = (written(node.operator) for node in nodes if isinstance(node, Call))
+    calls = (source_name(node.operator) for node in nodes if isinstance(node, Call))
     names = [f"`{name}`" for name in dict.fromkeys(calls)]
     if not names:
         return ""
@@ -139,7 +139,7 @@ def _covers(one: RowVerdictAt, other: RowVerdictAt) -> bool:
     if not present[0] <= present[1]:
         return False
     # What holds whenever a state ends by a cause.
-    context, fact = (as_conditions(d.state.behaviour.ended(d.cause)) for d in (other, one))
+    context, fact = (as_conditions(d.state.behaviour.facts_after(d.cause)) for d in (other, one))
     if context == fact:
         return True
     if one.is_incomplete or other.is_incomplete:
@@ -229,7 +229,7 @@ def _others(group: SharedRows) -> Iterator[Related]:
 
 def _with_one_row_less(group: SharedRows) -> str:
     overlap, rows = group.witness, group.first.verdict.rows
-    if all(rows[one].remainder for one in overlap.holding):
+    if all(rows[one].is_otherwise for one in overlap.holding):
         return "delete one of the two rows: a state and cause have one row with `otherwise`"
     other = f"or say under `assume:` why this cannot occur{_operators_in(overlap)}"
     also = " in each of these states" if group.others else ""
@@ -311,7 +311,7 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
                     not occurs and machine.constant_value(behaviour.error)
                 ):
                     continue
-                if occurs and row.remainder:
+                if occurs and row.is_otherwise:
                     words = f"the other rows of state `{state.name}` leave nothing to `otherwise`"
                     hint = "delete the row, or give another row a stricter condition"
                     yield Diagnostic("W0605", words, row.place, "never taken", help=hint)

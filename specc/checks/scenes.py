@@ -16,7 +16,7 @@ from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinat
 from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
 from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
-from specc.model.binding import Binding
+from specc.model.system import Binding
 from specc.model.task import Disturbance, Draw
 from specc.resolve.context import suggest
 from specc.source import Place
@@ -101,7 +101,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
             if not facts.system.devices:  # else the plant is an open point
                 yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
-            for verb, deed in each.of():
+            for verb, deed in each.actions_on():
                 for draw in deed.numbers if verb.subject in ("coordinate", "distance") else ():
                     yield from _placed(draw, model, relative=verb.subject == "distance")
                 known = {"body": model.bodies, "joint": model.joints}.get(verb.subject)
@@ -119,7 +119,7 @@ def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
     task = facts.system.task
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():
-        for _, deed in each.of("samples"):
+        for _, deed in each.actions_on("samples"):
             silences[deed.name].append((each, deed.place))
     for name, found in silences.items():
         if name in facts.reported:
@@ -165,7 +165,11 @@ class _Silence:
         begins = [ceil(_exact(value) / tick) for value, _ in each.at.values] if each.at else [0]
         self.first = min(begins)
         self.last = None if each.when else max(begins)
-        lasts = [ceil(_exact(value) / tick) for value, _ in each.lasts.values] if each.lasts else []
+        lasts = (
+            [ceil(_exact(value) / tick) for value, _ in each.duration.values]
+            if each.duration
+            else []
+        )
         self.ticks = max(lasts, default=None)
         self.place = place
 
@@ -175,7 +179,7 @@ class _Sampling:
 
     def __init__(self, binding: Binding, facts: Facts) -> None:
         self.tick = facts.rates.tick_s
-        wires = facts.wires.users(binding.device, "x", binding.element)
+        wires = facts.wires.wires_of_element(binding.device, "x", binding.element)
         readers = {wire.subsystem.qualified_name for wire in wires}
         periods = [1 / s.rate_hz for s in facts.rates.timed if s.qualified_name in readers]
         self._periods = [int(period / self.tick) for period in periods] or [1]

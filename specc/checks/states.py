@@ -12,8 +12,7 @@ from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge, all_lead_to, components, reachable_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
-from specc.lang.dependence_order import InOrder
-from specc.model.expr import FALSE, Expr, Fresh, LetRef, Logic, Truth, Unary
+from specc.model.expr import FALSE, Expr, Fresh, InDependenceOrder, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
 from specc.model.system import Subsystem
 from specc.model.wires import Wire
@@ -177,7 +176,7 @@ class RowNeeds:
         self.machine = machine
         self.subsystem = machine.subsystem
         lets = {item.name: item.value for item in machine.subsystem.lets}
-        self._of_lets = InOrder(
+        self._of_lets = InDependenceOrder(
             lets, lambda name: tuple(self._implicants(lets[name], yes) for yes in (False, True))
         )
         self._of_rows: dict[tuple[str, str, str], Implicants] = {}
@@ -249,7 +248,9 @@ class Waiting:
         rows = self._needs_of(reader)
         for state in reader.subsystem.states:
             found = rows.ways_out(state.name) if state.name in reader.reachable_states else FREE
-            for wire in self._facts.wires.of(reader.subsystem) if found and all(found) else ():
+            for wire in (
+                self._facts.wires.wires_of(reader.subsystem) if found and all(found) else ()
+            ):
                 peer = wire.port.peer
                 needs = frozenset(frozenset(n for n in each if n[0] == peer) for each in found)
                 if wire.port.direction == "x" and all(needs):
@@ -268,11 +269,11 @@ class Waiting:
         """The needs that several states share."""
         key = reader.subsystem.qualified_name, wire.port.peer, needs
         if key not in self._waits:
-            if wire.other is None or wire.end is None:
+            if wire.peer_subsystem is None or wire.peer_port is None:
                 return None
-            ends = self._needs_of(reader), self._needs_of(self._facts.of(wire.other))
-            senders = self._facts.wires.at(wire.subsystem.qualified_name, "x")
-            back = next((w for w in senders if w.subsystem is wire.other), None)
+            ends = self._needs_of(reader), self._needs_of(self._facts.of(wire.peer_subsystem))
+            senders = self._facts.wires.wires_to(wire.subsystem.qualified_name, "x")
+            back = next((w for w in senders if w.subsystem is wire.peer_subsystem), None)
             self._waits[key] = Wait(*ends, wire, back, needs)
         return self._waits[key]
 
@@ -313,7 +314,7 @@ class Wait:
         return frozenset(
             s.name
             for s in self.sender.subsystem.states
-            if any(need <= self.wire.arriving(s.behaviour) for need in self.needs)
+            if any(need <= self.wire.inputs_sent_by(s.behaviour) for need in self.needs)
         )
 
     @cached_property
@@ -352,7 +353,7 @@ class Wait:
 
     def _sent_in(self, state: State) -> InputNames:
         """The inputs of the sender that a state of the reader sends."""
-        return self.back.arriving(state.behaviour) if self.back else frozenset()
+        return self.back.inputs_sent_by(state.behaviour) if self.back else frozenset()
 
     def _resting(self, steps: Iterable[RowEdge]) -> frozenset[str]:
         """States from which the sender can reach neither a sending state nor a declared end."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
-from specc.model.system import Agent, Device, Element, Port, Shared, Subsystem
+from specc.model.system import Agent, Device, Element, InterfaceRef, Port, Subsystem
 from specc.model.types import Enum, Opaque, Record, Type
 from specc.model.wires import Wire
 from specc.source import Place
@@ -58,9 +58,9 @@ def devices_owned(facts: Facts) -> Iterator[Diagnostic]:
 
 def devices_used(facts: Facts) -> Iterator[Diagnostic]:
     """O0404; not of an agent with a broken subsystem, or one that claims another's device."""
-    unsure = {name.split(".")[0] for name in facts.broken | facts.wires.contested}
+    unsure = {name.split(".")[0] for name in facts.broken | facts.wires.shared_devices}
     for device in facts.system.devices:
-        if not facts.wires.at(device.qualified_name) and device.agent not in unsure:
+        if not facts.wires.wires_to(device.qualified_name) and device.agent not in unsure:
             kind = "effector" if device.kind == "real_effector" else "receptor"
             help = f"add a virtual {kind} `{device.name}`, or delete the device"
             if f"{device.agent}.{device.name}" in facts.wires.subsystems:
@@ -99,7 +99,7 @@ def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
         if control not in known or control in facts.broken or bool(lost - devices):
             continue
         kind = _derived(agent, facts)
-        if kind == "C" and not all(subsystem.begun for subsystem in agent.subsystems):
+        if kind == "C" and not all(subsystem.has_initial_state for subsystem in agent.subsystems):
             continue
         if kind == "C":
             yield Diagnostic(
@@ -126,10 +126,11 @@ def _derived(agent: Agent, facts: Facts) -> str:
     kinds |= {device.kind for device in agent.devices}
     ends = {kind.rpartition("_")[2] for kind in kinds}
     own = f"{agent.name}.c"
-    wires = [wire for s in agent.subsystems if s.name == "c" for wire in facts.wires.of(s)]
+    wires = [wire for s in agent.subsystems if s.name == "c" for wire in facts.wires.wires_of(s)]
     talks = any(
-        wire.subsystem.kind == "control" and wire.name.partition(".")[0] != wire.subsystem.agent
-        for wire in (*wires, *facts.wires.at(own))
+        wire.subsystem.kind == "control"
+        and wire.peer_name.partition(".")[0] != wire.subsystem.agent
+        for wire in (*wires, *facts.wires.wires_to(own))
     )
     return "C" + "E" * ("effector" in ends) + "R" * ("receptor" in ends) + "T" * talks
 
@@ -143,14 +144,14 @@ _MOST_SHOWN = 4
 def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
     """O0403, E0404 and E0405, for connections with subsystems and with devices."""
     for subsystem in facts.subsystems:
-        for wire in facts.wires.of(subsystem):
-            if wire.name in facts.broken | facts.wires.contested:
+        for wire in facts.wires.wires_of(subsystem):
+            if wire.peer_name in facts.broken | facts.wires.shared_devices:
                 continue
-            if wire.device is not None:
-                side = _side(wire.device, "y" if wire.port.direction == "x" else "x")
+            if wire.peer_device is not None:
+                side = _side(wire.peer_device, "y" if wire.port.direction == "x" else "x")
                 yield from _compare(_end(wire.port), _End(side, wire.elements))
-            elif wire.other is not None:
-                yield from _between_subsystems(wire, wire.other, facts)
+            elif wire.peer_subsystem is not None:
+                yield from _between_subsystems(wire, wire.peer_subsystem, facts)
     for device in facts.system.devices:
         yield from _unconnected(device, facts)
 
@@ -161,7 +162,7 @@ def _side(device: Device, side: str) -> Place:
 
 
 def _between_subsystems(wire: Wire, other: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
-    subsystem, port, end = wire.subsystem, wire.port, wire.end
+    subsystem, port, end = wire.subsystem, wire.port, wire.peer_port
     if other is subsystem:
         yield Diagnostic(
             "E0401",
@@ -204,14 +205,14 @@ def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
     """E0413; two parameters of a description may stand for one agent."""
     for subsystem in facts.subsystems:
         first: dict[tuple[str, str], Port] = {}
-        for wire in facts.wires.of(subsystem):
+        for wire in facts.wires.wires_of(subsystem):
             port = wire.port
-            earlier = first.setdefault((port.direction, wire.name), port)
-            if earlier is not port and wire.other:
+            earlier = first.setdefault((port.direction, wire.peer_name), port)
+            if earlier is not port and wire.peer_subsystem:
                 other = Related(earlier.place, "the other one")
                 yield Diagnostic(
                     "E0413",
-                    f"`{port.peer}` and `{earlier.peer}` are both `{wire.name}`",
+                    f"`{port.peer}` and `{earlier.peer}` are both `{wire.peer_name}`",
                     port.place,
                     related=(other, *_user(subsystem, port, facts)),
                     help="one buffer leads from one subsystem to another: give the parameters "
@@ -236,7 +237,7 @@ class _End:
     port: Port | None = None
 
     @property
-    def interface(self) -> Shared | None:
+    def interface(self) -> InterfaceRef | None:
         return self.port.interface if self.port else None
 
     def place_of(self, element: Element) -> Place:
@@ -360,8 +361,8 @@ def _missing(end: _End, elements: Sequence[Element], other: _End) -> Diagnostic:
 
 def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
     """A device of which only one side is connected; one without any is `devices_used`'s matter."""
-    wires = facts.wires.at(device.qualified_name)
-    contested = device.qualified_name in facts.wires.contested
+    wires = facts.wires.wires_to(device.qualified_name)
+    contested = device.qualified_name in facts.wires.shared_devices
     if not wires or contested or any(w.subsystem.qualified_name in facts.broken for w in wires):
         return
     subsystem, port = wires[0].subsystem, wires[0].port

@@ -15,7 +15,7 @@ from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
 from specc.model.fsm import State
 from specc.model.system import Element, Subsystem
-from specc.model.types import Opaque, Type, within
+from specc.model.types import Opaque, Type, nested_types
 from specc.source import Place
 
 # All periods are whole multiples of a base tick, and the timeline repeats within reason.
@@ -352,7 +352,7 @@ def values_cross(facts: Facts) -> Iterator[Diagnostic]:
             continue
         first: dict[str, tuple[str, Place]] = {}
         for name, type_, place in _crossing(subsystem, facts):
-            for part in within([type_]):
+            for part in nested_types([type_]):
                 if isinstance(part, Opaque) and not part.codec:
                     first.setdefault(part.name, (name, place))
         words = "computes in a process of its own in real time"
@@ -390,7 +390,7 @@ def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
         if device.safe:
             assert device.silence_s is not None
             for subsystem in (
-                wire.subsystem for wire in facts.wires.at(device.qualified_name, "y")
+                wire.subsystem for wire in facts.wires.wires_to(device.qualified_name, "y")
             ):
                 period_s = 1 / subsystem.rate_hz
                 if device.silence_s <= period_s:

@@ -16,7 +16,7 @@ from specc.analysis.ros2 import (
 )
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
-from specc.model.binding import PLANT
+from specc.model.system import PLANT
 from specc.model.types import Vector
 from specc.source import Place
 

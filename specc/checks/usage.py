@@ -201,10 +201,10 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
     }
     for subsystem in facts.subsystems:
         read = found[subsystem.qualified_name]
-        for wire in facts.wires.of(subsystem):
-            port, sender = wire.port, wire.other
+        for wire in facts.wires.wires_of(subsystem):
+            port, sender = wire.port, wire.peer_subsystem
             # What a description in another file sends is said there.
-            given = wire.end and wire.end.place.file != subsystem.place.file
+            given = wire.peer_port and wire.peer_port.place.file != subsystem.place.file
             if port.direction == "y" or sender is None or given:
                 continue
             for element in port.elements:
@@ -213,7 +213,7 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
                         "W0412",
                         f"`{subsystem.qualified_name}` never reads `x.{port.peer}.{element.name}`",
                         element.place,
-                        related=(Related(sender.place, f"`{wire.name}` has it in its `y`"),),
+                        related=(Related(sender.place, f"`{wire.peer_name}` has it in its `y`"),),
                         help="use it, or delete it at both ends",
                     )
 
@@ -227,8 +227,10 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
     events = grouped(
         (element.place, (wire, element))
         for subsystem in facts.subsystems
-        for wire in facts.wires.of(subsystem)
-        for element in (wire.port.elements if wire.port.direction == "x" and wire.other else ())
+        for wire in facts.wires.wires_of(subsystem)
+        for element in (
+            wire.port.elements if wire.port.direction == "x" and wire.peer_subsystem else ()
+        )
         if element.event and isinstance(element.type, Enum)
     )
     for readers in events.values():
@@ -264,7 +266,7 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
 def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
     """The members that the sender of an element surely names, each with where it does."""
     found: dict[str, Place] = {}
-    sender, end = wire.other, wire.end
+    sender, end = wire.peer_subsystem, wire.peer_port
     if sender is None or end is None or sender.qualified_name in facts.broken:
         return found
     machine = facts.of(sender)
@@ -282,10 +284,10 @@ def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
 def elements_written(facts: Facts) -> Iterator[Diagnostic]:
     """W0413."""
     for subsystem in facts.subsystems:
-        for wire in facts.wires.of(subsystem):
-            port, reader = wire.port, wire.other
+        for wire in facts.wires.wires_of(subsystem):
+            port, reader = wire.port, wire.peer_subsystem
             for element in port.elements if port.direction == "y" else ():
-                if (port.peer, element.name) in subsystem.written:
+                if (port.peer, element.name) in subsystem.assigned_values:
                     continue
                 yield Diagnostic(
                     "W0413",

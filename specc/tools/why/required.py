@@ -13,7 +13,7 @@ from specc.model.requirement import (
     Requirement,
     Temporal,
     TemporalFormula,
-    reach_s,
+    horizon_s,
 )
 from specc.tools.why.moment import NotKnown, value_of
 from specc.tools.why.reasons import shown
@@ -32,7 +32,7 @@ def reasons_of_violation(
     """
     formula = requirement.formula
     yield from _missed(requirement, formula, time_s, shown_s)
-    for at_s in dict.fromkeys((time_s, time_s + float(reach_s(formula)))):
+    for at_s in dict.fromkeys((time_s, time_s + float(horizon_s(formula)))):
         there = steps(at_s)
         for reading in requirement.readings:
             if text := _read(reading, there.get(reading.subsystem)):
