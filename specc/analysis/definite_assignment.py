@@ -116,9 +116,9 @@ class DefiniteAssignment:
         if self.in_first_period == self._everything:
             return True
         # The texts of lets are among them, so that none needs to be followed from its users.
-        alone = Guards((), self.after_test, frozenset.intersection)
+        guards = Guards((), self.after_test, frozenset.intersection)
         first, every = self.in_first_period, texts(self._subsystem)
-        parts = (part for text in every for part in alone.parts(text.expr, first))
+        parts = (part for text in every for part in guards.parts(text.expr, first))
         return all(read.key in part.known for part in parts if (read := _read(part.expr)))
 
     def unguarded(self, expr: Expr, present: InputNames) -> Iterator[InputRead]:
@@ -246,8 +246,8 @@ class PresentValues:
         """What is known where an expression is evaluated, beside the tests before it."""
         if use.state is None:
             return frozenset()
-        held = self._facts_by_state[use.state.name]
-        return held if isinstance(use.owner, Function) else self._in_conditions(use.state, held)
+        facts = self._facts_by_state[use.state.name]
+        return facts if isinstance(use.owner, Function) else self._in_conditions(use.state, facts)
 
     def _lacks(self, need: Need, known: Premises, moment: EvaluationPoint) -> bool:
         legible = (way for way in need.paths if not any(map(has_unknown, way)))
@@ -313,16 +313,16 @@ class PresentValues:
         return tuple(part for part in parts if not self._dependences.of(part).has_clock)
 
     def _transfer(
-        self, facts: KnownFacts, state: str, held: KnownFacts, conditions: Premises
+        self, facts: KnownFacts, state: str, at_entry: KnownFacts, conditions: Premises
     ) -> KnownFacts:
-        known = self._in_conditions(self._subsystem.state(state), held)
+        known = self._in_conditions(self._subsystem.state(state), at_entry)
         context = _with_items((*conditions, *self._in_order(known)))
         return frozenset(f for f in facts if f in known or self._prover.implies(context, f))
 
-    def _in_conditions(self, state: State, held: KnownFacts) -> KnownFacts:
+    def _in_conditions(self, state: State, facts: KnownFacts) -> KnownFacts:
         """Facts that hold when the conditions that end a state are asked."""
-        lasting = (fact for fact in held if self._is_invariant(fact, state))
-        return frozenset(lasting) | _present_by_type(self._facts, _written(state))
+        invariant = (fact for fact in facts if self._is_invariant(fact, state))
+        return frozenset(invariant) | _present_by_type(self._facts, _written(state))
 
     def _is_invariant(self, fact: Expr, state: State) -> bool:
         """Whether what is true when a state is entered is so in all its periods."""
@@ -331,8 +331,8 @@ class PresentValues:
 
 
 def _add_test(ways: tuple[Premises, ...], test: Expr, holds: bool) -> tuple[Premises, ...]:
-    said = test if holds else negation(test)
-    return tuple((*way, said) for way in ways)
+    condition = test if holds else negation(test)
+    return tuple((*way, condition) for way in ways)
 
 
 def _merge_paths(one: tuple[Premises, ...], other: tuple[Premises, ...]) -> tuple[Premises, ...]:
@@ -460,7 +460,15 @@ def availability_of(
         unsure = not behaviours or len(sent) < len(behaviours)
         rated = timed and sender.has_rate and subsystem.has_rate
         if not rated or sender.rate_hz >= subsystem.rate_hz:
-            later |= _first_sent(sender, wire)
+            # What the first period of a sender sends, and all that it may if that is not known.
+            first = (
+                sender.state(sender.initial_state).behaviour if sender.has_initial_state else None
+            )
+            later |= (
+                _everything(wire)
+                if first is None or not first.is_complete
+                else wire.inputs_sent_by(first)
+            )
             if rated and not unsure:
                 fresh |= frozenset.intersection(*sent) & subsystem.inputs.keys()
         together |= _sent_together(wire, sent, unsure)
@@ -469,14 +477,6 @@ def availability_of(
 
 def _everything(wire: Wire) -> frozenset[InputName]:
     return frozenset((wire.port.peer, element.name) for element in wire.elements)
-
-
-def _first_sent(sender: Subsystem, wire: Wire) -> frozenset[InputName]:
-    """What the first period of a sender sends, and all that it may if that is not known."""
-    first = sender.state(sender.initial_state).behaviour if sender.has_initial_state else None
-    return (
-        _everything(wire) if first is None or not first.is_complete else wire.inputs_sent_by(first)
-    )
 
 
 def _sent_together(

@@ -72,7 +72,10 @@ class Facts:
     def _machine(self, subsystem: Subsystem) -> Machine:
         arrivals = availability_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
         faulty = subsystem.qualified_name in self.faulty
-        constants = self._constants_of(subsystem)
+        # The constants that expressions of a subsystem name, directly or through others.
+        named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
+        found = reachable(named, self._named_by)
+        constants = {name: constant for name, constant in self._constants.items() if name in found}
         return Machine(subsystem, constants, arrivals, faulty=faulty, sessions=self._sessions)
 
     def of(self, subsystem: Subsystem) -> Machine:
@@ -121,12 +124,6 @@ class Facts:
         none = {constant.place for constant, _ in self.valueless}
         return {c.name: c for c in self.system.constants if c.place not in none}
 
-    def _constants_of(self, subsystem: Subsystem) -> dict[str, Constant]:
-        """The constants that expressions of a subsystem name, directly or through others."""
-        named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
-        found = reachable(named, self._named_by)
-        return {name: constant for name, constant in self._constants.items() if name in found}
-
     def _named_by(self, name: str) -> Iterable[str]:
         return constant_names(self._constants[name].value) if name in self._constants else ()
 
@@ -163,7 +160,8 @@ class Facts:
     def ages(self) -> Ages:
         """How old values are where they are read."""
         sources = DataFlow(self.wires, self._machines, self.bindings)
-        return Ages(sources, {s.qualified_name: 1 / s.rate_hz for s in self.subsystems})
+        periods_s = {s.qualified_name: 1 / s.rate_hz for s in self.subsystems}
+        return Ages(sources, periods_s, [node for node, _ in self.inputs()])
 
     @cached_property
     def assumption_checker(self) -> AssumptionChecker:
@@ -235,7 +233,9 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     sizes: dict[int, tuple[Any, int]] = {}
     count = partial(spend_or_raise, "folding")
     for constant in constants:
-        if not _is_known(constant, values):
+        expr = constant.value
+        given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
+        if not (not given and values.keys() >= set(constant_names(expr)) and not has_unknown(expr)):
             values.pop(constant.name, None)
             continue
         try:
@@ -246,12 +246,6 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
         except (ArithmeticError, ValueError) as error:
             values.pop(constant.name, None)
             yield constant, no_value(error)
-
-
-def _is_known(constant: Constant, values: dict[str, Any]) -> bool:
-    value = constant.value
-    given = any(isinstance(node, (Call, FileRef)) for node in walk(value))
-    return not given and values.keys() >= set(constant_names(value)) and not has_unknown(value)
 
 
 def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:

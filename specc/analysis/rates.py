@@ -89,7 +89,7 @@ class Rates:
     def conflicts(self) -> tuple[RateConflict, ...]:
         """Sensors whose rates fit neither those of their readers nor the tick, if that is known."""
         found = (self._conflict(bound) for bound in self._bindings)
-        return tuple(misfit for misfit in found if misfit is not None)
+        return tuple(conflict for conflict in found if conflict is not None)
 
     def _conflict(self, bound: BoundElement) -> RateConflict | None:
         rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_of_all_s
@@ -97,9 +97,10 @@ class Rates:
             return None
         reading = {wire.subsystem.qualified_name for wire in self._wires.wires_to(device, "x")}
         readers = [s for s in self.timed if s.qualified_name in reading]
-        strangers = tuple(s for s in readers if not _divides(rate, s.rate_hz))
+        # One rate is to be a whole multiple of the other.
+        unfit = tuple(s for s in readers if 1 not in ((rate / s.rate_hz).as_integer_ratio()))
         fits = tick_s is None or (1 / rate / tick_s).denominator == 1
-        return None if fits and not strangers else RateConflict(bound, rate, strangers, tick_s)
+        return None if fits and not unfit else RateConflict(bound, rate, unfit, tick_s)
 
     @cached_property
     def _tick_of_all_s(self) -> Fraction | None:
@@ -114,8 +115,3 @@ def _ticks(subsystems: Sequence[Subsystem]) -> Fraction:
     """Base ticks after which the timeline of some subsystems repeats."""
     rates = [s.rate_hz for s in subsystems]
     return 1 / base_tick(rates) / base_tick(1 / rate for rate in rates)
-
-
-def _divides(one: Fraction, other: Fraction) -> bool:
-    """Whether one of two rates is a whole multiple of the other."""
-    return (one / other).denominator == 1 or (other / one).denominator == 1

@@ -57,7 +57,8 @@ ScalarDefinition = ScalarExpr | ReportedScalar
 
 def component(expr: Expr, index: int) -> Expr:
     """The number at an index of a vector; of arithmetic on vectors, the arithmetic on numbers."""
-    type_ = _type_at(expr.type, index)
+    components = _vector(expr.type).components
+    type_ = components[index] if index < len(components) else expr.type
     match expr:
         case Items(items=items):
             return items[index]
@@ -76,11 +77,6 @@ def component(expr: Expr, index: int) -> Expr:
 
 def _of_side(expr: Expr, index: int) -> Expr:
     return component(expr, index) if _vector(expr.type).components else expr
-
-
-def _type_at(type_: Type, index: int) -> Type:
-    components = _vector(type_).components
-    return components[index] if index < len(components) else type_
 
 
 def _vector(type_: Type) -> Type:
@@ -283,11 +279,11 @@ class ScalarRanges:
         """One for each definition that reaches one part, whatever the other parts are."""
         expr = scalar.expr
         parts = [self._of_part(replace(scalar, expr=part)) for part in children(expr)]
-        whole = [ranges.union(*each) for each in parts]
-        yield range_of_parts(expr, whole)
+        unions = [ranges.union(*each) for each in parts]
+        yield range_of_parts(expr, unions)
         for index, each in enumerate(parts):
             for one in each if len(each) <= _MOST_RANGES else ():
-                yield range_of_parts(expr, [*whole[:index], one, *whole[index + 1 :]])
+                yield range_of_parts(expr, [*unions[:index], one, *unions[index + 1 :]])
 
     def _of_part(self, scalar: ScalarExpr) -> list[Range]:
         if not isinstance(scalar.expr.type, (Int, Real)):
@@ -306,13 +302,12 @@ class ScalarRanges:
         core = expr.value if isinstance(expr, Component) else expr
         if not isinstance(core, (Input, MemoryRef)):
             return False
-        asked = (condition.when for condition in machine.subsystem.exit_conditions)
-        return any(_compares(when) and _shared(of(when), of(core)) for when in asked)
+        conditions = (condition.when for condition in machine.subsystem.exit_conditions)
+        return any(
+            any(isinstance(part, Compare) for part in walk(when)) and _shared(of(when), of(core))
+            for when in conditions
+        )
 
 
 def _shared(one: Dependence, other: Dependence) -> bool:
     return bool(one.values & other.values or one.memory & other.memory)
-
-
-def _compares(condition: Expr) -> bool:
-    return any(isinstance(part, Compare) for part in walk(condition))

@@ -72,7 +72,7 @@ class StateTiming:
     def never_ends(self, state: State, cause: Cause) -> bool:
         """Whether time makes a condition that ends a state false for ever before it can hold."""
         end = state.behaviour.ending(cause)
-        return any(late.row is None and late.condition is end for late in self.overdue_exits(state))
+        return any(exit.row is None and exit.condition is end for exit in self.overdue_exits(state))
 
     def is_one_period(self, state: State) -> bool:
         """Whether a state surely ends in its second period, when its conditions are first asked."""
@@ -86,8 +86,8 @@ class StateTiming:
         behaviour = state.behaviour
         conditions = [behaviour.error, behaviour.terminal]
         rows = (self._subsystem.rows(state.name, cause) for cause in CAUSES)
-        asked = (*conditions, *(row.condition for of_cause in rows for _, row in of_cause))
-        if self._timed_conditions.isdisjoint([id(condition.when) for condition in asked]):
+        evaluated = (*conditions, *(row.condition for of_cause in rows for _, row in of_cause))
+        if self._timed_conditions.isdisjoint([id(condition.when) for condition in evaluated]):
             return
         ending = self._ending(behaviour)
         if ending is None:
@@ -108,14 +108,14 @@ class StateTiming:
     @cached_property
     def _timed_conditions(self) -> set[int]:
         """The texts of conditions in which time alone turns something, by identity."""
-        asked = self._subsystem.exit_conditions
-        return {id(each.when) for each in asked if self._prover.timer.turning(each.when)}
+        conditions = self._subsystem.exit_conditions
+        return {id(each.when) for each in conditions if self._prover.timer.turning(each.when)}
 
-    def _excludes(self, ending: _Ending, cause: Cause, asked: Condition | None) -> bool:
+    def _excludes(self, ending: _Ending, cause: Cause, initial: Condition | None) -> bool:
         """Whether a state cannot end by a cause, and with a condition, before it is over."""
-        key = id(ending), cause, id(asked)
+        key = id(ending), cause, id(initial)
         if key not in self._excluded:
-            context = [*ending.in_time[cause], *([asked.when] if asked else [])]
+            context = [*ending.in_time[cause], *([initial.when] if initial else [])]
             self._excluded[key] = self._prover.satisfiable(context) is False
         return self._excluded[key]
 
@@ -146,22 +146,18 @@ class StateTiming:
     def _found(self, behaviour: Behaviour) -> _Ending | None:
         error, terminal = behaviour.error, behaviour.terminal
         either = junction("or", (error.when, terminal.when))
-        for periods in self._candidates(either):
+        for periods in sorted({1, *sorted(self._prover.timer.turning(either))[:_MOST_TURNS]}):
             now = self._prover.timer.lasted("==", periods)
             if self._prover.implies([now], either):
-                alone = self._prover.implies([now], error.when)
-                other = not alone and self._prover.implies([now], terminal.when)
+                by_error = self._prover.implies([now], error.when)
+                by_terminal = not by_error and self._prover.implies([now], terminal.when)
                 by_then = self._prover.timer.lasted("<=", periods)
                 return _Ending(
                     periods / self._subsystem.rate_hz,
-                    (not other, not alone),
+                    (not by_terminal, not by_error),
                     {
                         cause: [*as_conditions(behaviour.facts_after(cause)), by_then]
                         for cause in CAUSES
                     },
                 )
         return None
-
-    def _candidates(self, ends: Expr) -> list[int]:
-        """The first period, and those at which time turns a part of what ends a state."""
-        return sorted({1, *sorted(self._prover.timer.turning(ends))[:_MOST_TURNS]})

@@ -52,22 +52,25 @@ def disturbances_do(facts: Facts) -> Iterator[Diagnostic]:
     """W0519."""
     task = facts.system.task
     for each in task.disturbances if task else ():
-        yield from _idle(each)
-        yield from _repeated(each)
+        if each.duration and _is(each.duration, 0):
+            place = replace(each.duration.place, part="value")
+            help = "say for how long, or leave `lasts` out: it lasts to the end then"
+            yield Diagnostic(_CODE, "this disturbance lasts no time", place, help=help)
+        if each.probability and _is(each.probability, 0):
+            place = replace(each.probability.place, part="value")
+            help = "say how probable it is, or leave the disturbance out"
+            yield Diagnostic(_CODE, "this disturbance never happens", place, help=help)
+        first: dict[tuple[str, str], Place] = {}
+        for how, done_to in each.actions_on():
+            if (
+                earlier := first.setdefault((how.name, done_to.name), done_to.place)
+            ) is not done_to.place:
+                message = f"`{done_to.name}` is {how.participle} twice"
+                related = (Related(earlier, "here already"),)
+                yield Diagnostic(_CODE, message, done_to.place, "", related, "name it once")
         done = {(deed.verb, deed.name): deed for deed in each.actions}
         for verb, deed in each.actions_on():
             yield from _in_vain(verb, deed, done)
-
-
-def _idle(each: Disturbance) -> Iterator[Diagnostic]:
-    if each.duration and _is(each.duration, 0):
-        place = replace(each.duration.place, part="value")
-        help = "say for how long, or leave `lasts` out: it lasts to the end then"
-        yield Diagnostic(_CODE, "this disturbance lasts no time", place, help=help)
-    if each.probability and _is(each.probability, 0):
-        place = replace(each.probability.place, part="value")
-        help = "say how probable it is, or leave the disturbance out"
-        yield Diagnostic(_CODE, "this disturbance never happens", place, help=help)
 
 
 _Done = dict[tuple[str, str], DisturbanceAction]
@@ -102,15 +105,6 @@ def _is(draw: Draw, number: float | None) -> bool:
     return all(value == number for value, _ in draw.values)
 
 
-def _repeated(each: Disturbance) -> Iterator[Diagnostic]:
-    first: dict[tuple[str, str], Place] = {}
-    for verb, deed in each.actions_on():
-        if (earlier := first.setdefault((verb.name, deed.name), deed.place)) is not deed.place:
-            message = f"`{deed.name}` is {verb.participle} twice"
-            related = (Related(earlier, "here already"),)
-            yield Diagnostic(_CODE, message, deed.place, "", related, "name it once")
-
-
 # A disturbance repeats at times at which something is stepped.
 
 
@@ -142,10 +136,7 @@ def disturbances_last_ticks(facts: Facts) -> Iterator[Diagnostic]:
             continue
         place = replace(each.duration.place, part="value")
         lasts_s = max(_exact(value) for value, _ in each.duration.values)
-        is_short, help = (
-            lasts_s < tick_s * _ROUNDING,
-            f"make `lasts` {in_ms(tick_s)} or longer",
-        )
+        is_short, help = lasts_s < tick_s * _ROUNDING, f"make `lasts` {in_ms(tick_s)} or longer"
         missed = [
             deed
             for _, deed in each.actions_on("samples", "measurement")
@@ -221,8 +212,8 @@ def _both(
         same = (together and verb.numbers == "none") if verb.has_duration else at_once
         if same and (deed.verb, deed.name) in first:
             yield deed, verb.participle, first[deed.verb, deed.name]
-    for held, done, moved in ((one, first, other), (other, second, one)):
-        for verb, deed in moved.actions_on("coordinate") if _happens_in(held, moved) else ():
+    for going_on, done, moved in ((one, first, other), (other, second, one)):
+        for verb, deed in moved.actions_on("coordinate") if _happens_in(going_on, moved) else ():
             yield from (
                 (deed, s.participle, d) for s, d in _spoiling(verb, deed, done) if s.has_duration
             )
@@ -246,14 +237,14 @@ def _overlap(one: Disturbance, other: Disturbance) -> bool:
     return max(first[1], second[1]) < min(ends)
 
 
-def _happens_in(lasting: Disturbance, moment: Disturbance) -> bool:
+def _happens_in(going_on: Disturbance, moment: Disturbance) -> bool:
     """Whether one surely begins while the other one goes on."""
-    if _moment(lasting) == _moment(moment):
+    if _moment(going_on) == _moment(moment):
         return True
-    begun, at = _start(lasting), _start(moment)
+    begun, at = _start(going_on), _start(moment)
     if begun is None or at is None:
         return False
-    return begun[1] <= at[0] and at[1] < begun[0] + _least_s(lasting)
+    return begun[1] <= at[0] and at[1] < begun[0] + _least_s(going_on)
 
 
 def _start(each: Disturbance) -> tuple[float, float] | None:
@@ -280,22 +271,22 @@ def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
     task = facts.system.task
     for each in task.disturbances if task and facts.system.plant else ():
         for verb, deed in each.actions_on("measurement"):
-            yield from _error(verb, deed, facts)
-
-
-def _error(verb: Verb, deed: DisturbanceAction, facts: Facts) -> Iterator[Diagnostic]:
-    element = deed.name
-    if (known := facts.reported.get(element)) is None:
-        help = suggest(element, sorted(facts.reported))
-        yield Diagnostic("E0503", f"no device reports `{element}`", deed.place, help=help)
-    elif (fault := _no_numbers(known)) is not None:
-        related = (Related(known.binding.place, "bound here"),)
-        message = f"`{element}` cannot be {verb.participle}: {fault}"
-        help = "name an element of which numbers are measured"
-        yield Diagnostic("E0517", message, deed.place, related=related, help=help)
-    elif verb.numbers != "none" and (units := _units(known, facts)) is not None:
-        of = f"`{element}`, before its `through`," if known.binding.through else f"`{element}`"
-        yield from _fitting(verb, of, deed, units)
+            element = deed.name
+            if (known := facts.reported.get(element)) is None:
+                help = suggest(element, sorted(facts.reported))
+                yield Diagnostic("E0503", f"no device reports `{element}`", deed.place, help=help)
+            elif (fault := _no_numbers(known)) is not None:
+                related = (Related(known.binding.place, "bound here"),)
+                message = f"`{element}` cannot be {verb.participle}: {fault}"
+                help = "name an element of which numbers are measured"
+                yield Diagnostic("E0517", message, deed.place, related=related, help=help)
+            elif verb.numbers != "none" and (units := _units(known, facts)) is not None:
+                of = (
+                    f"`{element}`, before its `through`,"
+                    if known.binding.through
+                    else f"`{element}`"
+                )
+                yield from _fitting(verb, of, deed, units)
 
 
 def _no_numbers(bound: BoundElement) -> str | None:

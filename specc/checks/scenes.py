@@ -48,7 +48,15 @@ def _placed(draw: Draw, model: Model, *, relative: bool = False) -> Iterator[Dia
         if model.complete:
             yield _unknown(draw, joint, which, model)
     elif unit is None and kind:
-        yield _no_coordinate(draw, joint, which, kind)
+        if kind == "free":
+            words = f"a free joint has no coordinate `{which}`"
+            hint = f"write {', '.join(f'`{joint}.{one}`' for one in FREE)}"
+        elif kind == "ball":
+            words = f"`{joint}` is a ball joint, which one number does not place"
+            hint = "a scene places hinges, slides and free joints"
+        else:
+            words, hint = f"a {kind} joint has no coordinate `{which}`", f"write `{joint}`"
+        yield Diagnostic("E0516", words, draw.place, help=hint)
     elif unit is not None and (given := draw.invalid_unit(unit)):
         message = f"`{draw.name}` is in {unit}, not in {given}"
         help = f"write a number with that unit, e.g. `0.3[{unit}]`"
@@ -73,21 +81,9 @@ _ROUNDING = 1e-5
 """As of limits that are in degrees, and positions in radians with a few digits."""
 
 
-def _no_coordinate(draw: Draw, joint: str, which: str, kind: str) -> Diagnostic:
-    if kind == "free":
-        message = f"a free joint has no coordinate `{which}`"
-        help = f"write {', '.join(f'`{joint}.{one}`' for one in FREE)}"
-    elif kind == "ball":
-        message = f"`{joint}` is a ball joint, which one number does not place"
-        help = "a scene places hinges, slides and free joints"
-    else:
-        message, help = f"a {kind} joint has no coordinate `{which}`", f"write `{joint}`"
-    return Diagnostic("E0516", message, draw.place, help=help)
-
-
 def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
-    meant = sole_correction(joint, nearest(joint, model.joints))
-    right = f"{meant}.{which}" if meant and which else meant
+    correction = sole_correction(joint, nearest(joint, model.joints))
+    right = f"{correction}.{which}" if correction and which else correction
     message, help = f"the model has no joint `{joint}`", suggest(joint, list(model.joints))
     fix = rename_fix(draw.place, draw.name, right)
     return Diagnostic("E0502", message, draw.place, help=help, fix=fix)

@@ -92,9 +92,9 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     # Nothing can name these in an expression, which is an error of its own.
     start += [part for part in named.values() if part.name in RESERVED]
     used = reachable(map(id, start), lambda one: map(id, _needed(parts.get(one), named)))
-    left = {_label(part): part for key, part in parts.items() if key not in used}
-    edges = {label: set(map(_label, _needed(part, named))) for label, part in left.items()}
-    yield from _unused("W0611", {label: part.place for label, part in left.items()}, edges, _NONE)
+    unused = {_label(part): part for key, part in parts.items() if key not in used}
+    edges = {label: set(map(_label, _needed(part, named))) for label, part in unused.items()}
+    yield from _unused("W0611", {label: p.place for label, p in unused.items()}, edges, _NONE)
 
 
 def _label(part: SubsystemPart) -> str:
@@ -146,9 +146,9 @@ def observed_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0240, once something is required; of what one `for` observes, some is enough."""
     plant, readings = facts.system.plant, [r for item in facts.formulas for r in item.readings]
     named = {reading.element[0] for reading in readings if reading.kind == "observed"}
-    seen = plant.observed if plant and facts.formulas else ()
-    used = {item.place for item in seen if item.name in named}
-    for place, name in {item.place: item.name for item in reversed(seen)}.items():
+    observed = plant.observed if plant and facts.formulas else ()
+    used = {item.place for item in observed if item.name in named}
+    for place, name in {item.place: item.name for item in reversed(observed)}.items():
         if place not in used:
             message = f"`plant.{name}` is observed and not used"
             help = "name it in a requirement, or delete it"
@@ -241,7 +241,7 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
                 break
             if all(key in state.ignores for state in wire.subsystem.states):
                 break  # it says that it means to miss members
-            heard |= machine.reactions.members(_in_use(wire.subsystem), key)
+            heard |= machine.reactions(_in_use(wire.subsystem), key)
             sent |= _members_sent(facts, wire, element.name)
         else:
             yield from _unheard(*readers[0], {m: sent[m] for m in sent if m not in heard})

@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from shutil import copytree, which
 from tempfile import mkdtemp
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -32,11 +33,12 @@ def emit(plans: Mapping[str, FilePlan]) -> dict[str, str]:
 
 def fill_templates(plans: Mapping[str, FilePlan]) -> dict[str, str]:
     """The templates filled in: valid Python, but neither sorted nor formatted."""
-    environment = _environment(templates_dir())
-    return {
-        path: environment.get_template(plan.template).render(plan.parts)
-        for path, plan in plans.items()
-    }
+    return {path: fill(plan.template, plan.parts) for path, plan in plans.items()}
+
+
+def fill(template: str, parts: Mapping[str, Any]) -> str:
+    """The text of one template."""
+    return _environment(templates_dir()).get_template(template).render(parts)
 
 
 @cache

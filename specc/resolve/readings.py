@@ -201,18 +201,23 @@ class Names(ast.NodeTransformer):
             )
             raise formula_error(node, message, help)
         if len(steps) == 2:
-            return self._of_plant(name, steps[1], node)
+            item = self._observed.get(steps[1])
+            if item is None:
+                known = self._observed
+                raise self._unknown("value to observe", steps[1], known, node, None, "E0203")
+            self._note(node, None, item.place)
+            return Reading(name, "observed", "", (steps[1],), item.type, item.place)
         if len(steps) == 4:
             return self._of_device(name, steps, node)
         owner = self._subsystem(".".join(steps[:2]), node)
         if len(steps) == 5:
             return self._of_buffer(name, owner, steps, node)
         memory = {item.name: item for item in owner.memory}
-        item = memory.get(steps[2])
-        if item is None:
+        if steps[2] not in memory:
             raise self._unknown("memory element", steps[2], memory, node, owner, "E0201")
-        self._note(node, None, None, item.place)
-        return Reading(name, "memory", *_of(owner, item.name), item.type, item.place)
+        element = memory[steps[2]]
+        self._note(node, None, None, element.place)
+        return Reading(name, "memory", *_of(owner, element.name), element.type, element.place)
 
     def _of_buffer(self, name: str, owner: Subsystem, steps: list[str], node: ast.expr) -> Reading:
         _, _, side, peer, element = steps
@@ -241,13 +246,6 @@ class Names(ast.NodeTransformer):
         return Reading(
             name, "sent", wire.peer_name, (wire.peer_port.peer, element), *place, initial
         )
-
-    def _of_plant(self, name: str, seen: str, node: ast.expr) -> Reading:
-        item = self._observed.get(seen)
-        if item is None:
-            raise self._unknown("value to observe", seen, self._observed, node, None, "E0203")
-        self._note(node, None, item.place)
-        return Reading(name, "observed", "", (seen,), item.type, item.place)
 
     def _of_device(self, name: str, steps: list[str], node: ast.expr) -> Reading:
         device = self._devices.get(".".join(steps[:3]))
@@ -285,7 +283,7 @@ class Names(ast.NodeTransformer):
         owner: Subsystem | Device | None,
         code: str,
     ) -> ExprError:
-        doubtful = owner.qualified_name in self._uncertain if owner else name in self._uncertain
+        doubtful = (owner.qualified_name if owner else name) in self._uncertain
         help = suggest(name, sorted(known))  # type: ignore[call-overload]  # any iterable of names
         code = FOLLOW_UP if doubtful else code
         return formula_error(node, f"unknown {what} `{name}`", help, code)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import copy
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -41,7 +42,7 @@ from specc.model.requirement import (
 from specc.model.requirement import expressions as expressions_in
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
-from specc.resolve.context import Findings, Meaning, SourceValue, Use
+from specc.resolve.context import Findings, Meaning, Use, YamlNode
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
 from specc.resolve.readings import Names, World, formula_error
@@ -50,7 +51,7 @@ from specc.source import Place
 
 MOST_NODES = 5000
 """Parts of a formula in which all names are written out."""
-ReadLet = Callable[[str, str, SourceValue], FormulaLet | None]
+ReadLet = Callable[[str, str, YamlNode], FormulaLet | None]
 """Resolves a let by its name and text, or None after reporting."""
 
 
@@ -66,11 +67,7 @@ class Lets:
         """Those without errors, in order of dependence."""
 
     def define(
-        self,
-        items: Mapping[str, FormulaLetDef],
-        where: SourceValue,
-        findings: Findings,
-        read: ReadLet,
+        self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings, read: ReadLet
     ) -> None:
         """Read them, each after those that it names."""
         for name in items:
@@ -82,7 +79,8 @@ class Lets:
             if made is not None:
                 self.found.append(made)
                 try:
-                    self._trees[name], self._sizes[name] = self._read(text)
+                    tree = self.written_out(parse_formula(text))
+                    self._trees[name], self._sizes[name] = tree, len(nodes_of(tree))
                 except ExprError as error:  # nothing more is read in this run
                     findings.expression_error(at, error)
 
@@ -104,23 +102,22 @@ class Lets:
             return tree
         writer = _Writer(self._trees, self.places, {} if uses is None else uses)
         found: ast.expr = writer.visit(tree)
-        if _is_deep(found):
+        level: list[ast.AST] = [found]
+        for _ in range(DEEPEST):
+            level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if level:
             message = f"with its names written out, this is nested more than {DEEPEST} deep"
             raise formula_error(tree, message, "say less in one formula", "E0303")
         return found
 
-    def _read(self, text: str) -> tuple[ast.expr, int]:
-        tree = self.written_out(parse_formula(text))
-        return tree, len(nodes_of(tree))
-
     def _ordered(
-        self, items: Mapping[str, FormulaLetDef], where: SourceValue, findings: Findings
+        self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings
     ) -> tuple[str, ...]:
-        numbers = {name: number for number, name in enumerate(items)}
-        uses = {
-            name: sorted(_named(item.value) & items.keys(), key=numbers.__getitem__)
-            for name, item in items.items()
-        }
+        uses: dict[str, list[str]] = {name: [] for name in items}
+        for name, item in items.items():
+            with suppress(ExprError):
+                names = names_in(parse_formula(item.value))
+                uses[name] = [other for other in items if other in names]
         while True:
             try:
                 return tuple(TopologicalSorter(uses).static_order())
@@ -133,20 +130,6 @@ class Lets:
                 self._trees |= dict.fromkeys(cycle)
                 rest = [name for name in uses if name not in cycle]
                 uses = {name: [n for n in uses[name] if n in rest] for name in rest}
-
-
-def _is_deep(tree: ast.AST) -> bool:
-    level = [tree]
-    for _ in range(DEEPEST):
-        level = [child for node in level for child in ast.iter_child_nodes(node)]
-    return bool(level)
-
-
-def _named(text: str) -> set[str]:
-    try:
-        return names_in(parse_formula(text))
-    except ExprError:
-        return set()
 
 
 class _Writer(ast.NodeTransformer):
@@ -237,18 +220,24 @@ class FormulaResolver:
     lets: Lets
 
     def requirements(
-        self, definitions: Sequence[RequirementDef], where: SourceValue
+        self, definitions: Sequence[RequirementDef], where: YamlNode
     ) -> tuple[Requirement, ...]:
         """The requirements without errors; errors in others are reported."""
-        _report_same_names(definitions, where, self.expressions)
+        findings, first = self.expressions.findings, dict[str, YamlNode]()
+        for item, at in [(item, where[i]["name"]) for i, item in enumerate(definitions)]:
+            if item.name is not None and first.setdefault(item.name, at) is not at:
+                message = f"requirement `{item.name}` is defined twice"
+                related = (Related(first[item.name].place, "the other one"),)
+                help = "give one of the two another name"
+                findings.report("E0205", message, at.place, related=related, help=help)
         found = []
         for i, item in enumerate(definitions):
             inside = self.with_lets(item.let, where[i]["let"]) if item.let else self
-            name = item.name or ""
-            found.append(inside.requirement(item.that, item.because, where[i]["that"], name))
+            that = where[i]["that"]
+            found.append(inside.requirement(item.that, item.because, that, item.name or ""))
         return tuple(each for each in found if each is not None)
 
-    def with_lets(self, items: Mapping[str, FormulaLetDef], where: SourceValue) -> FormulaResolver:
+    def with_lets(self, items: Mapping[str, FormulaLetDef], where: YamlNode) -> FormulaResolver:
         """A copy that knows these names as well."""
         lets, findings = Lets(self.lets), self.expressions.findings
         constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
@@ -267,7 +256,7 @@ class FormulaResolver:
         return inside
 
     def requirement(
-        self, text: str, because: str, at: SourceValue, name: str = ""
+        self, text: str, because: str, at: YamlNode, name: str = ""
     ) -> Requirement | None:
         """The requirement of a text; None after reporting an error."""
         reader = _RequirementReader(text, self)
@@ -279,7 +268,7 @@ class FormulaResolver:
         readings, names = tuple(reader.readings.values()), reader.names
         return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
-    def _named(self, name: str, text: str, at: SourceValue) -> FormulaLet | None:
+    def _named(self, name: str, text: str, at: YamlNode) -> FormulaLet | None:
         """What a let stands for; None after reporting an error."""
         reader = _RequirementReader(text, self)
         found = self._resolved(reader, at, reader.named)
@@ -294,7 +283,7 @@ class FormulaResolver:
         return FormulaLet(name, said, None, names, place)
 
     def _resolved(
-        self, reader: _RequirementReader, at: SourceValue, read: Callable[[], T]
+        self, reader: _RequirementReader, at: YamlNode, read: Callable[[], T]
     ) -> T | None:
         try:
             return read()
@@ -306,39 +295,20 @@ class FormulaResolver:
         return None
 
     def _note(
-        self, reader: _RequirementReader, at: SourceValue, found: TemporalFormula | Expr
+        self, reader: _RequirementReader, at: YamlNode, found: TemporalFormula | Expr
     ) -> None:
         """Note the meaning of a text, for editors."""
         if isinstance(found, TickCondition | BoolOp | Temporal):
-            parts = tuple(expressions_in(found))
+            parts = tuple(dict.fromkeys(expressions_in(found)))
         else:
             parts = (found,)
-        parts = tuple(dict.fromkeys(parts))
         whole = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
         self._meaning(reader, at, whole)
 
-    def _meaning(self, reader: _RequirementReader, at: SourceValue, expr: Expr | None) -> None:
+    def _meaning(self, reader: _RequirementReader, at: YamlNode, expr: Expr | None) -> None:
         findings, places = self.expressions.findings, self.expressions.definitions.places
         findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
         findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
-
-
-def _report_same_names(
-    definitions: Sequence[RequirementDef], where: SourceValue, expressions: Expressions
-) -> None:
-    first: dict[str, SourceValue] = {}
-    for i, item in enumerate(definitions):
-        if item.name is None:
-            continue
-        at = where[i]["name"]
-        if first.setdefault(item.name, at) is not at:
-            expressions.findings.report(
-                "E0205",
-                f"requirement `{item.name}` is defined twice",
-                at.place,
-                related=(Related(first[item.name].place, "the other one"),),
-                help="give one of the two another name",
-            )
 
 
 class _RequirementReader:
@@ -379,7 +349,8 @@ class _RequirementReader:
             ExprErrors: the errors in the text.
         """
         tree = self._tree()
-        if isinstance(tree, ast.BoolOp) or _operator(tree) or _is_negation(tree):
+        is_negation = isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not)
+        if isinstance(tree, ast.BoolOp) or _operator(tree) or is_negation:
             return self._formula(tree)
         refuse_misspelling(tree, self.scope.operators)
         expr = self._condition(tree, None)
@@ -467,10 +438,6 @@ class _RequirementReader:
         if op in TIMED:
             help += ": a run remembers only so much, so every operator but `always` has a bound"
         raise formula_error(node, f"`{op}` takes {count} argument{'s' * (count > 1)}", help)
-
-
-def _is_negation(node: ast.expr) -> bool:
-    return isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
 
 
 def _operator(node: ast.expr) -> str:

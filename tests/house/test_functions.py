@@ -27,8 +27,6 @@ OTHER_WORDS = {
     },
     "the word of `through`": {
         "schema/subsystem.py": {"identity"},
-        "tools/starting/document.py": {"identity"},
-        "tools/starting/proposal.py": {"identity"},
     },
     "kinds of actuators and sensors of MuJoCo, and where a joint rests": {
         "analysis/plant.py": {"position"},
@@ -39,7 +37,7 @@ OTHER_WORDS = {
     "messages of ROS 2 and their fields": {
         "analysis/ros2.py": {"position", "pose"},
         "lang/kinds.py": {"pose"},
-        "tools/starting/graph.py": {"position", "pose"},
+        "tools/starting/ros2.py": {"position", "pose"},
     },
     "fields of other formats and protocols": {
         "tools/importers/fabric/reader.py": {"min"},

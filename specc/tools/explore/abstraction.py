@@ -122,7 +122,7 @@ def _event_members(
     for key, element in machine.subsystem.inputs.items():
         if element.event and isinstance(element.type, Enum):
             reactions = machine.analysis.reactions
-            yield key, reactions.members(conditions, key), reactions.members(values, key)
+            yield key, reactions(conditions, key), reactions(values, key)
 
 
 class Abstraction:
