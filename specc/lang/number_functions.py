@@ -15,6 +15,7 @@ from typing import Any
 
 from specc.lang import functions as rules
 from specc.lang import ranges
+from specc.lang.context import scalar_unit
 from specc.lang.functions import (
     ArgumentChoices,
     BuiltinFunction,
@@ -153,7 +154,10 @@ def _of_angle(name: str, value: Callable[[float], float]) -> BuiltinFunction:
     return BuiltinFunction(
         f"angle -> real: the {'sine' if name == 'sin' else 'cosine'} of an angle",
         rules.unary_rule(
-            f"{name}(angle)", "takes an angle, `real[rad]`", rules.ratio_type, rules.angle_help
+            f"{name}(angle)",
+            "takes an angle, `real[rad]`",
+            lambda type: Real() if type == Real(RADIAN) else None,
+            rules.angle_help,
         ),
         is_overridable=True,
         value=value,
@@ -188,7 +192,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         rules.unary_rule(
             "abs(a)",
             "takes a number",
-            rules.number_type,
+            lambda type: None if scalar_unit(type) is None else type,
             lambda type: "the length of a vector is `norm(v)`",
         ),
         value=abs,
@@ -256,7 +260,9 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
     ),
     "sign": exact(
         "a -> int: -1, 0 or 1",
-        rules.unary_rule("sign(a)", "takes a number", rules.sign_type),
+        rules.unary_rule(
+            "sign(a)", "takes a number", lambda type: None if scalar_unit(type) is None else Int()
+        ),
         is_overridable=True,
         value=sign,
         bounds=(-1, 1),
@@ -280,7 +286,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         rules.unary_rule(
             "wrap_angle(angle)",
             "takes an angle, `real[rad]`",
-            rules.angle_type,
+            lambda type: type if type == Real(RADIAN) else None,
             rules.angle_help,
         ),
         is_overridable=True,
@@ -293,7 +299,14 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
     ),
     "sqrt": BuiltinFunction(
         "a -> real: half the powers of the unit",
-        rules.unary_rule("sqrt(a)", "takes a number", rules.root_type, wanted=lambda hint: Real()),
+        rules.unary_rule(
+            "sqrt(a)",
+            "takes a number",
+            lambda type: (
+                None if (unit := scalar_unit(type)) is None else Real(unit ** Fraction(1, 2))
+            ),
+            wanted=lambda hint: Real(),
+        ),
         value=math.sqrt,
         python="math",
         overflows=False,

@@ -63,18 +63,29 @@ class Term:
         self.bound = frozenset[str]().union(*(arg.bound for arg in args))
         self.memory = frozenset[str]().union(*(arg.memory for arg in args))
         self.reads_clock = any(arg.reads_clock for arg in args)
+        rounded = self.is_rounded = any(arg.is_rounded for arg in args)
+        self.depends_on_rounding = any(arg.depends_on_rounding for arg in args)
         match node:
             case e.BoundVariable(name=name):
                 self.bound = frozenset({name})
             case e.Quantifier(variable=variable):
                 self.bound = args[0].bound | (args[1].bound - {variable})
+                self.depends_on_rounding |= rounded
+            case e.Compare():
+                self.depends_on_rounding |= rounded
+            case e.Binary(type=type_):
+                self.is_rounded = not isinstance(type_, Int)
+            case e.Builtin(name=name):
+                self.is_rounded |= FUNCTIONS[name].rounds
+                # A function that compares computes how far its arguments are apart.
+                self.depends_on_rounding |= FUNCTIONS[name].compares
+            case e.Call():
+                self.is_rounded = False
             case e.MemoryRef(name=name):
                 self.memory = frozenset({name})
             case e.Clock(name=name):
                 self.reads_clock = name != "period"
         self.maybe_evaluated = NONE.union(*(arg.maybe_evaluated for arg in args))
-        self.is_rounded = _is_rounded(node, args)
-        self.depends_on_rounding = _compares_rounded(node, args)
         self.may_overflow = self.is_unchecked = False
         if _is_real(node.type) and not _is_pose_product(node):
             self.may_overflow = _may_overflow(self)
@@ -116,26 +127,6 @@ def unevaluated(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, No
 def by_order(terms: Iterable[Term]) -> list[Term]:
     """Terms after those that they are made of; lets in the order of the file."""
     return sorted(terms, key=lambda term: term.order)
-
-
-def _is_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
-    match node:
-        case e.Binary():
-            return not isinstance(node.type, Int)
-        case e.Builtin(name=name) if FUNCTIONS[name].rounds:
-            return True
-        case e.Call():
-            return False
-    return any(arg.is_rounded for arg in args)
-
-
-def _compares_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
-    match node:
-        case e.Compare() | e.Quantifier() if any(arg.is_rounded for arg in args):
-            return True
-        case e.Builtin(name=name) if FUNCTIONS[name].compares:
-            return True  # it computes how far the two are apart
-    return any(arg.depends_on_rounding for arg in args)
 
 
 def _is_costly(node: e.Expr, perhaps: TermSet) -> bool:
