@@ -70,9 +70,13 @@ class Loader:
         return tuple(Published(name, Place(PUBLISH)) for name in names)
 
     @property
-    def complete(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether every file that was asked for has its shape."""
         return all(file is not None for file in self._files.values())
+
+    def is_understood(self, path: str) -> bool:
+        """Whether a file was asked for and has its shape."""
+        return self._files.get(real_path(path)) is not None
 
     def _load(self, path: str, named_at: YamlNode | None) -> Loaded | None:
         if not self.reach.contains(path):
