@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 from specc.diagnostics import Related
 from specc.lang import (
@@ -173,9 +173,6 @@ class _Writer(ast.NodeTransformer):
         return written
 
 
-T = TypeVar("T")
-
-
 @dataclass(frozen=True, slots=True)
 class FormulaResolver:
     """Resolves formulas in a world; `lets` are the names that all formulas may use."""
@@ -242,55 +239,49 @@ class FormulaResolver:
     ) -> Requirement | None:
         """The requirement of a text; None after reporting an error."""
         reader = _RequirementReader(text, self)
-        found = self._resolved(reader, at, reader.requirement)
-        if found is None:
+        found = self._read(reader, at, reader.requirement)
+        if not isinstance(found, TickCondition | BoolOp | Temporal):
             return None
-        formula, lasts = found
-        self._note(reader, at, formula)
         readings, names = tuple(reader.readings.values()), reader.names
-        return Requirement(text, because, formula, lasts, readings, at.place, name, names)
+        return Requirement(text, because, found, reader.lasts, readings, at.place, name, names)
 
     def _named(self, name: str, text: str, at: YamlNode) -> FormulaLet | None:
         """What a let stands for; None after reporting an error."""
         reader = _RequirementReader(text, self)
-        found = self._resolved(reader, at, reader.named)
+        found = self._read(reader, at, reader.named)
         if found is None:
             return None
-        self._note(reader, at, found)
         names, place = reader.names, self.lets.places[name]
         if not isinstance(found, TickCondition | BoolOp | Temporal):
             return FormulaLet(name, None, found, names, place)
         readings = tuple(reader.readings.values())
-        said = Requirement(text, "", found, True, readings, at.place, name, names)
-        return FormulaLet(name, said, None, names, place)
+        formula = Requirement(text, "", found, True, readings, at.place, name, names)
+        return FormulaLet(name, formula, None, names, place)
 
-    def _resolved(
-        self, reader: _RequirementReader, at: YamlNode, read: Callable[[], T]
-    ) -> T | None:
+    def _read(
+        self,
+        reader: _RequirementReader,
+        at: YamlNode,
+        read: Callable[[], TemporalFormula | Expr],
+    ) -> TemporalFormula | Expr | None:
+        """What a text means, noted for editors; None after reporting."""
+        found, expr = None, None
         try:
-            return read()
+            found = read()
         except ExprErrors as failure:
             reader.note_others()
-            self._meaning(reader, at, None)
             for error in failure.errors:
                 self.expressions.report(at, reader.text, error)
-        return None
-
-    def _note(
-        self, reader: _RequirementReader, at: YamlNode, found: TemporalFormula | Expr
-    ) -> None:
-        """Note the meaning of a text, for editors."""
-        if isinstance(found, TickCondition | BoolOp | Temporal):
-            parts = tuple(dict.fromkeys(expressions_in(found)))
         else:
-            parts = (found,)
-        meaning = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
-        self._meaning(reader, at, meaning)
-
-    def _meaning(self, reader: _RequirementReader, at: YamlNode, expr: Expr | None) -> None:
+            if isinstance(found, TickCondition | BoolOp | Temporal):
+                parts = tuple(dict.fromkeys(expressions_in(found)))
+            else:
+                parts = (found,)
+            expr = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
         findings, places = self.expressions.findings, self.expressions.definitions.places
         findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
         findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
+        return found
 
 
 class _RequirementReader:
@@ -300,6 +291,7 @@ class _RequirementReader:
         world, expressions = known.world, known.expressions
         self.readings: dict[str, Reading] = {}
         self.text = text
+        self.lasts = False
         self._lets = known.lets
         self._many = world.groups
         self._read: list[ast.expr] = []
@@ -308,21 +300,21 @@ class _RequirementReader:
         self._names = Names(text, world, self.readings, self.scope.names())
         self.uses = self._names.uses
 
-    def requirement(self) -> tuple[TemporalFormula, bool]:
-        """The formula, without an outer `always(...)`, and whether there was one.
+    def requirement(self) -> TemporalFormula:
+        """The formula, without an outer `always(...)`; `lasts` is whether there was one.
 
         Raises:
             ExprErrors: the errors in the text.
         """
         tree = self._tree()
-        lasts = _operator(tree) == "always"
-        inner = self._arguments(tree, 1)[0] if lasts else tree
+        self.lasts = _operator(tree) == "always"
+        inner = self._arguments(tree, 1)[0] if self.lasts else tree
         formula = self._formula(inner)
         if (reach := horizon_s(formula)) > MAX_SPAN_S:
             message = f"it is known {float(reach):g} s later what this formula says of a moment"
             help = f"let it look ahead over at most {MAX_SPAN_S} s, all in all"
             raise formula_error(inner, message, help)
-        return formula, lasts
+        return formula
 
     def named(self) -> TemporalFormula | Expr:
         """The meaning of a `let`: a formula, or a value.

@@ -272,37 +272,34 @@ class _DisturbanceReader:
             part = f".{'xyz'[index]}" if verb.numbers == "force" else f"[{index}]"
             called = name + part if len(several) > 1 else name
             place = at[index] if several is given else at
-            draw = draw_of(called, item, place, self.expressions)
+            draw = self._draw(called, item, verb.unit, place)
             if draw is not None:
-                if verb.unit is not None:
-                    self._expect(draw, verb.unit, place)
                 yield draw
 
     def _time(self, key: str, item: DrawDef | None, at: YamlNode) -> Draw | None:
-        found = self._quantity(key, item, SECOND, at)
+        found = self._draw(key, item, SECOND, at[key])
         if found is not None and any(value < 0 for value, _ in found.values):
             self._report(at[key], "a time is not negative", "a run begins at 0[s]")
         return found
 
     def _probability(self, item: DrawDef | None, at: YamlNode) -> Draw | None:
-        found = self._quantity("probability", item, DIMENSIONLESS, at)
+        found = self._draw("probability", item, DIMENSIONLESS, at["probability"])
         if found is not None and not all(0 <= value <= 1 for value, _ in found.values):
             way = "0.5 is every second time, on average"
             self._report(at["probability"], "a probability is a number from 0 to 1", way)
         return found
 
-    def _quantity(self, key: str, item: DrawDef | None, unit: Unit, at: YamlNode) -> Draw | None:
-        found = None if item is None else draw_of(key, item, at[key], self.expressions)
-        if found is not None:
-            self._expect(found, unit, at[key])
-        return found
-
-    def _expect(self, found: Draw, wanted: Unit, at: YamlNode) -> None:
-        if unit := found.invalid_unit(wanted):
+    def _draw(
+        self, name: str, item: DrawDef | None, wanted: Unit | None, at: YamlNode
+    ) -> Draw | None:
+        """A number in the wanted unit, if there is one; None after reporting."""
+        found = None if item is None else draw_of(name, item, at, self.expressions)
+        if found is not None and wanted is not None and (unit := found.invalid_unit(wanted)):
             way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
             if wanted == DIMENSIONLESS:
                 way, needed = "write it without a unit, e.g. `0.5`", "without a unit"
             self._report(at, f"a number {needed} is needed here, not in {unit}", way)
+        return found
 
     def _report(self, at: YamlNode, message: str, help: str) -> None:
         self.expressions.findings.report("E0517", message, at.place, help=help)

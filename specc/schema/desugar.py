@@ -61,7 +61,8 @@ def desugar(
     try:
         full = desugaring.value(SchemaNode(model), data, route, {})
     except _TooManyError as error:
-        desugaring.report("E0017", str(error), error.route, _FEWER)
+        message, at = error.args
+        desugaring.report("E0017", message, at, _FEWER)
         full = data
     return full, list(dict.fromkeys(desugaring.findings))
 
@@ -81,9 +82,7 @@ def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
 
 
 class _TooManyError(Exception):
-    def __init__(self, message: str, route: Route) -> None:
-        super().__init__(message)
-        self.route = route
+    """Message and route: more values than are read."""
 
 
 class _IndexFault(Exception):
@@ -228,13 +227,7 @@ class _Desugaring:
         return filled
 
     def _substituted(
-        self,
-        text: str,
-        indices: Indices,
-        route: Route,
-        *,
-        padded: bool = False,
-        is_key: bool = False,
+        self, text: str, indices: Indices, route: Route, padded: bool = False, is_key: bool = False
     ) -> str:
         """A text with the values of braces that name indices and nothing else.
 

@@ -191,18 +191,16 @@ class _Translation:
                 words = f"missing key `{name}`{_inside(route)}"
                 self._report("E0102", words, route, f"add `{name}: {value}`", "key")
         for name, names in close.items():
-            self._unknown_key(name, names, [*known], route)
-
-    def _unknown_key(self, name: str, close: list[str], known: list[str], route: Route) -> None:
-        hint = f"did you mean {' or '.join(f'`{one}`' for one in close)}?"
-        if not close:
-            rest = ", ..." if len(known) > _LISTED_KEYS else ""
-            hint = f"known keys: {', '.join(f'`{one}`' for one in known[:_LISTED_KEYS])}{rest}"
-        place = Place(self._file, (*route, name), "key")
-        correction = sole_correction(name, close)
-        fix = rename_fix(place, name, correction)
-        words = f"unknown key `{name}`{_inside(route)}"
-        self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
+            hint = f"did you mean {' or '.join(f'`{one}`' for one in names)}?"
+            if not names:
+                rest = ", ..." if len(known) > _LISTED_KEYS else ""
+                hint = (
+                    f"known keys: {', '.join(f'`{one}`' for one in [*known][:_LISTED_KEYS])}{rest}"
+                )
+            place = Place(self._file, (*route, name), "key")
+            fix = rename_fix(place, name, sole_correction(name, names))
+            words = f"unknown key `{name}`{_inside(route)}"
+            self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
 
     def _mismatch(self, expected: str, value: Any, route: Route, help: str = "") -> None:
         """Report a value of another kind than expected."""

@@ -314,7 +314,7 @@ def test_every_key_that_takes_python_is_known() -> None:
         "OperatorDef.python",
         "PlantDef.python",
         "ReadingDef.through",
-        "SceneDef.made",
+        "SceneDef.scene_class",
         "TaskDef.judge",
         "TypeDef.python",
     }
