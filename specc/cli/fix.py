@@ -198,15 +198,12 @@ def _edited(text: str, repairs: Iterable[Repair]) -> str:
 # What stands there after a repair is not wrong in the same way.
 
 
-_EditedText = tuple[str, Route, str]
-
-
 def is_wrong_again(repaired: Iterable[Diagnostic], after: Iterable[Diagnostic]) -> bool:
     """Whether a finding says of a text that was written by repairs what they were to repair.
 
     A text inside `for` is that of many copies, and may be right in some of them.
     """
-    texts: dict[_EditedText, list[tuple[str, Edit]]] = defaultdict(list)
+    texts: dict[tuple[str, Route, str], list[tuple[str, Edit]]] = defaultdict(list)
     for found in repaired:
         for edit in found.fix.edits if found.fix else ():
             place = edit.place
@@ -224,11 +221,11 @@ def is_wrong_again(repaired: Iterable[Diagnostic], after: Iterable[Diagnostic]) 
 # What a repair does to the meaning: it makes known what was not, where it is made and elsewhere.
 
 
-_NOT_SAID = (
+_WITHOUT_MEANING = (
     "place", "title", "trace", "type", "span", "rate_hz", "has_rate", "has_initial_state",
     "is_complete",
 )  # fmt: skip
-"""What says nothing of the meaning, or follows from what is not known yet."""
+"""Fields that have no meaning, or follow from what is not known yet."""
 _REFERRED = ("behaviour", "functions", "terminal", "error", "condition")
 """Parts of states, behaviours and rows that are those of the subsystem, by their names."""
 _REFERRING = (State, Behaviour, Transition)
@@ -239,17 +236,22 @@ def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
     """Whether what was known of a part is different after edits that do not stand in that part."""
     before = dict(_parts(old, ()))
     places = Counter(part.place for part in before.values())
-    many = {place for place, times in places.items() if times > 1}
+    copied = {place for place, times in places.items() if times > 1}
     for key, part in _parts(new, ()):
         earlier = before.get(key)
-        known = earlier is not None and getattr(earlier, "is_complete", True)
-        if not known:
+        if earlier is None or not getattr(earlier, "is_complete", True):
             continue
-        before_said, is_edited = dict(_own_fields(earlier)), any(part.place.contains(e) for e in at)
+        old_fields = dict(_own_fields(earlier))
+        is_edited = any(part.place.contains(place) for place in at)
         for name, value in _own_fields(part):
-            was, now = _meaning(before_said.get(name)), _meaning(value)
+            was, now = _meaning(old_fields.get(name)), _meaning(value)
             # An edit inside `for` is one of all copies, of which some may have been right before.
-            if was and _is_known(was) and was != now and not (is_edited and part.place not in many):
+            if (
+                was
+                and _is_known(was)
+                and was != now
+                and not (is_edited and part.place not in copied)
+            ):
                 return True
     return False
 
@@ -271,13 +273,13 @@ def _parts(value: Any, key: _PartKey) -> Iterator[tuple[_PartKey, Any]]:
 
 
 def _own_fields(part: Any) -> Iterator[tuple[str, Any]]:
-    """What a part says by itself, not in parts of its own."""
+    """The fields of a part that are no parts themselves."""
     for item in fields(part):
         value = getattr(part, item.name)
         if isinstance(part, _REFERRING) and item.name in _REFERRED:
             value = tuple(one.name for one in (value if isinstance(value, tuple) else (value,)))
         first = value[0] if isinstance(value, tuple) and value else value
-        if item.name not in _NOT_SAID and not hasattr(first, "place"):
+        if item.name not in _WITHOUT_MEANING and not hasattr(first, "place"):
             yield item.name, value
 
 
@@ -287,8 +289,8 @@ def _meaning(value: Any) -> Any:
         return tuple(map(_meaning, value))
     if not is_dataclass(value):
         return value
-    said = ((f.name, getattr(value, f.name)) for f in fields(value) if f.name not in _NOT_SAID)
-    return type(value).__name__, tuple((name, _meaning(one)) for name, one in said)
+    names = (item.name for item in fields(value) if item.name not in _WITHOUT_MEANING)
+    return type(value).__name__, tuple((name, _meaning(getattr(value, name))) for name in names)
 
 
 def _is_known(meaning: Any) -> bool:

@@ -107,9 +107,9 @@ class Overrides:
 
     def applied_to(self, settings: Settings) -> Settings:
         """The settings with what the command line says in place of theirs."""
-        said = {"select": self.select, "ignore": self.ignore, "strict": self.strict}
-        given: dict[str, Any] = {key: value for key, value in said.items() if value is not None}
-        return replace(settings, **given)
+        every = {"select": self.select, "ignore": self.ignore, "strict": self.strict}
+        values: dict[str, Any] = {key: value for key, value in every.items() if value is not None}
+        return replace(settings, **values)
 
 
 @dataclass(frozen=True, slots=True)
