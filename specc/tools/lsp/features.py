@@ -181,7 +181,7 @@ def references(
         return []
     found = {
         here.view.present_range(file, other.start, other.end)
-        for file, other in here.view.index.names_of(here.occurrence.symbol.declarations)
+        for file, other in here.view.index.occurrences_of(here.occurrence.symbol.declarations)
         if declarations or not other.defines
     }
     return sorted((each for each in found if each), key=lambda each: (each.path, each.start))

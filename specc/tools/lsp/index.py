@@ -298,7 +298,7 @@ class Index:
         found = [o for o in self.occurrences(path) if o.start <= offset <= o.end]
         return min(found, key=lambda o: (o.end - o.start, o.end == offset), default=None)
 
-    def names_of(self, symbols: Iterable[Symbol]) -> Iterator[tuple[str, Occurrence]]:
+    def occurrences_of(self, symbols: Iterable[Symbol]) -> Iterator[tuple[str, Occurrence]]:
         """Every place, in any file, that defines or names one of some symbols."""
         wanted = set(symbols)
         for source in self.sources:

@@ -184,7 +184,7 @@ def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[In
     searched: set[str] = set()
     for around, counterpart in found:
         ends = (*counterpart.declarations, *counterpart.namesakes)
-        named = {path for path, _ in around.names_of(ends)}
+        named = {path for path, _ in around.occurrences_of(ends)}
         if symbol.kind != "variable" and not named <= searched:
             for other in project.indexes(named - searched):
                 there = next(filter(None, map(other.counterpart, ends)), None)
@@ -195,7 +195,7 @@ def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[In
 
 
 def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[FileEdit]:
-    for path, occurrence in index.names_of((*symbol.declarations, *symbol.namesakes)):
+    for path, occurrence in index.occurrences_of((*symbol.declarations, *symbol.namesakes)):
         text = index.text(path)
         if project.source(path).text != text:
             raise RenameError("correct the errors in the file first: it is not fully understood")

@@ -90,7 +90,7 @@ def test_renaming_an_element_renames_it_wherever_it_is_used(project: tuple[Proje
     index = analysed.analyse(path).index
     found = index.name_at(path, place(SYSTEM, "last: x.rover.mo|de if"))
     assert found is not None
-    places = {o.start for _, o in index.names_of(found.symbol.declarations)}
+    places = {o.start for _, o in index.occurrences_of(found.symbol.declarations)}
     assert len(places) == 4
 
 
