@@ -12,7 +12,7 @@ RUNTIME = modules("runtime", "specc_runtime")
 DOORS = {
     "OpenGL": {"specc_runtime.plants.mujoco.gl"},
     "_ruamel_yaml": {"specc.read"},
-    "argcomplete": {"specc.cli.parsing"},
+    "argcomplete": {"specc.cli.arguments"},
     "cv2": {
         "specc_runtime.operators.vision.opencv",
         "specc_runtime.recording.pictures",

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from specc.parallel import end_with_parent
+from specc.processes import end_with_parent
 
 LIMIT_S = 10.0
 """A call that takes longer is given up."""
