@@ -20,7 +20,7 @@ from specc.resources import LIBRARY, library_parts
 from specc.schema.keys import Role, RoleForm, SymbolKind
 from specc.schema.places import defined_by, keys_at, names_used_file, role_of, split, values_at
 from specc.source import Place, Route, beside
-from specc.tools.lsp.cursor import TextCursor, cursors, outside
+from specc.tools.lsp.cursor import TextCursor, cursors, outside_brackets
 from specc.tools.lsp.describe import describe_symbol
 from specc.tools.lsp.index import Index, Symbol
 
@@ -209,7 +209,9 @@ class _Proposals:
 
         It is typed in the widest scope of the subsystem.
         """
-        ends = (at + 1 for at, char in outside(before) if not (char.isalnum() or char in "_."))
+        ends = (
+            at + 1 for at, char in outside_brackets(before) if not (char.isalnum() or char in "_.")
+        )
         scopes = [
             meaning.scope
             for (file, route), meaning in self.index.meanings.items()
@@ -257,13 +259,13 @@ class _Proposals:
     def _formula(self, before: str) -> Iterator[Completion]:
         """Names that can follow in a requirement."""
         paths = paths_of(self.index.system)
-        if (found := following(before, paths)) is not None:
+        if (found := next_names(before, paths)) is not None:
             yield from (Completion(name, "value") for name in found)
             return
         yield from replace(self, owner=())._expression("constant", before)
         if not _UNIT.search(before):
             yield from self._visible("let", owner=())
-            yield from (Completion(name, "agent") for name in paths.below(()))
+            yield from (Completion(name, "agent") for name in paths.names_below(()))
             yield from (Completion(name, "operator") for name in WORDS)
 
 
@@ -296,7 +298,7 @@ class Paths:
             if len(path) == 1:
                 self.copies.setdefault(name, path[0])
 
-    def below(self, path: NamePath) -> list[str]:
+    def names_below(self, path: NamePath) -> list[str]:
         """The names that may follow a path."""
         size = len(path)
         longer = (known for known in self.known if len(known) > size and known[:size] == path)
@@ -323,12 +325,12 @@ def paths_of(system: System | None) -> Paths:
     return paths
 
 
-def following(before: str, paths: Paths) -> list[str] | None:
+def next_names(before: str, paths: Paths) -> list[str] | None:
     """The names that can follow the beginning of a formula; None where no path leads on."""
     if found := _OF_STATE.search(before):
         path = tuple(found[1].split("."))
         return [known[-1] for known in paths.known if known[:-1] == (*path, STATE)]
     if found := _DOTTED.search(before):
         first, *more = found[1].rstrip(".").split(".")
-        return paths.below((paths.copies.get(first, first), *more))
+        return paths.names_below((paths.copies.get(first, first), *more))
     return None

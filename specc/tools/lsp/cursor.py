@@ -109,7 +109,7 @@ def cursors(text: str, offset: int) -> list[TextCursor]:
     for ending in (closing, f": {closing}" if closing[:1] not in ("'", '"') else closing):
         document = read_text("", f"{head}{_MARK}{ending}\n", ROW_KEYS)
         if document.source.spans is not None:
-            found |= dict.fromkeys(_marked(document.source.spans))
+            found |= dict.fromkeys(_cursors_at_mark(document.source.spans))
     return list(found)
 
 
@@ -119,7 +119,7 @@ def line_break(text: str) -> str:
     return found.group() if found else "\n"
 
 
-def _marked(top: TextNode) -> Iterator[TextCursor]:
+def _cursors_at_mark(top: TextNode) -> Iterator[TextCursor]:
     if top.scalar is not None and _MARK in top.scalar:
         yield TextCursor((), True, top.scalar.partition(_MARK)[0])
     for route, key, node in top.below():
@@ -170,7 +170,7 @@ def _scan(line: str, stack: list[str], quote: str) -> str:
     return quote
 
 
-def outside(before: str) -> Iterator[tuple[int, str]]:
+def outside_brackets(before: str) -> Iterator[tuple[int, str]]:
     """The characters of a text, from its end on, that are in no brackets which it closes."""
     closed: list[str] = []
     for at in range(len(before) - 1, -1, -1):
@@ -223,7 +223,7 @@ def signature(operators: Iterable[Operator], text: str, offset: int) -> CallSign
 def _innermost_call(before: str) -> tuple[str, int] | None:
     """The name in front of the innermost open bracket, and the commas behind it."""
     commas = 0
-    for at, char in outside(before):
+    for at, char in outside_brackets(before):
         if char == ",":
             commas += 1
         elif char in "([{":

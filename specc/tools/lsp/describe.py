@@ -223,7 +223,7 @@ def _scalar(node: TextNode, key: str) -> str:
 
 @dataclass(eq=False, slots=True)
 class OutlineEntry:
-    """A definition: the stretch of all of it and, `name_start` to `name_end`, of its name."""
+    """A definition: the range of all of it and, `name_start` to `name_end`, of its name."""
 
     kind: SymbolKind
     name: str
@@ -232,10 +232,10 @@ class OutlineEntry:
     end: int
     name_start: int
     name_end: int
-    inside: list[OutlineEntry] = field(default_factory=list)
+    children: list[OutlineEntry] = field(default_factory=list)
 
 
-def contents(index: Index, path: str, moved: Callable[[int], int | None]) -> list[OutlineEntry]:
+def outline_of(index: Index, path: str, moved: Callable[[int], int | None]) -> list[OutlineEntry]:
     """The definitions of a file, nested; `moved` gives offsets in the present text."""
     file = index.files.get(path)
     top: list[OutlineEntry] = []
@@ -255,6 +255,6 @@ def contents(index: Index, path: str, moved: Callable[[int], int | None]) -> lis
         entry = OutlineEntry(symbol.kind, shown, title, start, end, name_start, name_end)
         above = (route[:size] for size in range(len(route) - 1, 0, -1))
         outer = next((known[step] for step in above if step in known), None)
-        (outer.inside if outer else top).append(entry)
+        (outer.children if outer else top).append(entry)
         known[route] = entry
     return top

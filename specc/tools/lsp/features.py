@@ -1,4 +1,4 @@
-"""What an editor asks of a place, a stretch or all of a file, in offsets instead of positions."""
+"""What an editor offers for a place, a range or all of a file, in offsets instead of positions."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from specc.tools.lsp.cursor import CallSignature, line_break, signature
 from specc.tools.lsp.describe import (
     OutlineEntry,
     code_at,
-    contents,
     describe_cause,
     describe_key,
     describe_part,
     describe_symbol,
+    outline_of,
 )
 from specc.tools.lsp.index import Index, Occurrence
 from specc.tools.lsp.project import Analysis, FileEdit, Project, TextRange, View
@@ -46,7 +46,7 @@ class Note:
     """A diagnostic where it is in the present texts."""
 
     diagnostic: Diagnostic
-    where: TextRange
+    range: TextRange
     related: tuple[tuple[TextRange, str], ...]
 
 
@@ -64,7 +64,7 @@ def notes(project: Project) -> dict[str, list[Note]]:
         present = ((analysis.sources, each) for each in analysis.diagnostics)
         for each in dict.fromkeys((*present, *project.earlier_findings(analysis))):
             if (note := _note(project, *each)) is not None:
-                found.setdefault(note.where.path, Counter())[note] += 1
+                found.setdefault(note.range.path, Counter())[note] += 1
     return {
         path: [
             note
@@ -77,10 +77,12 @@ def notes(project: Project) -> dict[str, list[Note]]:
 
 
 def _note(project: Project, sources: Sources, found: Diagnostic) -> Note | None:
-    where = project.present(sources, found.primary)
+    where = project.present_range(sources, found.primary)
     if where is None:
         return None
-    related = ((project.present(sources, other.place), other.message) for other in found.related)
+    related = (
+        (project.present_range(sources, other.place), other.message) for other in found.related
+    )
     return Note(found, where, tuple((place, words) for place, words in related if place))
 
 
@@ -89,10 +91,10 @@ def _note(project: Project, sources: Sources, found: Diagnostic) -> Note | None:
 
 @dataclass(frozen=True, slots=True)
 class Hover:
-    """Markdown about a stretch."""
+    """Markdown about a range."""
 
     text: str
-    where: TextRange
+    range: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +113,7 @@ def _cursor(project: Project, path: str, offset: int) -> _Cursor | None:
     at = view.shift(path).to_old(offset) if view else None
     if view is None or at is None:
         return None
-    return _Cursor(view, path, at, view.index.at(path, at))
+    return _Cursor(view, path, at, view.index.name_at(path, at))
 
 
 def hover(project: Project, path: str, offset: int) -> Hover | None:
@@ -121,12 +123,12 @@ def hover(project: Project, path: str, offset: int) -> Hover | None:
     if here is None or described is None:
         return None
     text, start, end = described
-    where = here.view.present(path, start, end)
+    where = here.view.present_range(path, start, end)
     return Hover(text, where) if where else None
 
 
 def _described(index: Index, here: _Cursor) -> tuple[str, int, int] | None:
-    """The description of what stands at a place, and its stretch."""
+    """The description of what stands at a place, and its range."""
     name = here.occurrence
     if name is not None:
         return describe_symbol(index, name.symbol, name.type), name.start, name.end
@@ -166,7 +168,7 @@ def definition(project: Project, path: str, offset: int) -> list[TextRange]:
         file = beside(path, node.scalar or "")
         return [TextRange(file, 0, 0)] if os.path.isfile(on_disk(file)) else []
     places = dict.fromkeys(end.place for end in here.occurrence.symbol.declarations)
-    ranges = (here.view.present(place.file, *index.offsets(place)) for place in places)
+    ranges = (here.view.present_range(place.file, *index.offsets(place)) for place in places)
     return [each for each in ranges if each]
 
 
@@ -178,8 +180,8 @@ def references(
     if here is None or here.occurrence is None:
         return []
     found = {
-        here.view.present(file, other.start, other.end)
-        for file, other in here.view.index.naming(here.occurrence.symbol.declarations)
+        here.view.present_range(file, other.start, other.end)
+        for file, other in here.view.index.occurrences_of(here.occurrence.symbol.declarations)
         if declarations or not other.defines
     }
     return sorted((each for each in found if each), key=lambda each: (each.path, each.start))
@@ -205,7 +207,7 @@ def renameable(project: Project, path: str, offset: int) -> TextRange | None:
     if here is None or here.occurrence is None:
         return None
     check_renameable(here.view.index, here.occurrence.symbol)
-    return here.view.present(path, here.occurrence.start, here.occurrence.end)
+    return here.view.present_range(path, here.occurrence.start, here.occurrence.end)
 
 
 def rename_at(project: Project, path: str, offset: int, new: str) -> list[FileEdit]:
@@ -222,7 +224,7 @@ def rename_at(project: Project, path: str, offset: int, new: str) -> list[FileEd
 def outline(project: Project, path: str) -> list[OutlineEntry]:
     """The definitions of a file, the one inside the other."""
     view = project.view(path)
-    return contents(view.index, path, view.shift(path).to_new) if view else []
+    return outline_of(view.index, path, view.shift(path).to_new) if view else []
 
 
 def layout(project: Project, path: str) -> str | None:
@@ -255,7 +257,7 @@ class Action:
 
 
 def repairs(project: Project, path: str, start: int, end: int) -> list[Action]:
-    """What can be done about the findings that a stretch of a file touches."""
+    """What can be done about the findings in a range of a file."""
     found: dict[object, Action] = {}
     for analysis in project.analyses():
         source = analysis.sources.get(path)

@@ -43,7 +43,7 @@ class Symbol:
     type: Type | None = None
     ends: tuple[Symbol, ...] = ()
     """All declarations of an element of a connection, this one included; empty for one."""
-    tied: tuple[Symbol, ...] = ()
+    namesakes: tuple[Symbol, ...] = ()
     """Others that have the same name because one is found by the name of the other."""
 
     @property
@@ -64,7 +64,7 @@ class FileSymbols:
 
     uses: tuple[str, ...] = ()
     top: dict[tuple[SymbolKind, str], Symbol] = field(default_factory=dict)
-    inside: dict[Route, dict[tuple[SymbolKind, str], Symbol]] = field(default_factory=dict)
+    by_owner: dict[Route, dict[tuple[SymbolKind, str], Symbol]] = field(default_factory=dict)
     by_route: dict[Route, Symbol] = field(default_factory=dict)
 
 
@@ -75,7 +75,7 @@ def collect(source: SourceFile) -> FileSymbols:
         if (kind := defined_by(route)) is not None:
             symbol = found.by_route[route] = _symbol(kind, route, source.path)
             if kind not in ("subsystem", "device"):  # an agent may be reused under several names
-                names = found.inside.setdefault(symbol.owner, {}) if symbol.owner else found.top
+                names = found.by_owner.setdefault(symbol.owner, {}) if symbol.owner else found.top
                 names.setdefault((kind, symbol.qualified), symbol)
         if len(route) == 2 and route[0] == "use" and node.scalar:
             found.uses = (*found.uses, beside(source.path, node.scalar))
@@ -122,7 +122,7 @@ _PART = re.compile(r"[^.]+")
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """A place that names a symbol: a stretch of its file, in offsets, and the type there."""
+    """A place that names a symbol: a range of its file, in offsets, and the type there."""
 
     start: int
     end: int
@@ -208,7 +208,7 @@ class Index:
         owner, rest = split(here.route)
         if here.file in self.files:
             name = ".".join(map(str, rest))
-            known = self.files[here.file].inside.setdefault(owner, {})
+            known = self.files[here.file].by_owner.setdefault(owner, {})
             if ("element", name) not in known:  # a description is there once for each of its uses
                 own = Symbol("element", element.name, element.place, owner, name, element.type)
                 known["element", name] = own
@@ -221,7 +221,7 @@ class Index:
                 device = file.by_route.get((*route[:-2], _DEVICES[str(route[-2])], route[-1]))
                 node = self.node(symbol.place.file, route)
                 if device is not None and node is not None and "uses" not in node.values:
-                    symbol.tied, device.tied = (device,), (symbol,)
+                    symbol.namesakes, device.namesakes = (device,), (symbol,)
 
     # Texts and values.
 
@@ -288,17 +288,17 @@ class Index:
         """The symbols that a text in a subsystem of a file may name, innermost first."""
         files = self.files
         if path in files and owner and not is_device(owner):
-            yield from files[path].inside.get(owner, {}).values()
+            yield from files[path].by_owner.get(owner, {}).values()
         for file in reachable((path,), lambda file: files[file].uses if file in files else ()):
             own = files[file].top.values() if file in files else ()
             yield from (symbol for symbol in own if file == path or symbol.kind != "parameter")
 
-    def at(self, path: str, offset: int) -> Occurrence | None:
+    def name_at(self, path: str, offset: int) -> Occurrence | None:
         """The name at a place; the place behind its last character counts too."""
         found = [o for o in self.occurrences(path) if o.start <= offset <= o.end]
         return min(found, key=lambda o: (o.end - o.start, o.end == offset), default=None)
 
-    def naming(self, symbols: Iterable[Symbol]) -> Iterator[tuple[str, Occurrence]]:
+    def occurrences_of(self, symbols: Iterable[Symbol]) -> Iterator[tuple[str, Occurrence]]:
         """Every place, in any file, that defines or names one of some symbols."""
         wanted = set(symbols)
         for source in self.sources:
@@ -331,7 +331,7 @@ class Index:
     def _uses(self, source: SourceFile) -> Iterator[_Name]:
         """The names that resolving looked up; a variable lives in its text only."""
         variables: dict[Place, Symbol] = {}
-        for use in dict.fromkeys(self._noted(source)):
+        for use in dict.fromkeys(self._looked_up(source)):
             if use.of.start is None:
                 key = key_of(use.of)
                 symbol = self.symbol_at(self._peers.get(key, key))
@@ -343,7 +343,7 @@ class Index:
             if symbol is not None:
                 yield symbol, use.place, use.of, use.type
 
-    def _noted(self, source: SourceFile) -> Iterator[Use]:
+    def _looked_up(self, source: SourceFile) -> Iterator[Use]:
         """What resolving knows of the names in a file.
 
         The texts of many have a `{i}` for their index, before which alone names stand in place.

@@ -63,7 +63,7 @@ class Analysis:
         """The symbols."""
         return Index(self.sources, self.result.system, self.loader.findings)
 
-    def has(self, path: str) -> bool:
+    def includes(self, path: str) -> bool:
         """Whether a file took part."""
         return self.sources.get(path) is not None
 
@@ -80,8 +80,8 @@ class View:
     shift: Callable[[str], Shift]
     """From the analysed text of a file to its present one."""
 
-    def present(self, path: str, start: int, end: int) -> TextRange | None:
-        """A stretch of an analysed text in the present one; None if it was edited since."""
+    def present_range(self, path: str, start: int, end: int) -> TextRange | None:
+        """A range of an analysed text in the present one; None if it was edited since."""
         moved = self.shift(path)
         first, last = moved.to_new(start), moved.to_new(end)
         return TextRange(path, first, last) if first is not None and last is not None else None
@@ -195,7 +195,7 @@ class Project:
             for root in self._systems(name):
                 if root not in found:
                     found[root] = self._analysed(root)
-        return [analysis for analysis in found.values() if any(map(analysis.has, wanted))]
+        return [analysis for analysis in found.values() if any(map(analysis.includes, wanted))]
 
     def analyses(self) -> Iterable[Analysis]:
         """All present analyses."""
@@ -219,7 +219,7 @@ class Project:
             if (current := self._current.get(root)) is not None:
                 is_good = current.loader.is_understood(path)
                 found.append(current if is_good else self._last_good[root])
-        found = [analysis for analysis in found if analysis.has(path)]
+        found = [analysis for analysis in found if analysis.includes(path)]
         if found and not any(analysis.describes(path) for analysis in found):
             # No system uses it as it is described: what it says by itself.
             found.append(self._analysed(path, lacks_lines=True))
@@ -229,7 +229,7 @@ class Project:
         index = best.index
         return View(index, lambda file: shift(index.text(file), self.source(file).text))
 
-    def present(self, sources: Sources, place: Place) -> TextRange | None:
+    def present_range(self, sources: Sources, place: Place) -> TextRange | None:
         """Where a place in analysed texts is in the present ones; None if it was edited since."""
         source = sources.get(place.file)
         if source is None:
@@ -247,12 +247,12 @@ class Project:
         """Systems that are known to read a file."""
         for root in list(self._current):
             best = self._complete(root)
-            if best.result.system is not None and not best.result.is_part and best.has(path):
+            if best.result.system is not None and not best.result.is_part and best.includes(path):
                 yield root
 
     def _forget(self, root: str) -> None:
         """Drop an analysis that no open file takes part in."""
-        if root not in self._open and not any(map(self._current[root].has, self._open)):
+        if root not in self._open and not any(map(self._current[root].includes, self._open)):
             self._drop(root)
 
     def _drop(self, root: str) -> None:

@@ -160,7 +160,7 @@ def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Fil
     counterparts = _everywhere(project, index, symbol)
     _check_understood(counterparts)
     for around, counterpart in counterparts:
-        for other in (counterpart, *counterpart.tied):
+        for other in (counterpart, *counterpart.namesakes):
             check_renameable(around, other)
             check_unclaimed(around, other, new)
         edits |= dict.fromkeys(_edits(project, around, counterpart, new))
@@ -183,8 +183,8 @@ def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[In
     found = [(index, symbol)]
     searched: set[str] = set()
     for around, counterpart in found:
-        ends = (*counterpart.declarations, *counterpart.tied)
-        named = {path for path, _ in around.naming(ends)}
+        ends = (*counterpart.declarations, *counterpart.namesakes)
+        named = {path for path, _ in around.occurrences_of(ends)}
         if symbol.kind != "variable" and not named <= searched:
             for other in project.indexes(named - searched):
                 there = next(filter(None, map(other.counterpart, ends)), None)
@@ -195,7 +195,7 @@ def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[In
 
 
 def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[FileEdit]:
-    for path, occurrence in index.naming((*symbol.declarations, *symbol.tied)):
+    for path, occurrence in index.occurrences_of((*symbol.declarations, *symbol.namesakes)):
         text = index.text(path)
         if project.source(path).text != text:
             raise RenameError("correct the errors in the file first: it is not fully understood")

@@ -84,7 +84,7 @@ class SpecProtocol(LanguageServerProtocol):
     """Looks at a message as a whole before it is taken apart."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
-        """The data itself: it is asked for every object inside of a message."""
+        """The data itself: pygls calls this for every object of a message."""
         return data
 
     def handle_message(self, message: Any) -> None:

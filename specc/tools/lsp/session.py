@@ -165,7 +165,7 @@ class EditorSession:
         if found is None:
             return None
         content = lsp.MarkupContent(lsp.MarkupKind.Markdown, found.text)
-        return lsp.Hover(content, self._range(found.where))
+        return lsp.Hover(content, self._range(found.range))
 
     def definition(self, params: lsp.DefinitionParams) -> list[lsp.Location]:
         """Where a name is declared."""
@@ -215,7 +215,7 @@ class EditorSession:
         ]
 
     def repairs(self, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-        """What can be done about the findings of a stretch."""
+        """What can be done about the findings of a range."""
         path, start = self._offset(params.text_document, params.range.start)
         _, end = self._offset(params.text_document, params.range.end)
         return [
@@ -286,7 +286,7 @@ class EditorSession:
     def _diagnostic(self, note: Note) -> lsp.Diagnostic:
         found = note.diagnostic
         return lsp.Diagnostic(
-            range=self._range(note.where),
+            range=self._range(note.range),
             message="\n".join((found.message, *found.remarks)),
             severity=_SEVERITIES[found.severity],
             code=found.code,
@@ -305,7 +305,7 @@ class EditorSession:
                 kind=_SYMBOLS.get(entry.kind, lsp.SymbolKind.Property),
                 range=self._range(TextRange(path, entry.start, entry.end)),
                 selection_range=self._range(TextRange(path, entry.name_start, entry.name_end)),
-                children=self._symbols(path, entry.inside),
+                children=self._symbols(path, entry.children),
             )
             for entry in entries
         ]

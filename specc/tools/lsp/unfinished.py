@@ -21,7 +21,7 @@ from specc.source import Place, SourceFile
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """The stretches that two texts have in common: old start, new start and length of each."""
+    """The parts that two texts have in common: old start, new start and length of each."""
 
     blocks: tuple[tuple[int, int, int], ...]
 
@@ -40,14 +40,14 @@ class Shift:
         return next(found, None)
 
     def changes(self) -> Iterator[tuple[slice, slice]]:
-        """What lies between the common stretches, in the old and in the new text."""
+        """What lies between the common parts, in the old and in the new text."""
         for (old, new, size), (old_end, new_end, _) in zip(
             self.blocks, self.blocks[1:], strict=False
         ):
             yield slice(old + size, old_end), slice(new + size, new_end)
 
 
-def _moved(offset: int, blocks: Iterable[tuple[int, int, int]]) -> int | None:
+def _map_offset(offset: int, blocks: Iterable[tuple[int, int, int]]) -> int | None:
     found = (there + offset - here for here, there, size in blocks if 0 <= offset - here <= size)
     return next(found, None)
 
@@ -64,8 +64,8 @@ def shift(old: str, new: str) -> Shift:
         start, end = old_starts[first], old_starts[last]
         new_start, new_end = new_starts[there], new_starts[there_end]
         parts = old[start:end], new[new_start:new_end]
-        size = _common(*parts)
-        ending = _common(*(part[size:][::-1] for part in parts))
+        size = _common_start(*parts)
+        ending = _common_start(*(part[size:][::-1] for part in parts))
         above, new_above, _ = blocks[-1]
         blocks[-1] = above, new_above, start + size - above
         blocks.append((end - ending, new_end - ending, ending))
@@ -76,8 +76,8 @@ def shift(old: str, new: str) -> Shift:
 
 def _differing(before: list[str], after: list[str]) -> Iterator[tuple[int, int, int, int]]:
     """The lines that differ: from and to in the one text, from and to in the other."""
-    first = _common(before, after)
-    last = _common(before[first:][::-1], after[first:][::-1])
+    first = _common_start(before, after)
+    last = _common_start(before[first:][::-1], after[first:][::-1])
     old, new = before[first : len(before) - last], after[first : len(after) - last]
     if min(len(old), len(new)) < 2:
         yield first, first + len(old), first, first + len(new)
@@ -87,7 +87,7 @@ def _differing(before: list[str], after: list[str]) -> Iterator[tuple[int, int, 
             yield first + start, first + end, first + there, first + there_end
 
 
-def _common(one: Sequence[str], other: Sequence[str]) -> int:
+def _common_start(one: Sequence[str], other: Sequence[str]) -> int:
     """Length of the common beginning."""
     pairs = enumerate(zip(one, other, strict=False))
     return next((at for at, (a, b) in pairs if a != b), min(len(one), len(other)))
@@ -142,10 +142,10 @@ def _line_above(source: SourceFile, line: int) -> int:
     return next((above for above in range(line - 1, 0, -1) if source.line(above).strip()), line)
 
 
-def _without(document: Document, *stretches: tuple[int, int]) -> Document:
-    """The document with blanks in all lines that some stretches of its text touch."""
+def _without(document: Document, *ranges: tuple[int, int]) -> Document:
+    """The document with blanks in all lines that some ranges of its text touch."""
     source, text = document.source, document.source.text
-    for start, end in stretches:
+    for start, end in ranges:
         touched = Place(source.path, (), "text", start, max(start, end - 1))
         span = source.span(touched)
         first, last = (

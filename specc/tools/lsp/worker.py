@@ -51,7 +51,7 @@ class Worker:
         """How long the last call took."""
 
     async def call(self, name: str, *arguments: Any) -> Any:
-        """The result of a method; calls wait for their turn. Without a name, nothing is called."""
+        """The result of a method; calls wait for their turn. No name: only start the process."""
         async with self._turn:
             if self._process is None:
                 self._start()
@@ -63,7 +63,7 @@ class Worker:
         started_s = self.started_s = time.monotonic()
         try:
             self._pipe.send((name, arguments))
-            async with asyncio.timeout(LIMIT_S):
+            async with asyncio.timeout(LIMIT_S if name else None):
                 value, error = await loop.run_in_executor(None, self._pipe.recv)
         except TimeoutError:
             self.close()

@@ -23,7 +23,7 @@ def told(project: Project, path: str, text: str) -> set[tuple[str, str]]:
     for root in project.roots(path):
         project.analyse(root)
     notes = features.notes(project)[path]
-    return {(n.diagnostic.code, text[n.where.start : n.where.end]) for n in notes}
+    return {(n.diagnostic.code, text[n.range.start : n.range.end]) for n in notes}
 
 
 @pytest.mark.parametrize(("old", "new"), BROKEN)

@@ -62,10 +62,10 @@ def check(folder: Path, root: Path, changed: Path, text: str, seed: int, steps: 
         assert analysis.result.diagnostics == fresh.diagnostics, now
         # The editor shows all that comments and settings leave, where the text has it.
         shown = {
-            (n.diagnostic, n.where) for found in features.notes(project).values() for n in found
+            (n.diagnostic, n.range) for found in features.notes(project).values() for n in found
         }
         for found in analysis.diagnostics:
-            assert (found, project.present(fresh.sources, found.primary)) in shown, now
+            assert (found, project.present_range(fresh.sources, found.primary)) in shown, now
 
 
 @pytest.mark.parametrize("seeds", blocks([0], long=1, each=1))

@@ -127,7 +127,7 @@ def test_says_what_it_is(at: str, words: list[str], workspace: tuple[Project, st
     found = features.hover(project, system, place(SYSTEM, at))
     assert found is not None
     assert [word for word in words if word not in found.text] == []
-    assert found.where.start <= place(SYSTEM, at) <= found.where.end
+    assert found.range.start <= place(SYSTEM, at) <= found.range.end
 
 
 def test_every_name_of_the_flagship_is_that_of_its_symbol(flagship: Project) -> None:
@@ -183,7 +183,7 @@ def test_a_file_that_is_no_yaml_is_answered_from_before(tmp_path: Path) -> None:
     assert definition.start == place(broken, "|T_c: {is")
     hover = features.hover(project, system, at)
     assert hover is not None
-    assert hover.where.start == at
+    assert hover.range.start == at
 
 
 def test_a_file_that_was_never_understood_still_has_names(tmp_path: Path) -> None:

@@ -57,7 +57,7 @@ def test_names_lead_to_the_interface(
 ) -> None:
     analysed, path = project
     index = analysed.analyse(path).index
-    found = index.at(path, place(SYSTEM, marked))
+    found = index.name_at(path, place(SYSTEM, marked))
     assert found is not None
     assert index.offsets(found.symbol.place)[0] == place(SYSTEM, definition)
 
@@ -88,9 +88,9 @@ def test_an_interface_and_its_elements_are_proposed(project: tuple[Project, str]
 def test_renaming_an_element_renames_it_wherever_it_is_used(project: tuple[Project, str]) -> None:
     analysed, path = project
     index = analysed.analyse(path).index
-    found = index.at(path, place(SYSTEM, "last: x.rover.mo|de if"))
+    found = index.name_at(path, place(SYSTEM, "last: x.rover.mo|de if"))
     assert found is not None
-    places = {o.start for _, o in index.naming(found.symbol.declarations)}
+    places = {o.start for _, o in index.occurrences_of(found.symbol.declarations)}
     assert len(places) == 4
 
 
@@ -103,7 +103,7 @@ def test_many_of_a_kind_are_known_by_the_name_of_their_template() -> None:
     assert analysis.diagnostics == ()
     index = analysis.index
     for marked in ('x: {"rob|ots_{i}": {for', '"y.rob|ots_{i}.halt"'):
-        found = index.at(path, place(text, marked))
+        found = index.name_at(path, place(text, marked))
         assert found is not None
         assert found.symbol.place.route == ("agents", "robots")
         with pytest.raises(RenameError, match="the name of many"):
@@ -117,7 +117,7 @@ def test_a_reader_of_many_is_understood() -> None:
     project.put(path, text)
     analysis = project.analyse(path)
     assert analysis.diagnostics == ()
-    found = analysis.index.at(path, place(text, "x: {rob|ots: Report}"))
+    found = analysis.index.name_at(path, place(text, "x: {rob|ots: Report}"))
     assert found is not None
     assert found.symbol.place.route == ("agents", "robots")
     assert analysis.index.occurrences(path)

@@ -153,14 +153,14 @@ def test_the_outline_has_the_parts_inside_each_other(tmp_path: Path) -> None:
     project, system, _ = opened(tmp_path)
     entries = {entry.name: entry for entry in features.outline(project, system)}
     (agent,) = (entry for entry in entries.values() if entry.kind == "agent")
-    hand = next(e for e in agent.inside if (e.kind, e.name) == ("subsystem", "m"))
-    names = {(entry.kind, entry.name) for entry in hand.inside}
+    hand = next(e for e in agent.children if (e.kind, e.name) == ("subsystem", "m"))
+    names = {(entry.kind, entry.name) for entry in hand.children}
     assert {("memory", "q_p"), ("state", "S1"), ("element", "x.c.q_d")} <= names
-    assert entries["Grip"].inside[0].name == "width"
+    assert entries["Grip"].children[0].name == "width"
 
     def inside(entry: OutlineEntry) -> None:
         assert entry.start <= entry.name_start < entry.name_end <= entry.end
-        for below in entry.inside:
+        for below in entry.children:
             assert entry.start <= below.start <= below.end <= entry.end
             inside(below)
 
@@ -226,6 +226,6 @@ def test_all_of_the_flagship_is_in_its_outline() -> None:
     index = project.analyse(path).index
 
     def count(entries: list[OutlineEntry]) -> int:
-        return sum(1 + count(entry.inside) for entry in entries)
+        return sum(1 + count(entry.children) for entry in entries)
 
     assert count(features.outline(project, path)) == len(index.files[path].by_route)
