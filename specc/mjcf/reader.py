@@ -15,7 +15,7 @@ from xml.parsers import expat
 from specc.mjcf.model import Model, ModelError, ModelFiles, ModelPart
 from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, digits, excess, number, step_s
 from specc.reachable import reachable
-from specc.read import ANYWHERE, Reach
+from specc.read import ANYWHERE, AllowedPaths
 from specc.refusal import reason_of
 from specc.source import real_path
 
@@ -61,7 +61,7 @@ _FROM_URDF = (
 _MOST = f"{MOST_ELEMENTS:,} elements"
 
 
-def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
+def read_model(path: str, reach: AllowedPaths = ANYWHERE) -> Model:
     """The names in the MJCF file at `path` and in those that it includes, inside `reach`.
 
     Raises:
@@ -200,7 +200,7 @@ class _ModelText:
 class _ModelReader:
     """Reads a model and those that it attaches, all of them within one set of bounds."""
 
-    def __init__(self, reach: Reach) -> None:
+    def __init__(self, reach: AllowedPaths) -> None:
         self._reach = reach
         self._models: dict[str, _ModelText] = {}
         """By real paths, in the order in which they are named."""
@@ -283,9 +283,9 @@ class _ModelReader:
                 raise ModelError(f"with {shown} its files have more than {MOST_BYTES:,} bytes")
 
     def _confine(self, path: str) -> None:
-        if not self._reach.holds(path):
+        if not self._reach.contains(path):
             shown = os.path.basename(path)
-            raise ModelError(f"{shown} lies outside the project; {self._reach.way_in(path)}")
+            raise ModelError(f"{shown} lies outside the project; {self._reach.hint_to_allow(path)}")
 
     def _read_file(self, path: str, text: _ModelText) -> None:
         """Add a file to a model; its root stands for the element `text.root`."""

@@ -68,7 +68,7 @@ def test_no_module_knows_a_function_by_its_name() -> None:
 def test_a_function_that_typed_calls_have_is_complete() -> None:
     for name, row in FUNCTIONS.items():
         if row.rule and name in NAMES:
-            assert row.says.partition("-> ")[1], name
+            assert row.signature.partition("-> ")[1], name
             assert not (row.term and row.laws), f"{name}: a result is known, or unknown with laws"
             assert not row.term or row.range, f"{name}: what the solver follows has a range"
-            assert not row.folds or not row.overflows, f"{name}: what is folded is finite"
+            assert not row.is_foldable or not row.overflows, f"{name}: what is folded is finite"

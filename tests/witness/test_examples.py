@@ -20,11 +20,10 @@ from specc.model.types import Bool, Real, Vector
 from specc.model.units import METRE
 from specc.pipeline import compile_spec, read_spec
 from specc.proof import Witness
-from specc.proof.search import Interpreter, SearchBudget
-from specc.proof.search.example import worded
-from specc.proof.search.search import Inverter
-from specc.proof.search.situation import FreeVariables
-from specc.proof.search.thresholds import Thresholds
+from specc.search import Interpreter, SearchBudget
+from specc.search.example import worded
+from specc.search.search import Inverter, Thresholds
+from specc.search.situation import FreeVariables
 from tests.lower.test_law import systems
 from tests.seeds import examples
 from tests.witness.runs import CASES as SMALL

@@ -11,8 +11,18 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, NamedTuple
 
 from specc.lang import show
-from specc.model.expr import FALSE, TRUE, BoundVariable, Expr, Logic, Unary, walk
-from specc.model.logic import joined, negation, truth
+from specc.model.expr import (
+    FALSE,
+    TRUE,
+    BoundVariable,
+    Expr,
+    Logic,
+    Unary,
+    junction,
+    negation,
+    truth,
+    walk,
+)
 from specc.model.types import Bool
 
 _DEEPEST = 50
@@ -60,7 +70,7 @@ def join(op: Literal["and", "or"], operands: Iterable[Expr]) -> Expr:
         nested = operand.operands if isinstance(operand, Logic) and operand.op == op else (operand,)
         parts |= dict.fromkeys(nested)
     parts.pop(neutral, None)
-    return negation(neutral) if negation(neutral) in parts else joined(op, tuple(parts))
+    return negation(neutral) if negation(neutral) in parts else junction(op, tuple(parts))
 
 
 def substitute(logic: Expr, values: dict[str, bool]) -> Expr:

@@ -10,8 +10,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from specc.lang.packages import PACKAGES
-from specc.model.expr import FALSE, TRUE, Expr
-from specc.model.logic import negation
+from specc.model.expr import FALSE, TRUE, Expr, negation
 from specc.tools.importers.logic import atom, atoms, join, render
 from specc.tools.importers.reading import Notes
 from specc.tools.importers.scxml_reader import Chart, ChartState, Transition, read_charts

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from specc.diagnostics.phrases import few
+from specc.diagnostics.phrases import join_some
 from specc.mjcf.model import ModelObject
 from specc.model.system import System
 from specc.reachable import grouped
@@ -75,13 +75,13 @@ def pose(facts: ModelFacts) -> str:
 def omissions(refused: Mapping[str, str]) -> Iterator[str]:
     """Lines about actuators and sensors that a specification does not have, one for each reason."""
     for why, names in grouped((why, name) for name, why in refused.items()).items():
-        yield f"{few(names, _MOST_SHOWN)}: {why}"
+        yield f"{join_some(names, _MOST_SHOWN)}: {why}"
 
 
 def mocap_warnings(facts: ModelFacts) -> Iterator[str]:
     """A line for each body that mocap places: what a specification commands does not move it."""
     for body, tied in facts.mocap.items():
-        bound = f", with what is tied to it ({few(tied, _MOST_SHOWN)})" if tied else ""
+        bound = f", with what is tied to it ({join_some(tied, _MOST_SHOWN)})" if tied else ""
         out = " Take the tie out of the model where actuators are to move that." if tied else ""
         yield f"MOCAP: {body} stays where the model has it{bound}: no actuator moves it.{out}"
 
@@ -91,7 +91,7 @@ def drift_warning(facts: ModelFacts) -> str:
     most = {joint.name: TOLERANCES[joint.unit][1] for joint in facts.joints}
     far = {name: value for name, value in facts.strayed.items() if value > most[name]}
     farthest = sorted(far.items(), key=lambda pair: -pair[1])
-    shown = few([f"{name} {_distance_text(value)}" for name, value in farthest], _MOST_SHOWN)
+    shown = join_some([f"{name} {_distance_text(value)}" for name, value in farthest], _MOST_SHOWN)
     line = f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}."
     return line if far else ""
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.analysis.plant import FRAME_ORIENTATION, FRAME_POSITION, units_of_sensor
-from specc.diagnostics.nearest import hint
+from specc.diagnostics.nearest import suggestion
 from specc.mjcf import Model
 from specc.mjcf.model import ModelObject
 from specc.model.units import Unit
@@ -124,7 +124,7 @@ def _places(name: str, facts: ModelFacts) -> list[int]:
     if joints:
         raise NoGroup(f"no actuator moves joint {name}")
     known = [a.name for a in facts.actuators] + [j.name for j in facts.joints if j.name]
-    close = hint(name, known) if len(known) < 60 else ""
+    close = suggestion(name, known) if len(known) < 60 else ""
     raise NoGroup(f"no actuator, and no joint with one, is called {name}; {close}".rstrip("; "))
 
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, short
-from specc.diagnostics.nearest import common
-from specc.diagnostics.phrases import few
+from specc.diagnostics.nearest import common_prefix
+from specc.diagnostics.phrases import join_some
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
-from specc.schema.texts import message_fault, topic_fault
+from specc.schema.keys import message_fault, topic_fault
 from specc.tools.importers.writing import PEERS, Commented, Data, SpecNames, fill_yaml, fold
 from specc.tools.starting.document import wrap
 
@@ -270,7 +270,7 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
     pairs = []
     for state in states.values():
         for name in commands:
-            levels = common(state.name.split("/")[:-1], name.split("/")[:-1])
+            levels = common_prefix(state.name.split("/")[:-1], name.split("/")[:-1])
             kinds = [n for n, (word, *_) in enumerate(_COMMANDS) if word in name]
             kind = kinds[0] if kinds else len(_COMMANDS) - 1
             pairs.append((-levels, -kind, name, state.order))
@@ -482,9 +482,9 @@ def _duration(time_ms: int) -> str:
 def _endpoints(topic: Topic) -> str:
     """The nodes at the other end of a topic, and its joints."""
     ends = topic.readers if topic.commanded else topic.publishers
-    by = few(list(map(_sanitized, ends)), _MOST_SHOWN)
+    by = join_some(list(map(_sanitized, ends)), _MOST_SHOWN)
     text = f"{'Read' if topic.commanded else 'Published'} by {by}."
-    joints = few(list(map(_sanitized, topic.order[-1])), _MOST_SHOWN)
+    joints = join_some(list(map(_sanitized, topic.order[-1])), _MOST_SHOWN)
     return f"{text} Joints of one message: {joints}." if joints else text
 
 

@@ -11,12 +11,12 @@ from functools import partial
 from typing import TypeVar
 
 from specc.analysis import Facts
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.analysis.reads import Dependences
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, presence
-from specc.proof.search import (
+from specc.search import (
     NO_VALUE,
     FreeVariables,
     Goal,
@@ -68,14 +68,14 @@ class Inputs:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
         self._meaning = meaning
         self._never = never
-        self._arrivals = facts.of(original).arrivals
+        self._arrivals = facts.of(original).availability
         self._elements = original.inputs
         self.names = frozenset(self._elements)
         self.always = always_present(original, facts.wires)
         self.devices = frozenset(
             (peer, element)
             for peer, element in original.inputs
-            if facts.wires.measured(original.qualified_name, peer)
+            if facts.wires.measuring_device(original.qualified_name, peer)
         )
         self.axioms = [(axiom.that, True) for axiom in meaning.subsystem.axioms]
 
@@ -195,7 +195,7 @@ class Driver:
     def _over(self, driven: Driven, row: Transition, more: list[Goal]) -> Driven:
         here, seen = self.reach(driven, [*self.taking(row), *more])
         index = next(i for i, other in enumerate(self._subsystem.transitions) if other is row)
-        step = step_between(here.seen, seen, row.target, row.words)
+        step = step_between(here.seen, seen, row.target, row.label)
         return self._went((*here.steps, step), seen, index)
 
     def first(self, wanted: Situation | None = None) -> Driven:

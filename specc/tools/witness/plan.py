@@ -13,8 +13,8 @@ from functools import partial
 from specc.analysis import Facts
 from specc.model.fsm import Transition
 from specc.proof import freshness
-from specc.proof.search import Goal, Situation, showing
 from specc.reachable import grouped
+from specc.search import Goal, Situation, showing
 from specc.tools.witness.code import (
     AbsentError,
     Placed,
@@ -80,7 +80,7 @@ class Planner:
         self._code = code
         self._subsystem = code.subsystem
         self._refutation = refutation
-        possible = {step.row.place for step in facts.of(whole).steps}
+        possible = {step.row.place for step in facts.of(whole).edges}
         rows = [row for row in self._subsystem.transitions if row.place in possible]
         self._paths = list(paths(rows, self._subsystem.initial_state, refutation.state))
 
@@ -218,7 +218,7 @@ class Planner:
             if error.name != about.absent:
                 raise
             return script
-        wanted = {row.words for row in about.rows}
+        wanted = {row.label for row in about.rows}
         if (
             (shown.state, shown.cause) != (about.state, about.cause)
             or not wanted <= set(shown.rows)

@@ -156,7 +156,7 @@ def put(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     if os.path.lexists(path) and not _is_own(path, text):
         raise ForeignFileError(str(path))
-    atomic_files.put(path, text)
+    atomic_files.write_atomically(path, text)
 
 
 def _is_own(path: Path, text: str) -> bool:

@@ -1,0 +1,401 @@
+"""The search for a situation in which conditions have wanted outcomes."""
+
+from __future__ import annotations
+
+import math
+import random
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import islice, pairwise
+from typing import Any
+
+from specc.lang.builtins import FUNCTIONS
+from specc.lang.kinds import first_value, kind, other_values
+from specc.lang.values import SIGNS, Fields, Value, is_close
+from specc.model import expr as m
+from specc.model.expr import Expr
+from specc.model.fsm import Cause
+from specc.model.system import Subsystem
+from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
+from specc.search.situation import (
+    NO_VALUE,
+    FreeVariables,
+    Interpreter,
+    Situation,
+    runnable,
+)
+
+
+class SearchBudget:
+    """How many more situations may be looked at: counted, so that a search always ends at one."""
+
+    def __init__(self, situations: int) -> None:
+        self.left = situations
+
+    def spend(self, situations: int) -> bool:
+        """Whether any were left before these."""
+        had = self.left > 0
+        self.left -= situations
+        return had
+
+    @contextmanager
+    def some(self, most: int) -> Iterator[SearchBudget]:
+        """A part of it; what is spent of it is spent of the whole."""
+        given = max(0, min(most, self.left))
+        part = SearchBudget(given)
+        yield part
+        self.left -= given - part.left
+
+
+MOST_NEAR = 8
+
+
+class Thresholds:
+    """Numbers that some conditions compare with."""
+
+    def __init__(self, conditions: Iterable[Expr], meaning: Interpreter, at: Situation) -> None:
+        """`at` is any situation; what depends on it counts with the value that it has there."""
+        known = {0.0}
+        for condition in (*conditions, *meaning.lets.values()):
+            for node in m.walk(condition):
+                if isinstance(node, m.Compare):
+                    known |= _numbers((node.left, node.right), meaning, at)
+                elif isinstance(node, m.Builtin) and FUNCTIONS[node.name].compares:
+                    known |= _numbers(node.args, meaning, at)
+                elif isinstance(node, m.Number):
+                    known |= _numbers((node,), meaning, at)
+        self._known = sorted(known)
+
+    def below_or_above(self, op: str, limit: float, *, whole: bool) -> Iterator[float]:
+        """Numbers n with `n op limit`, at most eight, the nearest to other thresholds first."""
+        found: dict[float, None] = {}
+        for number in self._around(limit):
+            rounded: float = round(number) if whole else number
+            if m.COMPARISONS[op](rounded, limit):
+                found[rounded] = None
+        yield from list(found)[:MOST_NEAR]
+
+    def _around(self, limit: float) -> Iterator[float]:
+        """Round numbers and the middles of gaps near a threshold, then the next gaps."""
+        yield from (limit, limit + 1, limit - 1)
+        above = [n for n in self._known if n > limit]
+        below = [n for n in reversed(self._known) if n < limit]
+        for side in (above, below):
+            edges = [limit, *side]
+            yield from ((a + b) / 2 for a, b in pairwise(edges))
+            yield from side[:2]
+            yield edges[-1] + math.copysign(1.0, edges[-1] - limit)
+        yield from (limit + 1000, limit - 1000)
+
+
+def _numbers(parts: Iterable[Expr], meaning: Interpreter, at: Situation) -> set[float]:
+    found = set()
+    for part in parts:
+        try:
+            value = meaning.value(part, at)
+        except NO_VALUE:
+            continue
+        if isinstance(value, (int, float)) and abs(value) <= sys.float_info.max:
+            found.add(float(value))
+    return found
+
+
+# Ways to give an expression a wanted value, by changing one thing that it depends on.
+
+
+Situations = Iterator[Situation]
+
+MOST_WAYS = 60
+MOST_STEPS = 1000
+"""Parts of expressions that are looked at for the ways of one condition."""
+_OTHER_TEXT = "something else"
+
+
+class Inverter:
+    """Solves `expression == value` for inputs, memory, results of operators and time."""
+
+    def __init__(
+        self, meaning: Interpreter, freedom: FreeVariables, thresholds: Thresholds
+    ) -> None:
+        self._meaning = meaning
+        self._thresholds = thresholds
+        self._steps = SearchBudget(MOST_STEPS)
+        self._freedom = freedom
+        self._rules: dict[type, Callable[[Any, Value, Situation], Situations]] = {
+            m.Input: lambda e, v, at: freedom.input(e.key, v, at),
+            m.Fresh: lambda e, v, at: freedom.fresh(e.input.key, v, at),
+            m.Present: lambda e, v, at: freedom.present(e.input.key, v, at),
+            m.Lag: freedom.behind,
+            m.MemoryRef: lambda e, v, at: freedom.remembered(e.name, v, at),
+            m.LetRef: lambda e, v, at: self.ways(meaning.lets[e.name], v, at),
+            m.ConstantRef: lambda e, v, at: self.ways(meaning.constants[e.name], v, at),
+            m.Unwrap: lambda e, v, at: self.ways(e.value, v, at),
+            m.Call: self._call,
+            m.Component: self._component,
+            m.FieldOf: self._field,
+            m.Items: self._items,
+            m.Unary: self._unary,
+            m.Binary: self._binary,
+            m.Builtin: self._builtin,
+            m.Choice: self._choice,
+            m.Clock: self._clock,
+            m.Logic: self._logic,
+            m.Compare: self._compare,
+            m.IsOneOf: self._among,
+            m.Quantifier: self._quantifier,
+            m.IsNone: self._none,
+        }
+
+    def some_ways(self, expr: m.Expr, wanted: bool, at: Situation) -> list[Situation]:
+        """A bounded number of ways; none if its value cannot be computed."""
+        self._steps.left = MOST_STEPS
+        try:
+            return list(islice(self.ways(expr, wanted, at), MOST_WAYS))
+        except NO_VALUE:
+            return []
+
+    def ways(self, expr: m.Expr, value: Value, at: Situation) -> Situations:
+        """Situations in which the expression may have the value; a condition, in which it holds."""
+        rule = self._rules.get(type(expr))
+        if self._steps.spend(1) and rule is not None:
+            yield from rule(expr, value, at)
+
+    def _now(self, expr: m.Expr, at: Situation) -> Value:
+        return self._meaning.value(expr, at)
+
+    def _call(self, call: m.Call, value: Value, at: Situation) -> Situations:
+        """A result of an operator; for other arguments a predicate may give something else."""
+        yield self._answered(call, value, at)
+        for arg in call.args if isinstance(call.type, Bool) else ():
+            for other in other_values(self._now(arg, at), arg.type):
+                for moved in self.ways(arg, other, at):
+                    yield self._answered(call, value, moved)
+
+    def _answered(self, call: m.Call, value: Value, at: Situation) -> Situation:
+        args = tuple(self._now(arg, at) for arg in call.args)
+        known = tuple(a for a in at.answers if not (a[0] == call.operator and is_close(a[1], args)))
+        return replace(at, answers=(*known, (call.operator, args, value)))
+
+    def _component(self, expr: m.Component, value: Value, at: Situation) -> Situations:
+        whole = list(self._now(expr.value, at))
+        whole[expr.index : expr.index + 1] = [value]  # also where a list has no item yet
+        yield from self.ways(expr.value, tuple(whole), at)
+
+    def _field(self, expr: m.FieldOf, value: Value, at: Situation) -> Situations:
+        whole = self._now(expr.value, at)
+        if isinstance(whole, Fields):
+            yield from self.ways(expr.value, whole.with_field(expr.name, value), at)
+
+    def _items(self, expr: m.Items, value: Value, at: Situation) -> Situations:
+        """The first item that differs; the others are the next steps' matter."""
+        for item, wanted in zip(expr.items, value, strict=False):
+            if not is_close(self._now(item, at), wanted):
+                yield from self.ways(item, wanted, at)
+                return
+
+    def _unary(self, expr: m.Unary, value: Value, at: Situation) -> Situations:
+        if expr.op == "not":
+            yield from self.ways(expr.operand, not value, at)
+        else:
+            negative = tuple(-v for v in value) if isinstance(value, tuple) else -value
+            yield from self.ways(expr.operand, negative, at)
+
+    def _binary(self, expr: m.Binary, value: Value, at: Situation) -> Situations:
+        left, right = self._now(expr.left, at), self._now(expr.right, at)
+        sides = ((expr.left, right), (expr.right, left))
+        for (side, other), undo in zip(sides, SIGNS[expr.op].inverse, strict=True):
+            if undo and (wanted := undo(value, other)) is not None:
+                yield from self.ways(side, wanted, at)
+
+    def _builtin(self, expr: m.Builtin, value: Value, at: Situation) -> Situations:
+        inverse = FUNCTIONS[expr.name].inverse
+        if inverse is not None:
+            now = [self._now(arg, at) for arg in expr.args]
+            for index, wanted in inverse([arg.type for arg in expr.args], now, value):
+                yield from self.ways(expr.args[index], wanted, at)
+
+    def _choice(self, expr: m.Choice, value: Value, at: Situation) -> Situations:
+        test = bool(self._meaning.holds(expr.test, at))
+        yield from self.ways(expr.then if test else expr.otherwise, value, at)
+        yield from self.ways(expr.test, not test, at)
+
+    def _clock(self, expr: m.Clock, value: Value, at: Situation) -> Situations:
+        if expr.name == "elapsed":
+            exact = value / self._meaning.period_s
+            for periods in dict.fromkeys((round(exact), int(exact) + 1, int(exact))):
+                yield from self._freedom.after(periods, at)
+
+    def _none(self, expr: m.IsNone, wanted: bool, at: Situation) -> Situations:
+        assert isinstance(expr.value.type, OptionalOf)  # typing guarantees it
+        value = None if wanted else first_value(expr.value.type.value)
+        yield from self.ways(expr.value, value, at)
+
+    def _logic(self, expr: m.Logic, wanted: bool, at: Situation) -> Situations:
+        for operand in expr.operands:
+            if self._meaning.holds(operand, at) is not wanted:
+                yield from self.ways(operand, wanted, at)
+
+    def _compare(self, expr: m.Compare, wanted: bool, at: Situation) -> Situations:
+        op = expr.op if wanted else m.OPPOSITES[expr.op]
+        left, right = self._now(expr.left, at), self._now(expr.right, at)
+        for side, other, how in (
+            (expr.left, right, op),
+            (expr.right, left, m.MIRRORED[op]),
+        ):
+            for value in self._values(side, how, other):
+                yield from self.ways(side, value, at)
+
+    def _values(self, side: m.Expr, op: str, other: Value) -> Iterable[Value]:
+        """Values of a side that are in a relation to the other side's."""
+        sort = kind(side.type).sort
+        if isinstance(side, m.Clock) and sort == "real":
+            period, whole = self._meaning.period_s, int(other / self._meaning.period_s)
+            near = (n * period for n in (whole, whole + 1, whole - 1, whole + 2))
+            return [time for time in near if m.COMPARISONS[op](time, other)]
+        if sort in ("whole", "real"):
+            return self._thresholds.below_or_above(op, other, whole=sort == "whole")
+        if isinstance(side.type, Text):
+            return (other,) if op == "==" else (_OTHER_TEXT,)
+        return (other,) if op == "==" else other_values(other, side.type)
+
+    def _among(self, expr: m.IsOneOf, wanted: bool, at: Situation) -> Situations:
+        assert isinstance(expr.item.type, Enum)  # typing guarantees it
+        for member in expr.item.type.members:
+            if (member in expr.members) is wanted:
+                yield from self.ways(expr.item, member, at)
+
+    def _quantifier(self, expr: m.Quantifier, wanted: bool, at: Situation) -> Situations:
+        items = self._now(expr.over, at)
+        bodies = [m.instantiate(expr.body, expr.variable, i) for i in items_of(expr.over, items)]
+        for body in bodies:
+            if self._meaning.holds(body, at) is not wanted:
+                yield from self.ways(body, wanted, at)
+        if not isinstance(expr.over.type, ListOf):
+            return
+        if (expr.kind == "any") == wanted:
+            longer = (*items, first_value(expr.over.type.element))
+            yield from self.ways(expr.over, longer, at)
+        else:
+            yield from self.ways(expr.over, (), at)
+
+
+def items_of(expr: m.Expr, at_hand: Value) -> Iterator[m.Expr]:
+    """The items of a vector or list as expressions; `at_hand` is its value."""
+    kind = expr.type
+    assert isinstance(kind, (Vector, ListOf))  # what quantifiers range over
+    for index in range(len(at_hand)):
+        yield m.Component(expr, index, type=kind.element)
+
+
+def conjuncts(expr: m.Expr, wanted: bool, meaning: Interpreter) -> list[tuple[m.Expr, bool]]:
+    """What must hold or fail together so that a condition does; what a let says counts once."""
+    found: list[tuple[m.Expr, bool]] = []
+    open_, seen = [(expr, wanted)], set[tuple[str, bool]]()
+    while open_:
+        part, holds = open_.pop()
+        match part:
+            case m.Truth(value=value) if value is holds:
+                pass
+            case m.LetRef(name=name):
+                if (name, holds) not in seen:
+                    seen.add((name, holds))
+                    open_.append((meaning.lets[name], holds))
+            case m.Unary(op="not", operand=operand):
+                open_.append((operand, not holds))
+            case m.Logic(op=op, operands=operands) if (op == "and") is holds:
+                open_ += [(operand, holds) for operand in reversed(operands)]
+            case _:
+                found.append((part, holds))
+    return found
+
+
+# Finding a situation that meets goals: repair what is not met, whatever mends most first.
+
+
+Goal = tuple[Expr, bool]
+"""A condition and whether it is to hold."""
+
+STARTS, REPAIRS = 6, 40
+_ALL = STARTS * REPAIRS * (1 + MOST_WAYS)
+_STRAYING = 0.15
+"""How often a repair is taken that is not the best one, which leads out of circles."""
+
+
+def showing(
+    subsystem: Subsystem,
+    state: str,
+    cause: Cause,
+    holding: Collection[int],
+    answers: Iterable[Goal] = (),
+) -> Iterator[tuple[Goal, ...]]:
+    """Goals of a situation in which a state ends by a cause and of its rows `holding` apply.
+
+    The assumptions hold, and questions have these `answers`. At first no other rows apply; then, if
+    any have to, others may as well.
+    """
+    given = [*reversed(subsystem.state(state).behaviour.facts_after(cause))]
+    given += [(axiom.that, True) for axiom in subsystem.axioms]
+    given += answers
+    rows = [row.condition.when for _, row in subsystem.rows(state, cause)]
+    held = [(when, index in holding) for index, when in enumerate(rows)]
+    yield _runnable([*given, *held])
+    if len(rows) > len(holding) > 0:
+        yield _runnable([*given, *(goal for goal in held if goal[1])])
+
+
+def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:
+    return tuple((runnable(condition), yes) for condition, yes in goals)
+
+
+def find(
+    meaning: Interpreter,
+    start: Situation,
+    goals: Iterable[Goal],
+    freedom: FreeVariables,
+    budget: SearchBudget | None = None,
+) -> Situation | None:
+    """A situation near `start` that meets all goals; None if none was found.
+
+    The same question always has the same answer, with the same budget.
+    """
+    budget = budget or SearchBudget(_ALL)
+    wanted = [part for goal in goals for part in conjuncts(*goal, meaning)]
+    if not _unmet(meaning, wanted, start):
+        return start
+    thresholds = Thresholds([condition for condition, _ in wanted], meaning, start)
+    conditions = Inverter(meaning, freedom, thresholds)
+    for seed in range(STARTS):
+        rng = random.Random(seed)
+        found = _repaired(meaning, start, wanted, conditions, rng, budget)
+        if found is not None:
+            return found
+    return None
+
+
+def _repaired(
+    meaning: Interpreter,
+    start: Situation,
+    wanted: Sequence[Goal],
+    conditions: Inverter,
+    rng: random.Random,
+    budget: SearchBudget,
+) -> Situation | None:
+    at = start
+    for _ in range(REPAIRS):
+        unmet = _unmet(meaning, wanted, at)
+        if not unmet:
+            return at
+        ways = conditions.some_ways(*rng.choice(unmet), at)
+        if not budget.spend(1 + len(ways)):
+            return None
+        if not ways:
+            continue
+        scores = [len(_unmet(meaning, wanted, way)) for way in ways]
+        at = rng.choice(ways) if rng.random() < _STRAYING else ways[scores.index(min(scores))]
+    return None
+
+
+def _unmet(meaning: Interpreter, wanted: Sequence[Goal], at: Situation) -> list[Goal]:
+    return [goal for goal in wanted if meaning.holds(goal[0], at) is not goal[1]]
