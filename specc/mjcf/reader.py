@@ -149,7 +149,7 @@ class _ModelText:
         self.elements.sort(key=lambda each: each[0] == _ACTUATOR)
         unnamed = ActuatorNames(e[3].get("name", "") for e in self.elements if e[0] == _ACTUATOR)
         for section, tag, class_, own in self.elements:
-            attributes = self.defaults.applied(class_, tag, own)
+            attributes = self.defaults.attributes_of(class_, tag, own)
             if name := own.get("name") or unnamed.of(attributes):
                 self._add(section, tag, name, attributes)
 
@@ -240,11 +240,11 @@ class _ModelReader:
                 self._confine(asset)
                 self._weigh(asset)
         self._models[real_path(path)] = text
-        others = self._read_attachable(text)
+        attachable = self._read_attachable(text)
         for name, prefix in text.attached:
-            if name in others:
-                self._attach(shown, text.model, self._models[others[name]].model, prefix)
-                text.attachments.add(others[name])
+            if name in attachable:
+                self._attach(shown, text.model, self._models[attachable[name]].model, prefix)
+                text.attachments.add(attachable[name])
             else:
                 text.model.complete = False
         self._complete.add(real_path(path))
@@ -394,7 +394,7 @@ _ACTED_ON = ("joint", "jointinparent", "tendon", "cranksite", "site", "body")
 
 
 class ActuatorNames:
-    """Names for the actuators of one file that have none; the simulator gets the same ones.
+    """Names for the actuators of one file that have none, as in the simulator.
 
     An actuator is called after the part that it acts on. Where an actuator has that name, `_2`,
     `_3` and so on follows.
@@ -428,7 +428,7 @@ _READ = (
     "actuator camera class ctrllimited ctrlrange cutoff data dim forcelimited forcerange gear "
     "inheritrange joint limited range resolution type"
 )
-"""All that anybody asks of the attributes of an element; a class may have any number of others."""
+"""Attributes that the compiler reads; a class may set any number of others."""
 _ACTUATORS = "general motor position velocity intvelocity damper cylinder muscle adhesion plugin"
 
 
@@ -461,7 +461,7 @@ class Defaults:
         own = self._own.setdefault((name, _kind(tag)), {})
         own |= {key: value for key, value in attributes.items() if key in _READ.split()}
 
-    def applied(self, name: str, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
+    def attributes_of(self, name: str, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
         """The attributes of an element with those of its class."""
         kind = _kind(tag)
         if (name, kind) not in self._inherited:
