@@ -20,7 +20,7 @@ from specc_runtime.plants.mujoco import posture
 from specc_runtime.plants.mujoco.describing import described
 
 from bench.harness import held
-from specc.cli import init_robot, main
+from specc.cli import init, main
 from specc.pipeline import check_spec
 from specc.tools.starting import ModelFacts, NoFacts, NoGroup, actuator_groups, facts, read_facts
 from tests.cli import robots
@@ -52,7 +52,7 @@ def asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
             KNOWN[key] = read_facts(path)
         return KNOWN[key]
 
-    monkeypatch.setattr(init_robot, "read_facts", known)
+    monkeypatch.setattr(init, "read_facts", known)
 
 
 @pytest.fixture(autouse=True)
@@ -153,7 +153,7 @@ def test_a_robot_holds_its_pose_at_once(
 @pytest.mark.parametrize("name", ROBOTS)
 def test_groups_are_named_after_what_they_move(name: str, tmp_path: Path) -> None:
     model, groups = ROBOTS[name]
-    found = actuator_groups(init_robot.read_facts(str(at(tmp_path / "robot.xml", model))), {})
+    found = actuator_groups(init.read_facts(str(at(tmp_path / "robot.xml", model))), {})
     assert [group.wish for group in found] == groups
 
 
@@ -758,7 +758,7 @@ def test_nothing_stays_after_an_interrupt(tmp_path: Path, monkeypatch: pytest.Mo
         assert (tmp_path / "new/cell/plants/robot.xml").is_file()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(init_robot, "_checked", interrupted)
+    monkeypatch.setattr(init, "_checked", interrupted)
     assert main(["init", str(tmp_path / "new/cell"), "--model", str(model)]) == 130
     assert files_below(tmp_path) == before
 
@@ -819,7 +819,7 @@ MIXED = "".join(
     ],
 )
 def test_what_a_group_names(text: str, found: list[str] | None, tmp_path: Path) -> None:
-    facts = init_robot.read_facts(str(at(tmp_path / "robot.xml", arm(MIXED))))
+    facts = init.read_facts(str(at(tmp_path / "robot.xml", arm(MIXED))))
     if found is None:
         with pytest.raises(NoGroup, match="is called a"):
             actuator_groups(facts, {"g": text}, guess=False)
@@ -832,7 +832,7 @@ def test_joints_that_one_actuator_moves_with_others_are_no_group(tmp_path: Path)
     tendon = '<fixed name="t"><joint joint="j1" coef="1"/><joint joint="j3" coef="1"/></fixed>'
     text = arm('<motor name="m" tendon="t"/>', ("j1", "j2", "j3"))
     text = text.replace("</mujoco>", f"<tendon>{tendon}</tendon></mujoco>")
-    facts = init_robot.read_facts(str(at(tmp_path / "robot.xml", text)))
+    facts = init.read_facts(str(at(tmp_path / "robot.xml", text)))
     with pytest.raises(NoGroup, match="no actuator moves only joints from j1 to j1"):
         actuator_groups(facts, {"g": "j1..j1"})
     assert len(actuator_groups(facts, {"g": "j1..j3"})) == 1
@@ -841,7 +841,7 @@ def test_joints_that_one_actuator_moves_with_others_are_no_group(tmp_path: Path)
 @pytest.mark.parametrize("text", ["j2", "j2..j2", "j1..j2"])
 def test_a_joint_without_an_actuator_is_no_group(text: str, tmp_path: Path) -> None:
     model = arm('<motor name="m" joint="j1"/>', ("j1", "j2", "j3"))
-    facts = init_robot.read_facts(str(at(tmp_path / "robot.xml", model)))
+    facts = init.read_facts(str(at(tmp_path / "robot.xml", model)))
     with pytest.raises(NoGroup, match=r"no actuator moves joint j2$"):
         actuator_groups(facts, {"g": text})
 
@@ -849,7 +849,7 @@ def test_a_joint_without_an_actuator_is_no_group(text: str, tmp_path: Path) -> N
 def test_actuators_of_one_joint_are_no_chain(tmp_path: Path) -> None:
     motors = "".join(f'<motor name="m{i}" joint="j1"/>' for i in range(3))
     text = arm(motors, ("j1", "j2", "j3"))
-    facts = init_robot.read_facts(str(at(tmp_path / "robot.xml", text)))
+    facts = init.read_facts(str(at(tmp_path / "robot.xml", text)))
     assert [group.kind for group in actuator_groups(facts, {})] == ["joints"]
 
 

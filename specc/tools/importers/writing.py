@@ -14,8 +14,7 @@ from specc.emit import fill
 from specc.lang import RESERVED
 from specc.tools.fmt import formatted
 from specc.tools.fmt.layout import WIDTH
-from specc.tools.fmt.scalars import key_text, quoted, value_text
-from specc.tools.fmt.tree import Collection, Scalar
+from specc.tools.fmt.tree import Collection, Scalar, key_text, quoted, value_text
 
 _LONGEST = 60
 PEERS = frozenset(("c", "E", "R"))
