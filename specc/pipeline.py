@@ -132,7 +132,7 @@ def _compiled(
     findings = loader.findings
     if file is None:
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
-    given, stop = loader.given(values), loader.stop(stop_when)
+    given, stop = loader.set_values(values), loader.stop_formula(stop_when)
     resolved = resolve(file, loader.load, findings, loader.reach, given, stop)
     if publish and (plant := resolved.system.plant):
         plant = replace(plant, published=(*plant.published, *loader.published(publish)))
@@ -226,13 +226,13 @@ def generated(
         return Build(result, "", {})
     plant = result.system.plant
     tests_all_rows |= plant is not None and plant.ros2 is not None
-    from specc.emit import FormatError, emit, filled
+    from specc.emit import FormatError, emit, fill_templates
     from specc.lower import TooLarge, lower
 
     try:
         proofs = None if tests_all_rows else result.proofs
         plans = lower(result.system, proofs, result.proofs.ages)
-        files = emit(plans) if is_read else filled(plans)
+        files = emit(plans) if is_read else fill_templates(plans)
     except (TooLarge, FormatError) as error:
         code, at = "E0094", Place(path)
         if isinstance(error, TooLarge):

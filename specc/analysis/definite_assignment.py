@@ -33,14 +33,15 @@ from specc.model.expr import (
     MemoryRef,
     Present,
     Quantifier,
-    Sure,
     Unary,
     Unknown,
+    Unwrap,
+    conjuncts,
     has_free_variable,
     has_unknown,
+    negation,
 )
 from specc.model.fsm import Axiom, Condition, Function, State, Transition
-from specc.model.logic import conjuncts, negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import ListOf, OptionalOf, Type
 from specc.model.wires import Wire, Wires
@@ -62,10 +63,10 @@ class InputRead:
 
 
 class DefiniteAssignment:
-    """Inputs of a subsystem that surely have a value, by state; `steps` may be taken.
+    """Inputs of a subsystem that surely have a value, by state.
 
-    A state that is never entered has everything, and so has every state if it is not known where
-    the machine begins.
+    In a state that is never entered all inputs have a value, and so they have in every state if the
+    initial state is unknown.
     """
 
     def __init__(
@@ -87,7 +88,7 @@ class DefiniteAssignment:
         """In the functions of a state, from its first period on."""
 
     def in_conditions(self, state: str) -> InputNames:
-        """In the conditions that end a state; they are first asked one period after it began."""
+        """In the conditions that end a state, first evaluated one period after it was entered."""
         return self._close(self.in_functions[state] | self._arrivals.later)
 
     def at(self, use: Evaluation) -> InputNames:
@@ -115,9 +116,9 @@ class DefiniteAssignment:
         if self.in_first_period == self._everything:
             return True
         # The texts of lets are among them, so that none needs to be followed from its users.
-        alone = Guards((), self.after_test, frozenset.intersection)
+        guards = Guards((), self.after_test, frozenset.intersection)
         first, every = self.in_first_period, texts(self._subsystem)
-        parts = (part for text in every for part in alone.parts(text.expr, first))
+        parts = (part for text in every for part in guards.parts(text.expr, first))
         return all(read.key in part.known for part in parts if (read := _read(part.expr)))
 
     def unguarded(self, expr: Expr, present: InputNames) -> Iterator[InputRead]:
@@ -128,7 +129,7 @@ class DefiniteAssignment:
                 yield InputRead(read, let)
 
     def after_row(self, step: RowEdge) -> InputNames:
-        """Once a row was taken."""
+        """After a row was taken."""
         return self._after(self.in_functions[step.row.source], step.ensures)
 
     def _present_after(self, in_functions: InputNames, ensures: InputNames) -> InputNames:
@@ -141,7 +142,7 @@ class DefiniteAssignment:
         return shortest(self._subsystem.initial_state, state, lambda here: leaving.get(here, ()))
 
     def _implied_by(self, expr: Expr, holds: bool) -> InputNames:
-        """Inputs that have a value where a condition holds; the unknown may be about any input."""
+        """Inputs that have a value where a condition holds; an unknown may imply any input."""
         match expr:
             case Unknown():
                 return self._everything
@@ -151,7 +152,7 @@ class DefiniteAssignment:
 
     def _fixpoint(self) -> FactsByState[InputName]:
         most = {state.name: self._everything for state in self._subsystem.states}
-        if not self._subsystem.begun:
+        if not self._subsystem.has_initial_state:
             return most
         most[self._subsystem.initial_state] = self.in_first_period
         if self.in_first_period == self._everything:
@@ -186,10 +187,10 @@ MOST_PATHS = 16
 class Need:
     """A value that has to be there, in the text of `let` or, without one, of the expression itself.
 
-    On each of the `ways` to it the tests of that way hold.
+    On each of the `paths` to it, the tests of that path hold.
     """
 
-    sure: Sure
+    sure: Unwrap
     paths: tuple[Premises, ...]
     let: Let | None
 
@@ -220,18 +221,18 @@ class PresentValues:
     @cached_property
     def needed(self) -> bool:
         """Whether any expression needs a value to be there."""
-        return any(isinstance(node, Sure) for node in nodes(self._subsystem))
+        return any(isinstance(node, Unwrap) for node in nodes(self._subsystem))
 
     def needs(self, expr: Expr) -> Iterator[Need]:
         """What an evaluation of `expr` may need."""
         for part in self._guards.parts(expr, ((),)):
-            if isinstance(part.expr, Sure):
+            if isinstance(part.expr, Unwrap):
                 yield Need(part.expr, part.known, part.let)
 
     def lacking(self, use: Evaluation) -> Sequence[Need]:
-        """What may be missing where it is needed; what errors stand before, is not known.
+        """The values that may be missing where an expression is evaluated.
 
-        The same expression where the same is known, in however many states, is one question.
+        The same expression under the same facts is decided once, in however many states.
         """
         known = self._known_at(use)
         key = id(use.text.expr), known, use.tests, self._moment(use)
@@ -242,11 +243,11 @@ class PresentValues:
         return self._lacking[key]
 
     def _known_at(self, use: Evaluation) -> KnownFacts:
-        """What is known where an expression is evaluated, beside the tests before it."""
+        """The facts that hold where an expression is evaluated, apart from the tests before it."""
         if use.state is None:
             return frozenset()
-        held = self._facts_by_state[use.state.name]
-        return held if isinstance(use.owner, Function) else self._in_conditions(use.state, held)
+        facts = self._facts_by_state[use.state.name]
+        return facts if isinstance(use.owner, Function) else self._in_conditions(use.state, facts)
 
     def _lacks(self, need: Need, known: Premises, moment: EvaluationPoint) -> bool:
         legible = (way for way in need.paths if not any(map(has_unknown, way)))
@@ -258,7 +259,7 @@ class PresentValues:
         )
 
     def entry_tests_suffice(self, fact: Expr, use: Evaluation) -> bool:
-        """Whether tests on the ways into a state would say enough of a value that is used there."""
+        """Whether tests on the rows into a state could guarantee a value that is used there."""
         state = use.state
         if state is None or state.name == self._subsystem.initial_state:
             return False
@@ -273,9 +274,9 @@ class PresentValues:
 
     @cached_property
     def _facts(self) -> Premises:
-        """What matters, in an order that does not depend on the run.
+        """All needed facts, in an order that does not depend on the run.
 
-        Facts about the clock do not, as it starts anew with every state.
+        Facts about the clock are left out, as it starts anew with every state.
         """
         needs = (need for text in texts(self._subsystem) for need in self.needs(text.expr))
         facts = (f for f in {n.fact for n in needs} if not self._dependences.of(f).has_clock)
@@ -294,46 +295,48 @@ class PresentValues:
         return must_hold(most, self._edges(), self._transfer)
 
     def _edges(self) -> dict[str, list[tuple[str, Premises]]]:
-        """State -> the states that it enters, or goes on as, and what is true when it does."""
+        """State -> its successors, itself included, each with the conditions that hold then."""
         found: dict[str, list[tuple[str, Premises]]] = {}
         for state in self._subsystem.states:
             ends = (state.behaviour.terminal.when, state.behaviour.error.when)
             found[state.name] = [(state.name, self._timeless(map(negation, ends)))]
         for row in self._rows:
-            before = as_conditions(self._subsystem.state(row.source).behaviour.ended(row.cause))
+            before = as_conditions(
+                self._subsystem.state(row.source).behaviour.facts_after(row.cause)
+            )
             found[row.source].append((row.target, self._timeless([*before, row.condition.when])))
         return found
 
     def _timeless(self, conditions: Iterable[Expr]) -> Premises:
-        """The parts of conditions that are as true of the next state, whose clock starts anew."""
+        """The conjuncts that do not depend on the clock, which starts anew with the next state."""
         parts = (part for condition in conditions for part in conjuncts(condition))
         return tuple(part for part in parts if not self._dependences.of(part).has_clock)
 
     def _transfer(
-        self, facts: KnownFacts, state: str, held: KnownFacts, conditions: Premises
+        self, facts: KnownFacts, state: str, at_entry: KnownFacts, conditions: Premises
     ) -> KnownFacts:
-        known = self._in_conditions(self._subsystem.state(state), held)
+        known = self._in_conditions(self._subsystem.state(state), at_entry)
         context = _with_items((*conditions, *self._in_order(known)))
         return frozenset(f for f in facts if f in known or self._prover.implies(context, f))
 
-    def _in_conditions(self, state: State, held: KnownFacts) -> KnownFacts:
+    def _in_conditions(self, state: State, facts: KnownFacts) -> KnownFacts:
         """Facts that hold when the conditions that end a state are asked."""
-        lasting = (fact for fact in held if self._is_invariant(fact, state))
-        return frozenset(lasting) | _present_by_type(self._facts, _written(state))
+        invariant = (fact for fact in facts if self._is_invariant(fact, state))
+        return frozenset(invariant) | _present_by_type(self._facts, _written(state))
 
     def _is_invariant(self, fact: Expr, state: State) -> bool:
-        """Whether what is true when a state is entered is so in all its periods."""
+        """Whether a fact that holds when a state is entered holds in all its periods."""
         on = self._dependences.of(fact)
         return on.is_stable and not on.memory & _written(state).keys()
 
 
 def _add_test(ways: tuple[Premises, ...], test: Expr, holds: bool) -> tuple[Premises, ...]:
-    said = test if holds else negation(test)
-    return tuple((*way, said) for way in ways)
+    condition = test if holds else negation(test)
+    return tuple((*way, condition) for way in ways)
 
 
 def _merge_paths(one: tuple[Premises, ...], other: tuple[Premises, ...]) -> tuple[Premises, ...]:
-    """Ways on which no more is known than on each of these: one with more tests adds nothing."""
+    """The paths of both that add something: one with more tests than another adds nothing."""
     found: list[tuple[Premises, frozenset[Expr]]] = []
     for way in (*one, *other):
         tests = frozenset(way)
@@ -350,7 +353,7 @@ def _without_variables(ways: tuple[Premises, ...]) -> tuple[Premises, ...]:
 
 
 def _with_items(conditions: Iterable[Expr]) -> list[Expr]:
-    """Conditions with what they say of lists: where some item passes a test, there is one."""
+    """Conditions, and what they imply of lists: one with an item that passes a test has an item."""
     found: list[Expr] = []
     for condition in conditions:
         found.append(condition)
@@ -370,7 +373,7 @@ def _written(state: State) -> dict[str, Type]:
 
 
 def _present_by_type(facts: Iterable[Expr], memory: Mapping[str, Type]) -> KnownFacts:
-    """Facts about memory that has got a value of a type that is never None, or never empty."""
+    """Facts that follow from the types of values assigned to memory: never None, never empty."""
     return frozenset(
         fact
         for fact in facts
@@ -400,8 +403,8 @@ class Availability:
     """When the elements of the input buffers of a subsystem have a value, and a new one.
 
     Attributes:
-        always: in every period: those that are `declared` so, and those of which too little is
-            known.
+        always: in every period: those that are `declared`, and those whose sender is not known well
+            enough.
         later: in every period after the first: the sender's first period sends them in time.
         together: element -> elements of which the sender sends one whenever it sends that one.
         declared: measurements of devices, and elements with an initial value.
@@ -424,10 +427,10 @@ def always_present(subsystem: Subsystem, wires: Wires) -> frozenset[InputName]:
     """Inputs that have a value from the first period on."""
     return frozenset(
         (wire.port.peer, element.name)
-        for wire in wires.of(subsystem)
+        for wire in wires.wires_of(subsystem)
         if wire.port.direction == "x"
         for element in wire.port.elements
-        if element.init is not None or wire.device
+        if element.init is not None or wire.peer_device
     )
 
 
@@ -442,22 +445,30 @@ def availability_of(
     declared = always_present(subsystem, wires)
     always, later, fresh = set(declared), set[InputName](), set[InputName]()
     together: dict[InputName, frozenset[InputName]] = {}
-    for wire in wires.of(subsystem):
-        if wire.port.direction != "x" or wire.device:
+    for wire in wires.wires_of(subsystem):
+        if wire.port.direction != "x" or wire.peer_device:
             continue
-        sender, end, port = wire.other, wire.end, wire.port
-        if sender is None or end is None or wire.name in broken:
+        sender, end, port = wire.peer_subsystem, wire.peer_port, wire.port
+        if sender is None or end is None or wire.peer_name in broken:
             always |= {(port.peer, element.name) for element in port.elements}
             continue
         # What the sender's end lacks would be sent if that were mended.
         always |= {(port.peer, e.name) for e in port.elements if not end.element(e.name)}
         behaviours = {state.behaviour.name: state.behaviour for state in sender.states}.values()
-        sent = [wire.arriving(behaviour) for behaviour in behaviours if behaviour.whole]
+        sent = [wire.inputs_sent_by(behaviour) for behaviour in behaviours if behaviour.is_complete]
         # A behaviour that is not known may well send nothing of this, or all of it.
         unsure = not behaviours or len(sent) < len(behaviours)
-        rated = timed and sender.rated and subsystem.rated
+        rated = timed and sender.has_rate and subsystem.has_rate
         if not rated or sender.rate_hz >= subsystem.rate_hz:
-            later |= _first_sent(sender, wire)
+            # What the first period of a sender sends, and all that it may if that is not known.
+            first = (
+                sender.state(sender.initial_state).behaviour if sender.has_initial_state else None
+            )
+            later |= (
+                _everything(wire)
+                if first is None or not first.is_complete
+                else wire.inputs_sent_by(first)
+            )
             if rated and not unsure:
                 fresh |= frozenset.intersection(*sent) & subsystem.inputs.keys()
         together |= _sent_together(wire, sent, unsure)
@@ -468,16 +479,10 @@ def _everything(wire: Wire) -> frozenset[InputName]:
     return frozenset((wire.port.peer, element.name) for element in wire.elements)
 
 
-def _first_sent(sender: Subsystem, wire: Wire) -> frozenset[InputName]:
-    """What the first period of a sender sends, and all that it may if that is not known."""
-    first = sender.state(sender.initial_state).behaviour if sender.begun else None
-    return _everything(wire) if first is None or not first.whole else wire.arriving(first)
-
-
 def _sent_together(
     wire: Wire, sent: Sequence[frozenset[InputName]], unsure: bool
 ) -> dict[InputName, frozenset[InputName]]:
-    """Element -> what is sent whenever it is, by what each behaviour sends."""
+    """Element -> the elements that are sent whenever it is."""
     found = {}
     for element in wire.port.elements:
         name = wire.port.peer, element.name

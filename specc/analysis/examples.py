@@ -50,8 +50,8 @@ class Examples:
     def text(self, decided: RowVerdictAt, witness: Witness, facts: str) -> str:
         """Values of an example of a witness about rows, in words.
 
-        Where none are found, its `facts` in words are an example if more is said than these. Empty
-        if they are what is said, or if its answers are all there is to say.
+        Where none are found, its `facts` in words are the example. Empty where the message says all
+        of that already.
         """
         is_said = witness.everywhere is None
         if is_said and all(says_all(asked) for asked, _ in witness.answers):
@@ -64,9 +64,9 @@ class Examples:
     def find(
         self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
     ) -> Example | None:
-        """An example of a witness: no row applies, or those that it names and, best, no other.
+        """An example of a witness: no row applies, or those that it names and preferably no other.
 
-        The same question of several states has one answer.
+        The same question about several states is searched once.
         """
         name = subsystem.qualified_name
         if name not in self._interpreters:
@@ -82,10 +82,10 @@ class Examples:
         answers = *witness.answers, *given
         every = tuple(showing(seen, state.name, cause, witness.holding, answers))
         always = always_present(subsystem, self._facts.wires)
-        there = machine.presence.in_conditions(state.name) | always
-        key = name, every, about, there
+        present = machine.presence.in_conditions(state.name) | always
+        key = name, every, about, present
         if key not in self._found:
-            freedom = FreeVariables(meaning.changing, there)
+            freedom = FreeVariables(meaning.changing, present)
             self._found[key] = self._search(every, about, meaning, freedom)
         return self._found[key]
 
@@ -103,7 +103,12 @@ class Examples:
         for goals in every:
             size = 1 + sum(_size(condition) for condition, _ in goals) // LARGE
             for number in (0.0, 1.0):  # by one, one can divide
-                start = _start(meaning, number)
+                # Everything is there, nothing is fresh, a period after the state was entered.
+                at = meaning.blank(number)
+                for item in meaning.subsystem.memory:
+                    value = _value(meaning, item.init, item.type, at)
+                    at = replace(at, memory={**at.memory, item.name: value})
+                start = replace(at, periods=1)
                 with self._budget.some(most // size) as budget:
                     found = example(goals, about, meaning, start, freedom, budget)
                 if found:
@@ -113,22 +118,13 @@ class Examples:
 
 
 def _size(expr: Expr) -> int:
-    """The parts of an expression; what is asked of all items counts once for each of them."""
+    """The number of parts of an expression; a vector counts with all its items."""
     size = 0
     for node in walk(expr):
         size += 1
         if isinstance(node.type, Vector):
             size += node.type.size
     return size
-
-
-def _start(meaning: Interpreter, number: float) -> Situation:
-    """Everything is there, nothing is fresh, a period after the state was entered."""
-    at = meaning.blank(number)
-    for item in meaning.subsystem.memory:
-        value = _value(meaning, item.init, item.type, at)
-        at = replace(at, memory={**at.memory, item.name: value})
-    return replace(at, periods=1)
 
 
 def _value(meaning: Interpreter, expr: Expr, type_: Type, at: Situation) -> Value:

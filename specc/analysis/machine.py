@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar
 
 from specc.analysis.definite_assignment import Availability, DefiniteAssignment, PresentValues
 from specc.analysis.graph import CAUSES, RowEdge, find_edges, reachable_from
 from specc.analysis.must_may import MustMayAnalysis, is_incomplete
-from specc.analysis.reactions import Reactions
 from specc.analysis.reads import Dependences
 from specc.analysis.state_timing import StateTiming
 from specc.analysis.suspicious_expressions import SuspiciousExpressions
 from specc.analysis.value_ranges import ValueRanges
-from specc.model.expr import Expr, Truth, has_unknown
+from specc.model.expr import Expr, Input, Truth, children, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
-from specc.proof import Prover, RowVerdict, Witness
+from specc.model.types import Bool, Enum
+from specc.proof import InputName, Prover, RowVerdict, Witness
 from specc.proof.decide import Sessions
 from specc.reachable import grouped
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +57,9 @@ class RowVerdictAt:
 
 
 class Machine:
-    """Answers about a subsystem, in terms of its states, conditions and expressions.
+    """Facts about one subsystem: its states, conditions and expressions.
 
-    They follow from the subsystem, the constants that it names and what its connections say of its
-    inputs. As long as these are equal the answers stay, whatever else changes in the system.
+    They follow from the subsystem, the constants that it names and the availability of its inputs.
     """
 
     def __init__(
@@ -77,7 +73,7 @@ class Machine:
     ) -> None:
         """`constants` that the subsystem names have values; they are in order of dependence.
 
-        A `faulty` subsystem has unknowns in it; what is said of it holds whatever they are.
+        A `faulty` subsystem has unknowns in it; its facts hold whatever they are.
         """
         self.subsystem = subsystem
         self.availability = arrivals
@@ -86,36 +82,29 @@ class Machine:
         self._sessions = sessions
         self._constant_values: dict[int, bool | None] = {}
         self._provers: list[Prover] = []
-        self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
-
-    def results_of(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
-        """What a check finds that asks nothing but this machine."""
-        if check not in self._told:
-            self._told[check] = tuple(check(self))
-        return self._told[check]
 
     # What it is made of.
 
     @cached_property
     def prover(self) -> Prover:
-        """Answers about conditions."""
+        """Proofs about conditions."""
         return self._new_prover(self.subsystem)
 
     @cached_property
     def generic_prover(self) -> Prover:
-        """Answers that hold whatever the parameters of the subsystem are."""
+        """Proofs that hold for all parameters of the subsystem."""
         if not self.subsystem.constants:
             return self.prover
         return self._new_prover(replace(self.subsystem, constants=()))
 
     @cached_property
     def value_ranges(self) -> ValueRanges:
-        """What is known of memory, whatever the parameters of the subsystem are."""
+        """The ranges of memory, for all parameters of the subsystem."""
         return ValueRanges(self.subsystem, self.generic_prover.numbering)
 
     @cached_property
     def invariants(self) -> tuple[Expr, ...]:
-        """What always holds of memory, with the parameters that the subsystem is given."""
+        """Invariants of memory, with the parameters that the subsystem is given."""
         if not self.subsystem.constants:
             return self.value_ranges.invariants
         return ValueRanges(self.subsystem, self.prover.numbering).invariants
@@ -134,28 +123,49 @@ class Machine:
 
     @cached_property
     def must_may(self) -> MustMayAnalysis:
-        """What is certain where something is unknown."""
+        """Verdicts that hold whatever is unknown."""
         return MustMayAnalysis(self.subsystem, self._new_prover)
 
     @cached_property
     def suspicious(self) -> SuspiciousExpressions:
-        """What cannot be meant in expressions."""
+        """Suspicious expressions."""
         numbering = self.prover.numbering
         return SuspiciousExpressions(self.subsystem, self._constants, self.dependences, numbering)
 
     @cached_property
     def dependences(self) -> Dependences:
-        """What expressions depend on."""
+        """The dependences of expressions."""
         return Dependences({let.name: let.value for let in self.subsystem.lets})
 
-    @cached_property
-    def reactions(self) -> Reactions:
-        """To which members of the enums of inputs it reacts."""
-        return Reactions(self.subsystem, self.prover, self.dependences)
+    def reactions(self, exprs: Iterable[Expr], key: InputName) -> frozenset[str]:
+        """The members of an input's enum to which some expressions react.
+
+        They react if the member may change the value of one of them. An expression that reads the
+        input other than in a condition reacts to all members.
+        """
+        type_ = self.subsystem.inputs[key].type
+        if not isinstance(type_, Enum):
+            return frozenset()
+        parts = [part for expr in exprs for part in self._conditions_on(expr, key)]
+        if not all(isinstance(part.type, Bool) for part in parts):
+            return frozenset(type_.members)
+        element, reacts = Input(*key, type=type_), self.prover.reacts
+        return frozenset(m for m in type_.members if any(reacts(p, element, m) for p in parts))
+
+    def _conditions_on(self, expr: Expr, key: InputName) -> Iterator[Expr]:
+        """The conditions in an expression that depend on an input, and the input outside of any."""
+        if key not in self.dependences.of(expr).inputs:
+            return
+        if isinstance(expr.type, Bool) or isinstance(expr, Input):
+            yield expr
+        else:
+            value = self.prover.numbering.looked_through(expr)
+            for part in children(expr) if value is expr else (value,):
+                yield from self._conditions_on(part, key)
 
     @cached_property
     def dwell_times(self) -> StateTiming:
-        """How long states can last, if there are no unknowns."""
+        """The timing of states, if there are no unknowns."""
         return StateTiming(self.subsystem, self.prover, self.dependences, self.verdict)
 
     # How much can be asked of it.
@@ -177,7 +187,7 @@ class Machine:
 
     @cached_property
     def has_known_conditions(self) -> bool:
-        """Whether it is consistent, with nothing unknown in what leads from state to state."""
+        """Whether it is consistent, without unknowns in its conditions and lets."""
         unknown = self._has_unknown_rows or any(
             has_unknown(let.value) for let in self.subsystem.lets
         )
@@ -197,24 +207,24 @@ class Machine:
     def row_verdicts(self) -> tuple[RowVerdictAt, ...]:
         """The verdicts about every state and cause.
 
-        Where conditions are unknown, what they say holds whatever these are.
+        Where conditions are unknown, the verdicts hold whatever these are.
         """
-        every = ((state, cause) for state in self.subsystem.states for cause in CAUSES)
-        found = ((state, cause, self._certain_verdict(state, cause)) for state, cause in every)
-        return tuple([RowVerdictAt(self, s, cause, v) for s, cause, v in found if v is not None])
-
-    def _certain_verdict(self, state: State, cause: Cause) -> RowVerdict | None:
-        """The verdict that does not depend on anything unknown; None if there is none."""
-        if not self.is_incomplete(state, cause):
-            return self.verdict(state.name, cause)
-        present = self.presence.in_conditions(state.name)
-        return self.must_may.verdict(state.name, cause, present)
+        found = []
+        for state in self.subsystem.states:
+            for cause in CAUSES:
+                if self.is_incomplete(state, cause):
+                    present = self.presence.in_conditions(state.name)
+                    verdict = self.must_may.verdict(state.name, cause, present)
+                else:
+                    verdict = self.verdict(state.name, cause)
+                if verdict is not None:
+                    found.append(RowVerdictAt(self, state, cause, verdict))
+        return tuple(found)
 
     def verdict(self, state: str, cause: Cause) -> RowVerdict:
         """The verdict about the rows of a state and cause, with what is known of presence.
 
-        What peers always send, and what always holds of memory, makes rows complete, but none
-        superfluous.
+        What peers always send, and invariants of memory, make rows complete, but none superfluous.
         """
         verdict, fresh = self._verdicts_without_presence[state, cause], self.availability.fresh
         prove = partial(self.prover.prove_rows, state, cause)
@@ -259,21 +269,26 @@ class Machine:
 
     @cached_property
     def successors(self) -> dict[str, list[RowEdge]]:
-        """The steps by the state that they leave."""
+        """The edges by the state that they leave."""
         return grouped((step.row.source, step) for step in self.edges)
 
     @cached_property
     def reachable_states(self) -> frozenset[str]:
-        """The states that it can enter; all of them where that is not known."""
-        if not self.subsystem.begun or not self.has_known_edges:
+        """The states that it can enter; all of them if the edges are unknown."""
+        if not self.subsystem.has_initial_state or not self.has_known_edges:
             return frozenset(state.name for state in self.subsystem.states)
         return reachable_from(self.subsystem.initial_state, self.successors)
+
+    def is_on_cycle(self, state: str) -> bool:
+        """Whether a path leads from a state back to it."""
+        targets = (edge.row.target for edge in self.successors.get(state, ()))
+        return any(state in reachable_from(target, self.successors) for target in targets)
 
     @cached_property
     def has_known_edges(self) -> bool:
         """Whether no row is missing and no condition has one value by mistake.
 
-        If the table needs a repair anyway, it is not known yet which states can be reached.
+        In a table that has to be repaired, reachability is unknown.
         """
         return self.conditions_vary and not any(
             decided.verdict.decision.gap or decided.lacks_rows for decided in self.row_verdicts
@@ -291,15 +306,15 @@ class Machine:
     def constant_value(self, condition: Condition) -> bool | None:
         """The constant truth value of a condition that should change; None if it can change.
 
-        A literal `True` or `False` is intended, and what is given to parameters may well decide it.
+        A literal `True` or `False` is intended, and so is what the values of parameters decide.
         """
         key = id(condition.when)
         if key not in self._constant_values:
             named = self.dependences.of(condition.when).constants
             is_given = any(constant.name in named for constant in self.subsystem.constants)
             prover = self.generic_prover if is_given else self.prover
-            meant = isinstance(condition.when, Truth)
-            value = None if meant else prover.constant(condition.when, by_tables=is_given)
+            is_intended = isinstance(condition.when, Truth)
+            value = None if is_intended else prover.constant(condition.when, by_tables=is_given)
             self._constant_values[key] = value
         return self._constant_values[key]
 
@@ -307,12 +322,12 @@ class Machine:
 
     @cached_property
     def presence(self) -> DefiniteAssignment:
-        """Where inputs surely have values."""
+        """The inputs that surely have a value, by state."""
         steps = self.must_may.edges() if self._has_unknown_rows else self.edges
         return DefiniteAssignment(self.subsystem, steps, self.availability)
 
     @cached_property
     def present_values(self) -> PresentValues:
-        """Where optional values and lists surely have something in them, if it is legible."""
+        """Optional values and lists that surely have a value or item, if conditions are known."""
         rows = [step.row for step in self.edges]
         return PresentValues(self.subsystem, rows, self.prover, self.dependences)

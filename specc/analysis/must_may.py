@@ -28,7 +28,7 @@ def must_hold_part(condition: Expr, is_unknown: Predicate = has_unknown) -> Expr
 
 
 def may_hold_part(condition: Expr, is_unknown: Predicate = has_unknown) -> Expr:
-    """The condition where it may hold, its unknown parts permitting."""
+    """The condition where it holds for some value of its unknown parts."""
     return _bound(condition, TRUE, is_unknown)
 
 
@@ -61,7 +61,7 @@ def _bound(expr: Expr, unknown: Expr, is_unknown: Predicate) -> Expr:
 
 @dataclass(frozen=True, slots=True)
 class Approximation:
-    """What a machine with unknowns surely or possibly is."""
+    """An approximation of a machine with unknowns, from below or above."""
 
     cause: Cause
     ends: Rewriting
@@ -70,7 +70,10 @@ class Approximation:
     def of(self, subsystem: Subsystem) -> Subsystem:
         """The machine without unknowns; of its behaviours only the end by the cause counts."""
         states = tuple(self._state(state) for state in subsystem.states)
-        rows = tuple(_row(row, self.rows) for row in subsystem.transitions)
+        rows = tuple(
+            replace(row, condition=_known(row.condition, self.rows))
+            for row in subsystem.transitions
+        )
         return replace(subsystem, states=states, transitions=rows)
 
     def _state(self, state: State) -> State:
@@ -78,37 +81,33 @@ class Approximation:
         # An error goes before an end: where it is not known, the end is not known either.
         opposite = may_hold_part if self.ends is must_hold_part else must_hold_part
         error = self.ends if self.cause == "error" else opposite
-        seen = replace(
+        approximated = replace(
             behaviour,
             terminal=_known(behaviour.terminal, self.ends),
             error=_known(behaviour.error, error),
         )
-        return replace(state, behaviour=seen)
+        return replace(state, behaviour=approximated)
 
 
 def must_view(cause: Cause) -> Approximation:
-    """Where ends and rows surely hold."""
+    """Ends and rows that surely hold."""
     return Approximation(cause, must_hold_part, must_hold_part)
 
 
 def gap_view(cause: Cause) -> Approximation:
-    """Where ends surely hold, beside rows that possibly do."""
+    """Ends that surely hold, with rows that may hold: no row of these applies only in a gap."""
     return Approximation(cause, must_hold_part, may_hold_part)
 
 
 def may_view(cause: Cause) -> Approximation:
-    """Where ends and rows possibly hold."""
+    """Ends and rows that may hold."""
     return Approximation(cause, may_hold_part, may_hold_part)
 
 
 def is_incomplete(subsystem: Subsystem, state: State, cause: Cause) -> bool:
     """Whether something about the rows of a state and cause is unknown."""
     rows = (row.condition.when for _, row in subsystem.rows(state.name, cause))
-    return any(map(has_unknown, (*(when for when, _ in state.behaviour.ended(cause)), *rows)))
-
-
-def _row(row: Transition, bound: Rewriting) -> Transition:
-    return replace(row, condition=_known(row.condition, bound))
+    return any(map(has_unknown, (*(when for when, _ in state.behaviour.facts_after(cause)), *rows)))
 
 
 def _known(condition: Condition, bound: Rewriting) -> Condition:
@@ -119,7 +118,7 @@ def _known(condition: Condition, bound: Rewriting) -> Condition:
 
 
 class MustMayAnalysis:
-    """Answers about the machine of a subsystem in the views that are taken of it."""
+    """Verdicts about a subsystem with unknowns, from its approximations."""
 
     def __init__(self, subsystem: Subsystem, prover: Callable[[Subsystem], Prover]) -> None:
         """`prover` makes one for a subsystem without unknowns."""
@@ -130,7 +129,7 @@ class MustMayAnalysis:
     def verdict(
         self, state: str, cause: Cause, present: Collection[InputName]
     ) -> RowVerdict | None:
-        """What is certain of the rows; None if it is not known whether the cause occurs."""
+        """The certain verdict about the rows; None if it is unknown whether the cause occurs."""
         known, gaps, all_ = (
             self._prover(view(cause)).prove_rows(state, cause, present=present).decision
             for view in (must_view, gap_view, may_view)
@@ -144,19 +143,19 @@ class MustMayAnalysis:
         self, state: str, cause: Cause, pair: tuple[int, int], present: Collection[InputName]
     ) -> Witness | None:
         """Where two rows of a state and cause, by their indices, surely apply together."""
-        seen = must_view(cause).of(self._subsystem)
-        rows = _rows(seen, state, cause)
-        two = replace(seen, transitions=tuple(rows[index] for index in pair))
+        known = must_view(cause).of(self._subsystem)
+        rows = _rows(known, state, cause)
+        two = replace(known, transitions=tuple(rows[index] for index in pair))
         return self._new(two).prove_rows(state, cause, present=present).decision.overlap
 
     def edges(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken whatever is unknown."""
-        every = ((state.name, cause) for state in self._subsystem.states for cause in CAUSES)
-        return find_edges(self._subsystem, (self._must_verdict(*each) for each in every))
-
-    def _must_verdict(self, state: str, cause: Cause) -> RowVerdict:
-        decision = self._prover(must_view(cause)).prove_rows(state, cause).decision
-        return RowVerdict(_rows(self._subsystem, state, cause), decision)
+        verdicts = []
+        for state in (state.name for state in self._subsystem.states):
+            for cause in CAUSES:
+                decision = self._prover(must_view(cause)).prove_rows(state, cause).decision
+                verdicts.append(RowVerdict(_rows(self._subsystem, state, cause), decision))
+        return find_edges(self._subsystem, verdicts)
 
     def _prover(self, view: Approximation) -> Prover:
         if view not in self._provers:

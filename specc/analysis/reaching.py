@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from specc.analysis.machine import Machine
 from specc.analysis.reads import Dependence, ExpressionText, TextOwner, text_of
 from specc.lang import ranges
-from specc.lang.bounds import bounds
+from specc.lang.evaluate import range_of_parts
 from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
     Binary,
@@ -21,8 +21,8 @@ from specc.model.expr import (
     Items,
     LetRef,
     MemoryRef,
-    Sure,
     Unary,
+    Unwrap,
     children,
     walk,
 )
@@ -57,11 +57,12 @@ ScalarDefinition = ScalarExpr | ReportedScalar
 
 def component(expr: Expr, index: int) -> Expr:
     """The number at an index of a vector; of arithmetic on vectors, the arithmetic on numbers."""
-    type_ = _type_at(expr.type, index)
+    components = _vector(expr.type).components
+    type_ = components[index] if index < len(components) else expr.type
     match expr:
         case Items(items=items):
             return items[index]
-        case Sure(value=value):
+        case Unwrap(value=value):
             return component(value, index)
         case Unary(op="-", operand=operand):
             return Unary("-", component(operand, index), type=type_, span=expr.span)
@@ -76,11 +77,6 @@ def component(expr: Expr, index: int) -> Expr:
 
 def _of_side(expr: Expr, index: int) -> Expr:
     return component(expr, index) if _vector(expr.type).components else expr
-
-
-def _type_at(type_: Type, index: int) -> Type:
-    components = _vector(type_).components
-    return components[index] if index < len(components) else type_
 
 
 def _vector(type_: Type) -> Type:
@@ -114,7 +110,7 @@ class ReachingDefinitions:
             if not isinstance(expr, Component):
                 return [replace(scalar, expr=expr)]
         match expr:
-            case Sure(value=value):
+            case Unwrap(value=value):
                 return [replace(scalar, expr=value)]
             case Choice(then=then, otherwise=otherwise):
                 return [replace(scalar, expr=then), replace(scalar, expr=otherwise)]
@@ -162,7 +158,7 @@ class ReachingDefinitions:
         self, reader: Subsystem, key: tuple[str, str], index: int | None
     ) -> Iterator[ScalarDefinition]:
         peer, name = key
-        if device := self._wires.measured(reader.qualified_name, peer):
+        if device := self._wires.measuring_device(reader.qualified_name, peer):
             yield ReportedScalar(f"{device}.{name}", index or 0)
             return
         element = reader.inputs.get(key)
@@ -202,7 +198,7 @@ _DEEPEST = 100
 class ReportedScalars:
     """The numbers of devices that reach a number, at most scaled or added to others.
 
-    One answers one question, since a loop through memory is cut where it comes round.
+    An instance answers one question, since it cuts loops through memory.
     """
 
     def __init__(self, definitions: ReachingDefinitions) -> None:
@@ -243,10 +239,9 @@ _Ranges = dict[ScalarExpr, tuple[Range, ...]]
 
 
 class ScalarRanges:
-    """Answers one question: between which numbers lies what a definition gives?
+    """The ranges of a number, one for each definition that reaches it; answers one question.
 
-    In each range lie all values that the number has where one definition reaches it. What tests
-    may keep back is not followed.
+    A value that a test may exclude has any range.
     """
 
     def __init__(self, definitions: ReachingDefinitions, machine: Callable[[str], Machine]) -> None:
@@ -257,7 +252,7 @@ class ScalarRanges:
         self._budget = _MOST_STEPS
 
     def of(self, scalar: ScalarExpr) -> _Ranges:
-        """By the expressions that compute it, or are literals."""
+        """Ranges by the expressions that compute the number, or are literals."""
         self._budget -= 1
         if scalar in self._visiting or len(self._visiting) > _MOST_NESTED or self._budget < 0:
             return {scalar: (self._in_memory(scalar),)}
@@ -274,20 +269,20 @@ class ScalarRanges:
         return found
 
     def _in_memory(self, scalar: ScalarExpr) -> Range:
-        """Of what depends on itself: the bounds of memory."""
+        """The bounds of memory, for a number that depends on itself."""
         if isinstance(scalar.expr, MemoryRef) and scalar.subsystem:
             return self._machine(scalar.subsystem).value_ranges.bounds.of(scalar.expr)
         return ANY
 
     def _computed(self, scalar: ScalarExpr) -> Iterator[Range]:
-        """One for each definition that reaches one part, whatever the other parts are."""
+        """A range for each definition that reaches one part, with all values of the other parts."""
         expr = scalar.expr
         parts = [self._of_part(replace(scalar, expr=part)) for part in children(expr)]
-        whole = [ranges.union(*each) for each in parts]
-        yield bounds(expr, whole)
+        unions = [ranges.union(*each) for each in parts]
+        yield range_of_parts(expr, unions)
         for index, each in enumerate(parts):
             for one in each if len(each) <= _MOST_RANGES else ():
-                yield bounds(expr, [*whole[:index], one, *whole[index + 1 :]])
+                yield range_of_parts(expr, [*unions[:index], one, *unions[index + 1 :]])
 
     def _of_part(self, scalar: ScalarExpr) -> list[Range]:
         if not isinstance(scalar.expr.type, (Int, Real)):
@@ -296,7 +291,7 @@ class ScalarRanges:
         return list(dict.fromkeys(every)) or [ANY]
 
     def _is_tested(self, scalar: ScalarExpr) -> bool:
-        """Whether a choice or a condition of the machine may keep some of the values back."""
+        """Whether a choice or a condition of the machine may exclude some values."""
         if not scalar.subsystem:
             return False
         machine, expr = self._machine(scalar.subsystem), scalar.expr
@@ -306,13 +301,12 @@ class ScalarRanges:
         core = expr.value if isinstance(expr, Component) else expr
         if not isinstance(core, (Input, MemoryRef)):
             return False
-        asked = (condition.when for condition in machine.subsystem.exit_conditions)
-        return any(_compares(when) and _shared(of(when), of(core)) for when in asked)
+        conditions = (condition.when for condition in machine.subsystem.exit_conditions)
+        return any(
+            any(isinstance(part, Compare) for part in walk(when)) and _shared(of(when), of(core))
+            for when in conditions
+        )
 
 
 def _shared(one: Dependence, other: Dependence) -> bool:
     return bool(one.values & other.values or one.memory & other.memory)
-
-
-def _compares(condition: Expr) -> bool:
-    return any(isinstance(part, Compare) for part in walk(condition))

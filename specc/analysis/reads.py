@@ -67,13 +67,13 @@ def text_of(part: TextOwner) -> ExpressionText:
 def _stored_on_subsystem(
     find: Callable[[Subsystem], Iterable[T]],
 ) -> Callable[[Subsystem], Sequence[T]]:
-    """What subsystems keep the answer to: many checks ask."""
+    """Store the result on the subsystem, since many checks ask for it."""
 
     def answer(subsystem: Subsystem) -> Sequence[T]:
-        kept = vars(subsystem)
-        if find.__name__ not in kept:
-            kept[find.__name__] = tuple(find(subsystem))
-        return kept[find.__name__]  # type: ignore[no-any-return]  # what was kept
+        stored = vars(subsystem)
+        if find.__name__ not in stored:
+            stored[find.__name__] = tuple(find(subsystem))
+        return stored[find.__name__]  # type: ignore[no-any-return]  # what was kept
 
     return answer
 
@@ -108,12 +108,12 @@ def texts_of_system(system: System) -> Iterator[ExpressionText]:
 
 
 def inputs_read(subsystem: Subsystem) -> frozenset[InputName]:
-    """Inputs whose value or arrival some expression asks for."""
+    """Inputs that some expression reads or tests for arrival."""
     return frozenset(node.key for node in nodes(subsystem) if isinstance(node, Input))
 
 
 def inputs_tested_for_arrival(subsystem: Subsystem) -> frozenset[InputName]:
-    """Inputs of which it matters whether a new value has come."""
+    """Inputs that some expression tests for a new value."""
     return frozenset(node.input.key for node in nodes(subsystem) if isinstance(node, Fresh))
 
 
@@ -121,7 +121,7 @@ def inputs_tested_for_arrival(subsystem: Subsystem) -> frozenset[InputName]:
 class Dependence:
     """What the value of an expression depends on.
 
-    Of `inputs`, it reads the `values` of some, and asks of the `arrivals` whether they are fresh.
+    Of its `inputs`, it reads `values` and tests whether `arrivals` are fresh.
     """
 
     inputs: frozenset[InputName] = frozenset()
@@ -163,7 +163,15 @@ class Dependences:
             case Clock(name="elapsed" | "entered"):
                 return Dependence(is_stable=False, has_clock=True)
             case Input() | Fresh() | Present() | Lag():
-                return _of_input(expr)
+                element = expr if isinstance(expr, Input) else expr.input
+                key, nothing = frozenset((element.key,)), frozenset[InputName]()
+                return Dependence(
+                    key,
+                    key if isinstance(expr, Input) else nothing,
+                    key if isinstance(expr, Fresh) else nothing,
+                    is_stable=False,
+                    has_lag=isinstance(expr, Lag),
+                )
             case BoundVariable():
                 return Dependence(is_stable=False)
             case LetRef(name=name) if name in self._lets:
@@ -181,7 +189,7 @@ class Dependences:
         return {name: value for name, value in self._values.items() if name in used}
 
     def all(self, exprs: Iterable[Expr]) -> Dependence:
-        """What any of some expressions depends on."""
+        """What some expressions depend on together."""
         found = map(self.of, exprs)
         parts = [part for part in found if part is not _NOTHING]
         if len(parts) < 2:
@@ -197,18 +205,6 @@ class Dependences:
             any(part.has_lag for part in parts),
             any(part.has_literal for part in parts),
         )
-
-
-def _of_input(expr: Input | Fresh | Present | Lag) -> Dependence:
-    element = expr if isinstance(expr, Input) else expr.input
-    key, nothing = frozenset((element.key,)), frozenset[InputName]()
-    return Dependence(
-        key,
-        key if isinstance(expr, Input) else nothing,
-        key if isinstance(expr, Fresh) else nothing,
-        is_stable=False,
-        has_lag=isinstance(expr, Lag),
-    )
 
 
 def _any_of(names: Iterable[frozenset[Name]]) -> frozenset[Name]:

@@ -1,4 +1,4 @@
-"""How long states can last: what ends them for certain, and what comes too late for that."""
+"""Timing of states: when they surely end, and which exits are overdue."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from specc.analysis.graph import CAUSES
 from specc.analysis.must_may import may_hold_part
 from specc.analysis.path_conditions import as_conditions
 from specc.analysis.reads import Dependences
-from specc.model.expr import Expr, has_unknown
+from specc.model.expr import Expr, has_unknown, junction
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
-from specc.model.logic import joined
 from specc.model.system import Subsystem
 from specc.proof import Prover, RowVerdict
 
@@ -24,10 +23,10 @@ _MOST_TURNS = 24
 
 @dataclass(frozen=True, slots=True)
 class OverdueExit:
-    """`condition` could hold in a state only after the state is `over` by its other conditions.
+    """A `condition` of a state that could hold only after other conditions have ended the state.
 
-    `row` is the row that asks it, if it is an initial condition; `ended_by` end the state by then,
-    and `timed` says whether they speak of time.
+    `row` is its row, if it is an initial condition. The conditions `ended_by` end the state at
+    `end_s`; `is_timed` says whether they depend on time.
     """
 
     state: State
@@ -42,8 +41,8 @@ class OverdueExit:
 class _Ending:
     """The time at which a state surely ends, if it has not before.
 
-    `by` says whether the error ends it then, and whether the terminal condition does; `in_time`
-    says of each cause whether it ends the state by that time.
+    `by` says whether the error, and whether the terminal condition ends it then. `in_time` has, for
+    each cause, the conditions under which it ends the state by that time.
     """
 
     end_s: Fraction
@@ -52,7 +51,7 @@ class _Ending:
 
 
 class StateTiming:
-    """Asks about the states of one subsystem that has no unknowns."""
+    """Timing of the states of one subsystem without unknowns."""
 
     def __init__(
         self,
@@ -61,7 +60,7 @@ class StateTiming:
         dependences: Dependences,
         verdict: Callable[[str, Cause], RowVerdict],
     ) -> None:
-        """`verdict` says what is decided about the rows of a state and cause."""
+        """`verdict` gives that about the rows of a state and cause."""
         self._subsystem = subsystem
         self._prover = prover
         self._dependences = dependences
@@ -71,24 +70,24 @@ class StateTiming:
         self._excluded: dict[tuple[int, Cause, int], bool] = {}
 
     def never_ends(self, state: State, cause: Cause) -> bool:
-        """Whether time makes a condition that ends a state false for ever before it can hold."""
+        """Whether a state is surely over before a cause can end it."""
         end = state.behaviour.ending(cause)
-        return any(late.row is None and late.condition is end for late in self.overdue_exits(state))
+        return any(exit.row is None and exit.condition is end for exit in self.overdue_exits(state))
 
     def is_one_period(self, state: State) -> bool:
-        """Whether a state surely ends in its second period, when its conditions are first asked."""
+        """Whether a state surely ends when its conditions are first evaluated."""
         ending = self._ending(state.behaviour)
         return ending is not None and ending.end_s == 1 / self._subsystem.rate_hz
 
     def overdue_exits(self, state: State) -> Iterator[OverdueExit]:
-        """The conditions that time makes false for ever in a state before they can hold."""
+        """The conditions of a state that can hold only after it is over."""
         if not self._timed_conditions:
             return
         behaviour = state.behaviour
         conditions = [behaviour.error, behaviour.terminal]
         rows = (self._subsystem.rows(state.name, cause) for cause in CAUSES)
-        asked = (*conditions, *(row.condition for of_cause in rows for _, row in of_cause))
-        if self._timed_conditions.isdisjoint([id(condition.when) for condition in asked]):
+        evaluated = (*conditions, *(row.condition for of_cause in rows for _, row in of_cause))
+        if self._timed_conditions.isdisjoint([id(condition.when) for condition in evaluated]):
             return
         ending = self._ending(behaviour)
         if ending is None:
@@ -108,25 +107,27 @@ class StateTiming:
 
     @cached_property
     def _timed_conditions(self) -> set[int]:
-        """The texts of conditions in which time alone turns something, by identity."""
-        asked = self._subsystem.exit_conditions
-        return {id(each.when) for each in asked if self._prover.timer.turning(each.when)}
+        """The conditions with a part that time alone decides, by identity."""
+        conditions = self._subsystem.exit_conditions
+        return {id(each.when) for each in conditions if self._prover.timer.turning(each.when)}
 
-    def _excludes(self, ending: _Ending, cause: Cause, asked: Condition | None) -> bool:
-        """Whether a state cannot end by a cause, and with a condition, before it is over."""
-        key = id(ending), cause, id(asked)
+    def _excludes(self, ending: _Ending, cause: Cause, initial: Condition | None) -> bool:
+        """Whether a state is over before a cause can end it with an initial condition."""
+        key = id(ending), cause, id(initial)
         if key not in self._excluded:
-            context = [*ending.in_time[cause], *([asked.when] if asked else [])]
+            context = [*ending.in_time[cause], *([initial.when] if initial else [])]
             self._excluded[key] = self._prover.satisfiable(context) is False
         return self._excluded[key]
 
     def excludes_row(self, row: Transition) -> bool:
-        """Whether a row that is never taken is never taken because of conditions on time."""
+        """Whether conditions on time are the reason that a row is never taken."""
         source = self._subsystem.state(row.source).behaviour
-        return self.is_time_the_cause(*as_conditions(source.ended(row.cause)), row.condition.when)
+        return self.is_time_the_cause(
+            *as_conditions(source.facts_after(row.cause)), row.condition.when
+        )
 
     def is_time_the_cause(self, *conditions: Expr) -> bool:
-        """Whether conditions that never hold together could, but for what they say of time."""
+        """Whether conditions that exclude each other could hold together without their times."""
         timeless = [may_hold_part(condition, self._is_timed) for condition in conditions]
         return any(map(self._is_timed, conditions)) and self._prover.satisfiable(timeless) is True
 
@@ -134,7 +135,7 @@ class StateTiming:
         return self._dependences.of(expr).has_clock or has_unknown(expr)
 
     def _ending(self, behaviour: Behaviour) -> _Ending | None:
-        """How states end that end by the same conditions, if no parameter decides it."""
+        """The end of states with the same conditions, unless a parameter decides it."""
         ends = behaviour.error.when, behaviour.terminal.when
         key = id(ends[0]), id(ends[1])
         if key not in self._endings:
@@ -144,20 +145,19 @@ class StateTiming:
 
     def _found(self, behaviour: Behaviour) -> _Ending | None:
         error, terminal = behaviour.error, behaviour.terminal
-        either = joined("or", (error.when, terminal.when))
-        for periods in self._candidates(either):
+        either = junction("or", (error.when, terminal.when))
+        for periods in sorted({1, *sorted(self._prover.timer.turning(either))[:_MOST_TURNS]}):
             now = self._prover.timer.lasted("==", periods)
             if self._prover.implies([now], either):
-                alone = self._prover.implies([now], error.when)
-                other = not alone and self._prover.implies([now], terminal.when)
+                by_error = self._prover.implies([now], error.when)
+                by_terminal = not by_error and self._prover.implies([now], terminal.when)
                 by_then = self._prover.timer.lasted("<=", periods)
                 return _Ending(
                     periods / self._subsystem.rate_hz,
-                    (not other, not alone),
-                    {cause: [*as_conditions(behaviour.ended(cause)), by_then] for cause in CAUSES},
+                    (not by_terminal, not by_error),
+                    {
+                        cause: [*as_conditions(behaviour.facts_after(cause)), by_then]
+                        for cause in CAUSES
+                    },
                 )
         return None
-
-    def _candidates(self, ends: Expr) -> list[int]:
-        """The first period, and those at which time turns a part of what ends a state."""
-        return sorted({1, *sorted(self._prover.timer.turning(ends))[:_MOST_TURNS]})

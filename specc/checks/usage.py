@@ -13,7 +13,7 @@ from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
 from specc.model.requirement import expressions
-from specc.model.system import Element, Let, Memory, Subsystem
+from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Enum
 from specc.model.wires import Wire
 from specc.reachable import grouped, reachable
@@ -41,9 +41,9 @@ def _named(parts: Iterable[Expr]) -> set[str]:
 def _unused(
     code: str, places: Mapping[str, Place], edges: Mapping[str, Set[str]], start: Set[str]
 ) -> Iterator[Diagnostic]:
-    """Of some things those that nothing names, each with the others that only it uses.
+    """Things that nothing uses, each with the things that only it uses.
 
-    `edges` say what each thing names, and the `start` has a purpose of its own.
+    `edges` has the names that each thing uses; things in `start` are used.
     """
     used = reachable(start, lambda one: edges.get(one, _NONE)).keys()
     left = {label: index for index, label in enumerate(places) if label not in used}
@@ -75,7 +75,7 @@ Readable = dict[tuple[type[Expr], str], Let | Memory]
 
 
 def parts_used(facts: Facts) -> Iterator[Diagnostic]:
-    """W0611; memory that is written is not unused, if perhaps not read."""
+    """W0611; memory that is written counts as used."""
     for machine in facts.complete_machines:
         yield from _unused_parts(machine.subsystem, facts.watched(machine.subsystem))
 
@@ -92,9 +92,9 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     # Nothing can name these in an expression, which is an error of its own.
     start += [part for part in named.values() if part.name in RESERVED]
     used = reachable(map(id, start), lambda one: map(id, _needed(parts.get(one), named)))
-    left = {_label(part): part for key, part in parts.items() if key not in used}
-    edges = {label: set(map(_label, _needed(part, named))) for label, part in left.items()}
-    yield from _unused("W0611", {label: part.place for label, part in left.items()}, edges, _NONE)
+    unused = {_label(part): part for key, part in parts.items() if key not in used}
+    edges = {label: set(map(_label, _needed(part, named))) for label, part in unused.items()}
+    yield from _unused("W0611", {label: p.place for label, p in unused.items()}, edges, _NONE)
 
 
 def _label(part: SubsystemPart) -> str:
@@ -130,7 +130,7 @@ def _named_in(values: Iterable[Expr], named: Readable) -> list[SubsystemPart]:
 
 
 def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
-    """W0240, once there are agents; a library may well define more than one system needs."""
+    """W0240, if there are agents; a library may define more than one system needs."""
     system = facts.system
     if not system.subsystems:
         return
@@ -143,12 +143,12 @@ def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def observed_used(facts: Facts) -> Iterator[Diagnostic]:
-    """W0240, once something is required; of what one `for` observes, some is enough."""
+    """W0240, if there are formulas; one used copy of a `for` is enough."""
     plant, readings = facts.system.plant, [r for item in facts.formulas for r in item.readings]
     named = {reading.element[0] for reading in readings if reading.kind == "observed"}
-    seen = plant.observed if plant and facts.formulas else ()
-    used = {item.place for item in seen if item.name in named}
-    for place, name in {item.place: item.name for item in reversed(seen)}.items():
+    observed = plant.observed if plant and facts.formulas else ()
+    used = {item.place for item in observed if item.name in named}
+    for place, name in {item.place: item.name for item in reversed(observed)}.items():
         if place not in used:
             message = f"`plant.{name}` is observed and not used"
             help = "name it in a requirement, or delete it"
@@ -201,10 +201,10 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
     }
     for subsystem in facts.subsystems:
         read = found[subsystem.qualified_name]
-        for wire in facts.wires.of(subsystem):
-            port, sender = wire.port, wire.other
+        for wire in facts.wires.wires_of(subsystem):
+            port, sender = wire.port, wire.peer_subsystem
             # What a description in another file sends is said there.
-            given = wire.end and wire.end.place.file != subsystem.place.file
+            given = wire.peer_port and wire.peer_port.place.file != subsystem.place.file
             if port.direction == "y" or sender is None or given:
                 continue
             for element in port.elements:
@@ -213,7 +213,7 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
                         "W0412",
                         f"`{subsystem.qualified_name}` never reads `x.{port.peer}.{element.name}`",
                         element.place,
-                        related=(Related(sender.place, f"`{wire.name}` has it in its `y`"),),
+                        related=(Related(sender.place, f"`{wire.peer_name}` has it in its `y`"),),
                         help="use it, or delete it at both ends",
                     )
 
@@ -227,8 +227,10 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
     events = grouped(
         (element.place, (wire, element))
         for subsystem in facts.subsystems
-        for wire in facts.wires.of(subsystem)
-        for element in (wire.port.elements if wire.port.direction == "x" and wire.other else ())
+        for wire in facts.wires.wires_of(subsystem)
+        for element in (
+            wire.port.elements if wire.port.direction == "x" and wire.peer_subsystem else ()
+        )
         if element.event and isinstance(element.type, Enum)
     )
     for readers in events.values():
@@ -239,39 +241,32 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
                 break
             if all(key in state.ignores for state in wire.subsystem.states):
                 break  # it says that it means to miss members
-            heard |= machine.reactions.members(_in_use(wire.subsystem), key)
+            states, rows = wire.subsystem.states, wire.subsystem.transitions
+            exprs = [end.when for state in states for _, end in state.behaviour.endings]
+            exprs += [item.value for state in states for item in state.behaviour.assignments]
+            heard |= machine.reactions((*exprs, *(row.condition.when for row in rows)), key)
             sent |= _members_sent(facts, wire, element.name)
         else:
-            yield from _unheard(*readers[0], {m: sent[m] for m in sent if m not in heard})
-
-
-def _unheard(wire: Wire, element: Element, sent: Mapping[str, Place]) -> Iterator[Diagnostic]:
-    name = f"x.{wire.port.peer}.{element.name}"
-    if sent:
-        members = join_words([f"`{member}`" for member in sent], "and")
-        yield Diagnostic(
-            "W0422",
-            f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",
-            element.place,
-            "lost in every state",
-            tuple(Related(place, f"sends `{member}`") for member, place in sent.items()),
-            f"ask for it beside `fresh({name})`, or let `fresh({name})` end a state, with a row "
-            "`otherwise` for all that no other row names",
-        )
-
-
-def _in_use(subsystem: Subsystem) -> Iterator[Expr]:
-    """The conditions that states and rows ask, and what functions of states compute."""
-    for state in subsystem.states:
-        yield from (end.when for _, end in state.behaviour.endings)
-        yield from (item.value for item in state.behaviour.assignments)
-    yield from (row.condition.when for row in subsystem.transitions)
+            unheard = {member: sent[member] for member in sent if member not in heard}
+            if unheard:
+                wire, element = readers[0]
+                name = f"x.{wire.port.peer}.{element.name}"
+                members = join_words([f"`{member}`" for member in unheard], "and")
+                yield Diagnostic(
+                    "W0422",
+                    f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",
+                    element.place,
+                    "lost in every state",
+                    tuple(Related(place, f"sends `{m}`") for m, place in unheard.items()),
+                    f"ask for it beside `fresh({name})`, or let `fresh({name})` end a state, with "
+                    "a row `otherwise` for all that no other row names",
+                )
 
 
 def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
     """The members that the sender of an element surely names, each with where it does."""
     found: dict[str, Place] = {}
-    sender, end = wire.other, wire.end
+    sender, end = wire.peer_subsystem, wire.peer_port
     if sender is None or end is None or sender.qualified_name in facts.broken:
         return found
     machine = facts.of(sender)
@@ -289,10 +284,10 @@ def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
 def elements_written(facts: Facts) -> Iterator[Diagnostic]:
     """W0413."""
     for subsystem in facts.subsystems:
-        for wire in facts.wires.of(subsystem):
-            port, reader = wire.port, wire.other
+        for wire in facts.wires.wires_of(subsystem):
+            port, reader = wire.port, wire.peer_subsystem
             for element in port.elements if port.direction == "y" else ():
-                if (port.peer, element.name) in subsystem.written:
+                if (port.peer, element.name) in subsystem.assigned_values:
                     continue
                 yield Diagnostic(
                     "W0413",

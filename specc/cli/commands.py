@@ -144,7 +144,7 @@ def diff(options: Namespace) -> int:
     if wrong or old is None or new is None:
         return streams.print_report(report(wrong, [options.old, options.new]), options.format)
     comparison = compare(old, new)
-    render = getattr(import_module("specc.tools.diff.render"), f"as_{options.format}")
+    render = getattr(import_module("specc.tools.diff.changes"), f"as_{options.format}")
     streams.print_output(render(comparison, options.old, options.new), options.format)
     return 1 if comparison.differences else 0
 
@@ -216,7 +216,6 @@ def lsp(options: Namespace) -> int:
 
 def run_import(options: Namespace) -> int:
     """Import, print or write the specification, and report what is not in it."""
-    from specc.tools.fmt import formatted
     from specc.tools.importers import import_fabric, import_scxml
 
     if options.source == "fabric":
@@ -232,9 +231,8 @@ def run_import(options: Namespace) -> int:
     out = options.out
     if out and os.path.realpath(out) in map(os.path.realpath, options.files):
         raise Refused(f"{out} is what is imported; name another file with --out")
-    text = formatted(imported.text)
     if out is None:
-        streams.print_output(text)
+        streams.print_output(imported.text)
     else:
-        write_output(out, text.encode(), "yaml", force=options.force)
+        write_output(out, imported.text.encode(), "yaml", force=options.force)
     return 0

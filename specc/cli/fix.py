@@ -221,7 +221,10 @@ def is_wrong_again(repaired: Iterable[Diagnostic], after: Iterable[Diagnostic]) 
 # What a repair does to the meaning: it makes known what was not, where it is made and elsewhere.
 
 
-_WITHOUT_MEANING = ("place", "title", "trace", "type", "span", "rate_hz", "rated", "begun", "whole")
+_WITHOUT_MEANING = (
+    "place", "title", "trace", "type", "span", "rate_hz", "has_rate", "has_initial_state",
+    "is_complete",
+)  # fmt: skip
 """Fields that have no meaning, or follow from what is not known yet."""
 _REFERRED = ("behaviour", "functions", "terminal", "error", "condition")
 """Parts of states, behaviours and rows that are those of the subsystem, by their names."""
@@ -236,7 +239,7 @@ def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
     copied = {place for place, times in places.items() if times > 1}
     for key, part in _parts(new, ()):
         earlier = before.get(key)
-        if earlier is None or not getattr(earlier, "whole", True):
+        if earlier is None or not getattr(earlier, "is_complete", True):
             continue
         old_fields = dict(_own_fields(earlier))
         is_edited = any(part.place.contains(place) for place in at)

@@ -33,18 +33,17 @@ from specc.tools.importers.writing import PEERS, SpecNames
 from specc.tools.starting import (
     ModelFacts,
     Robot,
-    added,
-    bound,
-    by_mocap,
-    document,
-    facts_of,
-    grouped,
-    left_out,
-    not_held,
+    actuator_groups,
+    bound_parts,
+    drift_warning,
+    mocap_warnings,
+    omissions,
+    read_facts,
     receptors,
+    specification,
+    specification_with_agent,
 )
-from specc.tools.starting.graph import LISTENED, graph_from
-from specc.tools.starting.proposal import Devices, proposal
+from specc.tools.starting.ros2 import LISTENED, Devices, graph_from, proposal
 
 PLANTS = "plants"
 """The folder, beside a specification, of models that are copied."""
@@ -127,12 +126,12 @@ def _from_model(options: Namespace) -> list[Path]:
     is_generic = stem in ("robot", "model", "scene")
     system = SpecNames(PEERS | PACKAGES).new(((is_generic and model.name) or stem).lower())
     spec = Path(options.directory) / f"{system}.yaml"
-    facts = facts_of(path)
+    facts = read_facts(path)
     plant, copies = _plant(options, model, facts, spec)
     refuse_existing(copies)
     name = system if options.agent is None else _legal(options.agent)
     robot = _robot(name, facts, model, options)
-    text = document(robot, system, plant, _command(path))
+    text = specification(robot, system, plant, _command(path))
     with creating(spec) as new:
         new.write(copies)
         _refuse_errors(_checked(spec, text), ())
@@ -152,16 +151,16 @@ def _add_agent(options: Namespace) -> list[Path]:
     written = data.get("agents")
     if name in _agents(before) or (isinstance(written, dict) and name in written):
         raise Refused(f"there is an agent {name} already; give another --agent")
-    model, facts = _model(path), facts_of(path)
+    model, facts = _model(path), read_facts(path)
     plant, copies = _same_plant(data, options, model, facts, spec)
     refuse_existing(copies)
-    robot = _robot(name, facts, model, options, bound(before.system))
+    robot = _robot(name, facts, model, options, bound_parts(before.system))
     failure = Refused(
         f"{name} cannot be added to {spec}, which is unchanged: write its sections as blocks, "
         "without braces around all of them, and nothing after a line of `...`"
     )
     try:
-        text = added(document.source.text, data, robot, plant, _command(path))
+        text = specification_with_agent(document.source.text, data, robot, plant, _command(path))
     except LayoutError:
         raise failure from None
     with creating(spec) as new:
@@ -192,7 +191,7 @@ def _from_ros2(options: Namespace) -> list[Path]:
         devices = Devices(graph_from(graph))
     except looking.ERRORS as error:
         raise Refused(f"{error}; nothing was written") from None
-    for line in left_out({name: why for why, names in devices.left_out.items() for name in names}):
+    for line in omissions({name: why for why, names in devices.left_out.items() for name in names}):
         streams.print_message(f"specc: left out: {line}")
     if not devices.every:
         domain = os.environ.get("ROS_DOMAIN_ID", "0")
@@ -247,7 +246,7 @@ def _refuse_errors(result: Result, before: Iterable[Diagnostic]) -> None:
 
 
 def _warn(robot: Robot) -> None:
-    if line := not_held(robot.facts):
+    if line := drift_warning(robot.facts):
         streams.print_message(f"specc: {line}")
 
 
@@ -295,11 +294,11 @@ def _robot(
 ) -> Robot:
     """The robot, without what other agents have; an agent has named groups only, if any."""
     wanted = {_legal(each): text for each, text in options.group.items()}
-    groups = grouped(facts, wanted, in_use, guess=not (wanted and options.agent))
+    groups = actuator_groups(facts, wanted, in_use, guess=not (wanted and options.agent))
     found, refused = receptors(facts, model, in_use)
-    for line in left_out({**facts.refused, **refused}):
+    for line in omissions({**facts.refused, **refused}):
         streams.print_message(f"specc: left out: {line}")
-    for line in by_mocap(facts):
+    for line in mocap_warnings(facts):
         streams.print_message(f"specc: {line}")
     if not groups:
         raise Refused(_no_group(facts))

@@ -18,10 +18,21 @@ from specc.diagnostics.phrases import truncate
 from specc.model.system import System
 from specc.reachable import grouped
 from specc.refusal import Refused, missing_package
-from specc.tools.plot import Signal, found
-from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
-from specc.tools.plot.sheet import PlottedRun, Sheet, bands, cut, marks, numbers_of, panels
-from specc.tools.plot.table import table, timeline
+from specc.tools.plot import Signal, resolve_signal
+from specc.tools.plot.sheet import (
+    MOST_BANDS,
+    MOST_PANELS,
+    PlottedRun,
+    Sheet,
+    bands,
+    cut,
+    marks,
+    numbers_of,
+    panels,
+    render,
+    table,
+    timeline,
+)
 from specc.tools.why import NotKnown
 
 MOST_RECORDINGS = 6
@@ -92,7 +103,7 @@ class _Plot:
             raise Refused(f"{file} has no specification that can be read, so it names no signals")
         group: list[Signal] = []
         for name in names:
-            part = found(self._system, name)
+            part = resolve_signal(self._system, name)
             if isinstance(part, Signal):
                 if part.name not in self._signals:
                     place = sum(other.owner == part.owner for other in self._signals.values())
@@ -153,7 +164,7 @@ class _Plot:
             title = f"{truncate(system.title or system.name, _LONGEST_TITLE)}, {title}"
         sheet = Sheet(title, shown, drawn_panels, tuple(marks(runs)), begin_s, end_s, unchanging)
         try:
-            return drawn(sheet, form)
+            return render(sheet, form)
         except ModuleNotFoundError as error:
             raise missing_package(error, "matplotlib") from error
 

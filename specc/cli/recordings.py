@@ -191,7 +191,7 @@ def _lines(difference: Any, result: Result) -> Iterator[str]:
 def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]]:
     """What in the specification is responsible: the row, and the condition or the assignment."""
     d = difference
-    yield from (("row", row.place) for row in subsystem.transitions if row.words == d.row)
+    yield from (("row", row.place) for row in subsystem.transitions if row.label == d.row)
     states = {state.name: state.behaviour for state in subsystem.states}
     if d.condition and d.state in states:
         ends = [c for _, c in states[d.state].endings]

@@ -397,6 +397,6 @@ def _content(diagram: Diagram, form: str) -> bytes:
         size = f"{nodes:,} nodes and {arcs:,} arcs"
         raise Refused(f"a picture with {size} is not legible; {_SMALLER}")
     try:
-        return drawing.drawn(text, "png" if form == "png" else "svg")
+        return drawing.render(text, "png" if form == "png" else "svg")
     except drawing.NotDrawn:
         raise Refused(f"Graphviz could not draw this within its bounds; {_SMALLER}") from None

@@ -1,4 +1,4 @@
-"""`specc sweep`: many runs as one table, its summary and its plots."""
+"""`specc sweep`: many runs as one table, its summary and its summary."""
 
 from __future__ import annotations
 
@@ -25,26 +25,27 @@ from specc.diagnostics.phrases import counted, join_some
 from specc.diagnostics.report import Report, report
 from specc.processes import cores, defer_signals, processes
 from specc.refusal import Refused, missing_package, reason_of
-from specc.tools.sweep import plots, summary
+from specc.tools.sweep import summary
 from specc.tools.sweep.running import Figures, SweepJob
-from specc.tools.sweep.settings import (
-    Axis,
-    SweepError,
-    SweepSetting,
-    axis_of,
-    seeds_of,
-    settings_of,
-)
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
     InputFiles,
     bundled,
     carry_out,
-    here,
     inputs_of,
-    there,
+    local_workers,
 )
-from specc.tools.sweep.table import TABLE, Folder, as_csv
+from specc.tools.sweep.table import (
+    TABLE,
+    Axis,
+    Folder,
+    SweepError,
+    SweepSetting,
+    as_csv,
+    axis_of,
+    seeds_of,
+    settings_of,
+)
 
 if TYPE_CHECKING:
     from specc.pipeline import Build
@@ -228,11 +229,15 @@ def _run(options: Namespace, plan: _Plan, folder: Folder, inputs: InputFiles, fi
         for n, seed in missing
     ]
     bundle = bundled(files, inputs)
-    with (
-        there(name, options.scheduler, bundle)
-        if options.scheduler
-        else here(name, folder.path / _WORK, bundle, workers)
-    ) as (pool, room):
+    if options.scheduler:
+        try:
+            from specc.tools.sweep.cluster import cluster
+        except ModuleNotFoundError as error:
+            raise missing_package(error, "dask", "distributed") from None
+        made = cluster(options.scheduler, name, bundle)
+    else:
+        made = local_workers(name, folder.path / _WORK, bundle, workers)
+    with made as (pool, room):
         progress = _Progress(count, done)
         runs = counted(len(missing), "run")
         streams.print_message(f"specc: {runs}, {room} at once, into {folder.path}")
@@ -349,8 +354,8 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
     columns = [names.index(name) for name in swept]
     cells = [summary.Cell(tuple(c.values[i] for i in columns), c.runs, c.estimates) for c in cells]
     try:
-        plots.plot(cells, swept, folder)
-        if swept and (others := sum(1 for _ in plots.differing(cells)) - plots.MOST) > 0:
+        summary.plot(cells, swept, folder)
+        if swept and (others := sum(1 for _ in summary.differing(cells)) - summary.MOST) > 0:
             words = f"no plots of {counted(others, 'other column')}"
             streams.print_output(f"{words}: {folder.with_name(_SUMMARY)}\n")
     except ModuleNotFoundError as error:

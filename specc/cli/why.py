@@ -122,7 +122,7 @@ class _MomentReport:
             since = f" since {_seconds(one.since_s)}, {duration}"
         yield f"{one.name} at {_seconds(step['time'])} (stamp {step['stamp']}): in {state}{since}"
         if one.row:
-            rows = (row.place for row in subsystem.transitions if row.words == one.row)
+            rows = (row.place for row in subsystem.transitions if row.label == one.row)
             yield f"  by {one.row}{next(map(self._at, rows), '')}"
         if fault := step.get("fault"):
             yield f"  fault in this step: {_one_line(fault)}"
@@ -187,13 +187,13 @@ class _MomentReport:
                 yield f"    rows of {kind}: {reason}: {truncate(names, _LONGEST_MESSAGE)}"
             return
         for row in rows:
-            holds = None if transition is None else row.words == transition
-            if row.remainder:
+            holds = None if transition is None else row.label == transition
+            if row.is_otherwise:
                 others = "no other row applies" if holds else "another row applies"
                 truth = "else" if holds is None else f"{holds}, for {others}"
-                yield f"    row {row.words}: {truth}"
+                yield f"    row {row.label}: {truth}"
             else:
-                yield from self._condition(f"row {row.words}", row.condition, moment, holds)
+                yield from self._condition(f"row {row.label}", row.condition, moment, holds)
 
     def _condition(
         self, words: str, condition: Condition, moment: Moment, recorded: bool | None

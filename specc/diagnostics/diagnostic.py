@@ -114,6 +114,15 @@ def merge_duplicates(found: Iterable[Diagnostic], agents: Collection[str]) -> li
     return merged
 
 
+def first_at_each_place(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """Of the findings at one place the first."""
+    places = set[Place]()
+    for finding in found:
+        if finding.primary not in places:
+            places.add(finding.primary)
+            yield finding
+
+
 def severity_of(code: str) -> Severity:
     """Severity that the first letter of a code stands for: error, warning, open point."""
     match code[:1]:

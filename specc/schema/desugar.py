@@ -59,11 +59,11 @@ def desugar(
     """The data of a part at `route` written in full, and what is wrong with each `for` in it."""
     desugaring = _Desugaring(file)
     try:
-        made = desugaring.value(SchemaNode(model), data, route, {})
+        full = desugaring.value(SchemaNode(model), data, route, {})
     except _TooManyError as error:
         desugaring.report("E0017", str(error), error.route, _FEWER)
-        made = data
-    return made, list(dict.fromkeys(desugaring.findings))
+        full = data
+    return full, list(dict.fromkeys(desugaring.findings))
 
 
 def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
@@ -119,30 +119,23 @@ class _Desugaring:
         if isinstance(value, SingleItem):
             return SingleItem(self.value(here.below(0), value[0], route, indices), route)
         if isinstance(value, list):
-            return self._list(here, value, route, indices)
+            for index, one in enumerate(value):
+                if isinstance(one, dict) and FOR in one and here.below(index).has_key(FOR):
+                    words = "an item of a list has no name, so there is nothing for `for` to count"
+                    at = (*route, index, FOR)
+                    self.report("E0108", words, at, "write `for` below a name", is_key=True)
+            items = enumerate(value)
+            return [self.value(here.below(i), one, (*route, i), indices) for i, one in items]
         if isinstance(value, str) and indices:
             kind = here.kind
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
             return self._substituted(value, indices, route, padded=form in _EXPRESSIONS)
         return value
 
-    def _list(
-        self, here: SchemaNode, value: list[Any], route: Route, indices: Indices
-    ) -> list[Any]:
-        for index, one in enumerate(value):
-            if isinstance(one, dict) and FOR in one and here.below(index).has_key(FOR):
-                words = "an item of a list has no name, so there is nothing for `for` to count"
-                at = (*route, index, FOR)
-                self.report("E0108", words, at, "write `for` below a name", is_key=True)
-        return [
-            self.value(here.below(index), one, (*route, index), indices)
-            for index, one in enumerate(value)
-        ]
-
     def _mapping(
         self, here: SchemaNode, value: dict[Any, Any], route: Route, indices: Indices
     ) -> Any:
-        made: dict[Any, Any] = {}
+        copied: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
         for key, one in value.items():
             inner = here.below(key)
@@ -161,13 +154,13 @@ class _Desugaring:
                 name = self._name(key, indices, at) if indices and inner.is_chosen else key
                 copies = iter([(name, self.value(inner, one, at, indices))])
             for name, copy in copies:
-                if name in made and not _BRACES.search(str(name)):
+                if name in copied and not _BRACES.search(str(name)):
                     help = "let the name have all indices in braces, or choose another one"
                     self.report("E0205", f"`{name}` is defined twice", at, help)
-                made[name] = copy
+                copied[name] = copy
                 if at != (*route, name):
                     routes[name] = at
-        return Desugared(made, routes) if routes else made
+        return Desugared(copied, routes) if routes else copied
 
     def _copies(
         self, here: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
@@ -211,12 +204,13 @@ class _Desugaring:
             first = int(limits[1])
             found[str(name)] = range(first, int(limits[2] or first) + 1)
             total *= len(found[str(name)])
-        if not 0 < total <= MAX_COPIES:
+        if total == 0:
+            message = "there is nothing between the ends of the range"
+            self.report("E0108", message, route, _A_RANGE)
+            return None
+        if total > MAX_COPIES:
             message = f"these are {total:,} copies, and at most {MAX_COPIES} are made"
-            message = message if total else "there is nothing between the ends of the range"
-            self.report(
-                "E0017" if total else "E0108", message, route, _FEWER if total else _A_RANGE
-            )
+            self.report("E0017", message, route, _FEWER)
             return None
         return found
 
@@ -246,7 +240,7 @@ class _Desugaring:
 
         Where it is `padded`, blanks behind the word fill the room that the braces had.
         """
-        made, end, room = "", 0, 0
+        done, end, blanks = "", 0, 0
         padded = padded and '"' not in text and "'" not in text
         for braces in _BRACES.finditer(text):
             try:
@@ -256,12 +250,12 @@ class _Desugaring:
                 number = None
             if number is None:
                 continue
-            between, room = _padded(text[end : braces.start()], room, is_last=False)
-            made, end = f"{made}{between}{number}", braces.end()
-            room += len(braces[0]) - len(str(number)) if padded else 0
+            between, blanks = _padded(text[end : braces.start()], blanks, is_last=False)
+            done, end = f"{done}{between}{number}", braces.end()
+            blanks += len(braces[0]) - len(str(number)) if padded else 0
         if end == len(text):
-            return made
-        return made + _padded(text[end:], room, is_last=True)[0]
+            return done
+        return done + _padded(text[end:], blanks, is_last=True)[0]
 
     def report(self, code: str, words: str, route: Route, help: str, is_key: bool = False) -> None:
         """Report a fault."""
@@ -270,13 +264,12 @@ class _Desugaring:
 
 
 _ARITHMETIC = "indices take `+`, `-`, `*`, `//` and `%`"
-_WORD = re.compile(r"\w*")
+_WORD = re.compile(r"\A\w*")
 
 
 def _padded(text: str, room: int, *, is_last: bool) -> tuple[str, int]:
     """A text with `room` blanks behind the rest of a word at its beginning, and what is left."""
-    found = _WORD.match(text)
-    end = found.end() if found else 0
+    end = len(text) - len(_WORD.sub("", text, count=1))
     if room <= 0 or (end == len(text) and not is_last):
         return text, room
     return text[:end] + " " * room + text[end:], 0

@@ -73,7 +73,7 @@ def test_dot_goes_to_standard_output_and_needs_no_graphviz(
 
 def test_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     made = {"svg": b"<?xml?>\n<svg>", "png": b"\x89PNG"}
-    monkeypatch.setattr(drawing, "drawn", lambda dot, form: made[form])
+    monkeypatch.setattr(drawing, "render", lambda dot, form: made[form])
 
     def run(*options: str) -> tuple[int, str, str]:
         done = specc("graph", FLAGSHIP, *options, cwd=tmp_path)
@@ -104,21 +104,21 @@ def test_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 def test_a_drawing() -> None:
     text = specc("graph", FLAGSHIP, "irp.k", "--format", "dot").stdout
-    svg = drawing.drawn(text, "svg")
+    svg = drawing.render(text, "svg")
     assert svg.count(b'class="node"') == 3  # two states and the start
-    assert drawing.drawn(text, "png").startswith(b"\x89PNG")
+    assert drawing.render(text, "png").startswith(b"\x89PNG")
 
 
 def test_a_signed_picture_is_still_one() -> None:
     text = specc("graph", FLAGSHIP, "irp.k", "--format", "dot").stdout
-    ElementTree.fromstring(with_signature(drawing.drawn(text, "svg"), "svg", "graph"))
-    drawn = drawing.drawn(text, "png")
+    ElementTree.fromstring(with_signature(drawing.render(text, "svg"), "svg", "graph"))
+    drawn = drawing.render(text, "png")
     png = with_signature(drawn, "png", "graph")
     (size,) = unpack(">I", png[33:37])
     chunk, (check,) = png[37 : 41 + size], unpack(">I", png[41 + size : 45 + size])
     assert chunk == b"tEXtSoftware\0specc graph" and check == crc32(chunk)
     assert png[:33] + png[45 + size :] == drawn
-    assert drawing.drawn(with_signature(text.encode(), "dot", "graph").decode(), "svg")
+    assert drawing.render(with_signature(text.encode(), "dot", "graph").decode(), "svg")
 
 
 def test_what_is_known_of_a_wrong_specification_is_drawn() -> None:

@@ -17,8 +17,7 @@ from xml.etree import ElementTree
 import pytest
 from mcap.writer import Writer
 
-from specc.tools.plot.drawing import MOST_NAMES, drawn
-from specc.tools.plot.sheet import Band, Sheet
+from specc.tools.plot.sheet import MOST_NAMES, Band, Sheet, render
 from tests.commands import specc
 from tests.recording.test_damage import _damaged_at
 from tests.seeds import short
@@ -71,7 +70,7 @@ def test_what_specc_made_gives_way_and_is_the_same_again(form: str, tmp_path: Pa
 def test_formats() -> None:
     sheet = Sheet("t", (Band("a", ((0.0, 1.0, "s"),), ("s",)),), (), (), 0.0, 1.0)
     for form, start in _STARTS.items():
-        assert drawn(sheet, form).startswith(start)
+        assert render(sheet, form).startswith(start)
 
 
 def test_signals_and_states(tmp_path: Path) -> None:
@@ -145,12 +144,12 @@ def test_many_states_are_one_collection_and_the_longest_have_names() -> None:
     spans = [(i * 1.0, i + 1.0, f"s{i}") for i in range(900)] + [(900.0, 1200.0, "long")]
     states = tuple(state for *_, state in spans)
     bands = tuple(Band(label, tuple(spans), states) for label in ("a", "b"))
-    picture = drawn(Sheet("t", bands, (), (), 0.0, 1200.0), "svg").decode()
+    picture = render(Sheet("t", bands, (), (), 0.0, 1200.0), "svg").decode()
     assert len(set(re.findall(r'id="(\w*PolyCollection_\d+)"', picture))) == 2
     texts = re.findall(r">([^<>]+)</text>", picture)
     assert texts.count("long") == 2 and "s1" not in texts
     even = Band("", tuple((i * 8.0, i * 8.0 + 8, "i") for i in range(60)), ("i",))
-    picture = drawn(Sheet("t", (even,) * 10, (), (), 0.0, 480.0), "svg").decode()
+    picture = render(Sheet("t", (even,) * 10, (), (), 0.0, 480.0), "svg").decode()
     assert len(re.findall(">i</text>", picture)) == MOST_NAMES
 
 
