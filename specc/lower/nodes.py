@@ -132,16 +132,16 @@ def items(operands: list[Emitted]) -> Emitted:
 
 
 class Emitter:
-    """Spells terms for one method; `touched` has the buffers that it needs.
+    """Writes terms for one method; `used_buffers` are those that it needs.
 
-    `hoists`: literal arrays become constants of the module, settled ones attributes.
+    `hoists`: literal arrays become constants of the module, invariant ones attributes.
     """
 
     def __init__(self, module: Module, table: TermTable, *, hoists: bool = True) -> None:
         self.module = module
         self.table = table
         self.hoists = hoists
-        self.names: Namespace = module.local_names()
+        self.names: Namespace = module.names.inner()
         self.known: dict[Term, Emitted] = {}
         """Terms that need not be computed here, and what stands for them."""
         self.used_buffers: set[str] = set()
@@ -165,7 +165,11 @@ class Emitter:
             if term.is_constant and not isinstance(term.node, e.ConstantRef):
                 return Emitted(self.array(term))
             if term.is_invariant and term.args and self.may_hoist:
-                return Emitted(self.hoisted(term), PRIMARY)
+                hoisted = self.module.hoisted
+                if term not in hoisted:
+                    part = f"_{term.node.name}" if isinstance(term.node, e.Builtin) else ""
+                    hoisted[term] = f"_{self.module.attributes.new(self.name_hint + part)}"
+                return Emitted(f"self.{hoisted[term]}", PRIMARY)
         match term.node:
             case e.Quantifier() as node:
                 return self._quantifier(node, term)
@@ -210,10 +214,10 @@ class Emitter:
 
     def constant(self, name: str) -> str:
         """A declared constant; it and those it needs are added to the module or its class."""
-        own = self.module.constant_name(name)
+        own = self.module.constant_names[name]
         is_computed = name in self.module.computed
         if name not in self.module.constants:
-            constant = self.module.declared(name)
+            constant = self.module.declared[name]
             if name in self.module.parameters:
                 self._add_parameter(name, own, constant)
                 return f"self._{own}"
@@ -237,16 +241,9 @@ class Emitter:
         shared = literal_name(term.node)
         key = shared or term
         if key not in self.module.constants:
-            name = self.module.new_name(shared or self.name_hint.upper())
+            name = self.module.names.new(shared or self.name_hint.upper())
             self._add_constant(key, name, term, "")
         return self.module.constants[key].name
-
-    def hoisted(self, term: Term) -> str:
-        """An attribute for an array that stays as it is once the first period is over."""
-        if term not in self.module.hoisted:
-            part = f"_{term.node.name}" if isinstance(term.node, e.Builtin) else ""
-            self.module.hoisted[term] = f"_{self.module.attributes.new(self.name_hint + part)}"
-        return f"self.{self.module.hoisted[term]}"
 
     def hoisted_assignments(self) -> list[str]:
         """Statements that give those attributes their value."""

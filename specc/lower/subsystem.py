@@ -124,9 +124,9 @@ def subsystem_plan(
     system: System,
     subsystem: Subsystem,
     family: Family,
-    proofs: Proofs,
     types: PythonTypes,
     class_name: str,
+    proofs: Proofs,
     *,
     stand_ins: bool = False,
 ) -> FilePlan:

@@ -73,19 +73,13 @@ def is_null(text: str) -> bool:
 def _number(text: str) -> str | int | float:
     for pattern, convert in _FORMS:
         if pattern.fullmatch(text):
-            if len(text) > _MOST_DIGITS:
+            number = convert(text) if len(text) <= _MOST_DIGITS else math.inf
+            if abs(number) > _LARGEST_INT if isinstance(number, int) else math.isinf(number):
                 raise NumberRangeError(text)
-            return _in_range(convert(text), text)
+            return number
     if _INFINITY.fullmatch(text):
         return -math.inf if text.startswith("-") else math.inf
     return math.nan if text in _NOT_A_NUMBER else text
-
-
-def _in_range(number: int | float, text: str) -> int | float:
-    too_large = abs(number) > _LARGEST_INT if isinstance(number, int) else math.isinf(number)
-    if too_large:
-        raise NumberRangeError(text)
-    return number
 
 
 # From parse events to plain data and a tree of places, in one pass, within limits.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import copy
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -74,10 +74,10 @@ class Lets:
             self.places[name] = where[name].key
         for name in self._ordered(items, where, findings):
             text, at = items[name].value, where[name]["is"]
-            made = read(name, text, at)
+            let = read(name, text, at)
             self._trees[name] = None
-            if made is not None:
-                self.found.append(made)
+            if let is not None:
+                self.found.append(let)
                 try:
                     tree = self.written_out(parse_formula(text))
                     self._trees[name], self._sizes[name] = tree, len(nodes_of(tree))
@@ -173,41 +173,6 @@ class _Writer(ast.NodeTransformer):
         return written
 
 
-# A name means one thing.
-
-
-def refuse_names(
-    lets: Collection[str],
-    above: Mapping[str, Place],
-    known: Mapping[str, Place],
-    members: Collection[str],
-    world: World,
-) -> Iterator[tuple[str, str, tuple[Related, ...]]]:
-    """Lets that may not have their names: each with the message, and what has that name.
-
-    `known` are constants, `members` those of enums.
-    """
-    agents = {agent.name: agent.place for agent in world.agents}
-    states = {s.name: s.place for a in world.agents for m in a.subsystems for s in m.states}
-    named = (
-        ("another let", above),
-        ("a constant", known),
-        ("an agent", agents),
-        ("a state", states),
-    )
-    for name in lets:
-        if name in RESERVED or name in USAGE or name in ("state", "plant"):
-            yield name, f"`{name}` is a word of formulas and cannot name a let", ()
-        for kind, others in named:
-            if name in others:
-                related = (Related(others[name], kind),)
-                yield name, f"`{name}` names a let and {kind}", related
-        if name in members and name not in states:
-            yield name, f"`{name}` names a let and a member of an enum", ()
-        if any(name in groups for groups in world.groups.values()):
-            yield name, f"`{name}` names a let and a group", ()
-
-
 T = TypeVar("T")
 
 
@@ -240,16 +205,33 @@ class FormulaResolver:
     def with_lets(self, items: Mapping[str, FormulaLetDef], where: YamlNode) -> FormulaResolver:
         """A copy that knows these names as well."""
         lets, findings = Lets(self.lets), self.expressions.findings
-        constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
-        places = {name: where[name].key for name in items}
-        members = constant_scope(self.expressions.definitions).enums
-        refused = set[str]()
-        for name, message, related in refuse_names(
-            items, self.lets.places, constants, members, self.world
-        ):
+        definitions, refused = self.expressions.definitions, set[str]()
+        subsystems = [s for agent in self.world.agents for s in agent.subsystems]
+        states = {state.name: state.place for s in subsystems for state in s.states}
+        defined: tuple[tuple[str, Mapping[str, Place]], ...] = (
+            ("another let", self.lets.places),
+            ("a constant", {c.name: c.place for c in definitions.constants.values()}),
+            ("an agent", {agent.name: agent.place for agent in self.world.agents}),
+            ("a state", states),
+        )
+        members = constant_scope(definitions).enums
+
+        def refuse(name: str, message: str, related: tuple[Related, ...] = ()) -> None:
             refused.add(name)
-            help = "choose another name"
-            findings.report("E0221", message, places[name], related=related, help=help)
+            place, help = where[name].key, "choose another name"
+            findings.report("E0221", message, place, related=related, help=help)
+
+        for name in items:
+            if name in RESERVED or name in USAGE or name in ("state", "plant"):
+                refuse(name, f"`{name}` is a word of formulas and cannot name a let")
+            for kind, others in defined:
+                if name in others:
+                    related = (Related(others[name], kind),)
+                    refuse(name, f"`{name}` names a let and {kind}", related)
+            if name in members and name not in states:
+                refuse(name, f"`{name}` names a let and a member of an enum")
+            if any(name in groups for groups in self.world.groups.values()):
+                refuse(name, f"`{name}` names a let and a group")
         known = {name: item for name, item in items.items() if name not in refused}
         inside = FormulaResolver(self.world, self.expressions, lets)
         lets.define(known, where, findings, inside._named)
@@ -302,8 +284,8 @@ class FormulaResolver:
             parts = tuple(dict.fromkeys(expressions_in(found)))
         else:
             parts = (found,)
-        whole = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
-        self._meaning(reader, at, whole)
+        meaning = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
+        self._meaning(reader, at, meaning)
 
     def _meaning(self, reader: _RequirementReader, at: YamlNode, expr: Expr | None) -> None:
         findings, places = self.expressions.findings, self.expressions.definitions.places

@@ -58,7 +58,7 @@ def resolve_task(
         cycle.of,
         cycle.source,
         cycle.target,
-        scene.made or "",
+        scene.scene_class or "",
         definition.judge or "",
         tuple(definition.watch),
         where.key,
@@ -145,7 +145,7 @@ def _starts(
 def draw_of(name: str, item: DrawDef, at: YamlNode, expressions: Expressions) -> Draw | None:
     """A number that is drawn, with what it is of; None after reporting."""
     findings, texts = expressions.findings, list(_texts(item, at))
-    if not texts or item.given - {"for"} not in _GIVEN:
+    if not texts or item.given_keys - {"for"} not in _GIVEN:
         findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
         return None
     found = [_number(text, place, expressions) for text, place in texts]
@@ -343,8 +343,13 @@ def resolve_plant(
             observed.append(Element(name, type_, None, "", Trace(), at.key))
             bindings.append(Binding(PLANT, name, at.key, *read, through=seen.through or ""))
     kinds = [kind for kind in ("model", "python", "ros2") if getattr(definition, kind)]
-    if len(kinds) != 1:
-        _report_kind(kinds, where, expressions.findings)
+    if not kinds:
+        message = "missing key `model` in `plant`"
+        expressions.findings.report("E0102", message, where.key, help=_KINDS)
+    elif len(kinds) > 1:
+        message = f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both"
+        help = "keep the one that this system runs with"
+        expressions.findings.report("E0104", message, where[kinds[1]].key, help=help)
     ros2 = None
     if definition.ros2 is not None:
         ros2 = _ros2(definition.ros2, where["ros2"], expressions)
@@ -357,25 +362,10 @@ def resolve_plant(
     return Plant(model, python, tuple(bindings), place, tuple(observed), ros2, published)
 
 
-def _report_kind(kinds: list[str], where: YamlNode, findings: Findings) -> None:
-    """A plant that nothing makes, or more than one of `kinds`."""
-    if kinds:
-        findings.report(
-            "E0104",
-            f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both",
-            where[kinds[1]].key,
-            help="keep the one that this system runs with",
-        )
-        return
-    findings.report(
-        "E0102",
-        "missing key `model` in `plant`",
-        where.key,
-        help="add `model: FILE.xml` for MuJoCo, `python: package.module:factory` for a plant "
-        "of your own, or `ros2: {node: NAME}` for topics of ROS 2",
-    )
-
-
+_KINDS = (
+    "add `model: FILE.xml` for MuJoCo, `python: package.module:factory` for a plant of your own, "
+    "or `ros2: {node: NAME}` for topics of ROS 2"
+)
 _WAIT_S = Fraction(5)
 
 

@@ -15,7 +15,7 @@ from specc_runtime.recording.snapshots import last_before
 
 from specc import pipeline
 from specc.cli.main import main
-from specc.cli.recorded_spec import recorded_package
+from specc.cli.recordings import recorded_package
 from specc.lower.code import named_code
 from specc.schema import files
 from specc.schema.keys import PythonPath, SpecModel
