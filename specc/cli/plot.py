@@ -26,7 +26,7 @@ from specc.tools.plot.sheet import (
     PlottedRun,
     Sheet,
     bands,
-    cut,
+    clip,
     marks,
     numbers_of,
     panels,
@@ -129,7 +129,7 @@ class _Plot:
         if begin_s > run.traces.end_s or end_s < run.traces.begin_s:
             has = f"{run.traces.begin_s:.12g} s to {run.traces.end_s:.12g} s"
             raise Refused(f"{file} goes from {has}; --since and --until leave nothing of it")
-        return cut(run, begin_s, end_s)
+        return clip(run, begin_s, end_s)
 
     def _tell_of_nothing(self, runs: Sequence[PlottedRun]) -> None:
         """Say which signals have no value in any recording."""

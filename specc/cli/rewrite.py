@@ -23,7 +23,7 @@ from specc.read import read_file, read_text, specification
 from specc.refusal import reason_of
 from specc.repair import Accepts, apply_compatible, changes_elsewhere, is_wrong_again
 from specc.source import Place, Sources, real_path
-from specc.tools.fmt import formatted, upgrade
+from specc.tools.fmt import format_text, upgrade
 
 # Writing a file: whole or not at all.
 
@@ -184,7 +184,7 @@ def fmt(options: Namespace) -> int:
             continue
         readable += 1
         old = document.source.text
-        new = formatted(old, upgrade if options.upgrade else None)
+        new = format_text(old, upgrade if options.upgrade else None)
         if new == old:
             continue
         changed.append(path)

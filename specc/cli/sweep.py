@@ -31,7 +31,7 @@ from specc.tools.sweep.running import Figures, SweepJob
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
     InputFiles,
-    bundled,
+    bundle_of,
     carry_out,
     inputs_of,
     local_workers,
@@ -43,9 +43,9 @@ from specc.tools.sweep.table import (
     SweepError,
     SweepSetting,
     as_csv,
-    axis_of,
-    seeds_of,
-    settings_of,
+    combinations,
+    parse_axis,
+    parse_seeds,
 )
 
 if TYPE_CHECKING:
@@ -140,9 +140,9 @@ def _asked(options: Namespace) -> _Asked:
     from specc import pipeline
 
     units = pipeline.read_spec(options.spec).units if options.set else {}
-    axes = tuple(axis_of(name, text, units.get(name, "")) for name, text in options.set.items())
-    seeds = seeds_of(options.seeds)
-    return _Asked(axes, tuple(settings_of(axes, seeds)), seeds)
+    axes = tuple(parse_axis(name, text, units.get(name, "")) for name, text in options.set.items())
+    seeds = parse_seeds(options.seeds)
+    return _Asked(axes, tuple(combinations(axes, seeds)), seeds)
 
 
 # Code for every setting.
@@ -216,7 +216,7 @@ def _run(
         (number, seed)
         for seed in asked.seeds
         for number, setting in enumerate(asked.settings)
-        if folder.lacks(setting, seed, options.limit)
+        if folder.is_missing(setting, seed, options.limit)
     ]
     count = len(asked.settings) * len(asked.seeds)
     if len(left) < count:
@@ -235,7 +235,7 @@ def _run(
         SweepJob(name, directories[n], asked.settings[n], seed, extent, options.limit)
         for n, seed in left
     ]
-    bundle = bundled(files, inputs)
+    bundle = bundle_of(files, inputs)
     if options.scheduler:
         try:
             from specc.tools.sweep.cluster import cluster
@@ -329,7 +329,7 @@ def _conclude(options: Namespace, asked: _Asked, folder: Folder) -> None:
         streams.print_output(_failing(options, asked, [runs[place][:2] for place in places]))
     if len(told) > _REASONS:
         streams.print_output(f"and {len(told) - _REASONS} other reasons\n")
-    for line in summary.seldom_asked(rows):
+    for line in summary.rarely_tested(rows):
         streams.print_output(f"{line}\n")
     _draw(cells, names, asked.swept, folder.path / "plots")
     streams.print_output(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")

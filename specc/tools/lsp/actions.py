@@ -13,7 +13,7 @@ from specc.model.fsm import OTHERWISE
 from specc.read import read_text
 from specc.resources import is_library_part
 from specc.source import Place, Route, SourceFile, TextNode
-from specc.tools.fmt import LayoutError, formatted
+from specc.tools.fmt import LayoutError, format_text
 from specc.tools.lsp.cursor import line_break
 from specc.tools.lsp.describe import OutlineEntry, contents
 from specc.tools.lsp.project import Analysis, FileEdit, Project
@@ -188,7 +188,7 @@ def layout(project: Project, path: str) -> str | None:
     if not project.is_specification(path) or not read_text(path, text).ok:
         return None
     try:
-        new = formatted(text)
+        new = format_text(text)
     except LayoutError:
         return None
     new = new.replace("\n", line_break(text))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from specc.model.system import System
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 from specc.tools.fmt.tree import Collection, Entry
 from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, to_yaml
 from specc.tools.starting.channels import noted
@@ -44,7 +44,7 @@ def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command:
         "task": {"scene": scene} if has_task and scene else "" if has_task else parts.task(),
     }
     written = to_yaml(filled(new), fold=True)
-    return formatted(text.rstrip("\n") + "\n" + written, _merge)
+    return format_text(text.rstrip("\n") + "\n" + written, _merge)
 
 
 def _merge(root: Collection) -> None:

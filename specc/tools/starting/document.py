@@ -11,7 +11,7 @@ from typing import Any
 from specc.diagnostics.phrases import join_some
 from specc.mjcf.model import ModelObject
 from specc.reachable import grouped
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, rate, to_yaml
 from specc.tools.starting.channels import (
     NEAR,
@@ -67,7 +67,7 @@ def document(robot: Robot, system: str, plant: str, command: str) -> str:
 def written(remarks: Iterable[str], data: Mapping[str, Data]) -> str:
     """The text of a specification, remarks at its head, in the canonical layout."""
     head = "".join(f"# {line}\n" for line in wrapped(*remarks))
-    return formatted(head + to_yaml(filled(data), fold=True))
+    return format_text(head + to_yaml(filled(data), fold=True))
 
 
 def wrapped(*remarks: str) -> list[str]:

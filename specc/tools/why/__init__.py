@@ -2,6 +2,6 @@
 
 from specc.lang.values import Gone
 from specc.tools.why.moment import Moment, NotKnown, value_of
-from specc.tools.why.reasons import Reasons, reasons_of_violation, shown
+from specc.tools.why.reasons import Reasons, value_text, violation_reasons
 
-__all__ = ["Gone", "Moment", "NotKnown", "Reasons", "reasons_of_violation", "shown", "value_of"]
+__all__ = ["Gone", "Moment", "NotKnown", "Reasons", "value_of", "value_text", "violation_reasons"]
