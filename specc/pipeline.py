@@ -226,13 +226,13 @@ def generated(
         return Build(result, "", {})
     plant = result.system.plant
     tests_all_rows |= plant is not None and plant.ros2 is not None
-    from specc.emit import FormatError, emit, filled
+    from specc.emit import FormatError, emit, fill_templates
     from specc.lower import TooLarge, lower
 
     try:
         proofs = None if tests_all_rows else result.proofs
         plans = lower(result.system, proofs, result.proofs.ages)
-        files = emit(plans) if is_read else filled(plans)
+        files = emit(plans) if is_read else fill_templates(plans)
     except (TooLarge, FormatError) as error:
         code, at = "E0094", Place(path)
         if isinstance(error, TooLarge):

@@ -104,7 +104,10 @@ def is_wrong_again(repaired: Iterable[Diagnostic], after: Iterable[Diagnostic]) 
 # What a repair does to the meaning: it makes known what was not, where it is made and elsewhere.
 
 
-_NOT_SAID = ("place", "title", "trace", "type", "span", "rate_hz", "rated", "begun", "whole")
+_NOT_SAID = (
+    "place", "title", "trace", "type", "span", "rate_hz", "has_rate", "has_initial_state",
+    "is_complete",
+)  # fmt: skip
 """What says nothing of the meaning, or follows from what is not known yet."""
 _REFERRED = ("behaviour", "functions", "terminal", "error", "condition")
 """Parts of states, behaviours and rows that are those of the subsystem, by their names."""
@@ -119,7 +122,7 @@ def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
     many = {place for place, times in places.items() if times > 1}
     for key, part in _parts(new, ()):
         earlier = before.get(key)
-        known = earlier is not None and getattr(earlier, "whole", True)
+        known = earlier is not None and getattr(earlier, "is_complete", True)
         if not known:
             continue
         before_said, is_edited = dict(_own_fields(earlier)), any(part.place.contains(e) for e in at)

@@ -26,7 +26,7 @@ from specc.lang import (
     expression,
     members_of,
 )
-from specc.lang.errors import Declared
+from specc.lang.errors import Declaration
 from specc.lower.module import lag_slots
 from specc.model import expr as e
 from specc.model.system import types_used
@@ -71,7 +71,7 @@ class Stepped:
         constants = (*system.constants, *self._model.constants)
         every = types_used(system)
         self._scope = Scope(
-            constants={c.name: Declared(c.value.type, c.place, c.value) for c in constants},
+            constants={c.name: Declaration(c.value.type, c.place, c.value) for c in constants},
             enums=members_of(type_ for type_ in every if isinstance(type_, Enum)),
         )
         self._environment = _environment({c.name: c.value for c in constants})

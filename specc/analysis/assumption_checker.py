@@ -13,9 +13,8 @@ from math import prod
 from typing import Literal
 
 from specc.analysis.machine import Machine
-from specc.model.expr import Expr
+from specc.model.expr import Expr, negation
 from specc.model.fsm import Axiom, State
-from specc.model.logic import negation
 from specc.model.system import Subsystem
 from specc.model.wires import Wires
 from specc.proof import InputName, freshness
@@ -61,17 +60,17 @@ class AssumptionChecker:
 
     def check_assumption(self, machine: Machine, axiom: Axiom) -> SenderVerdict:
         """Whether an assumption of a machine follows from what its senders do."""
-        asked = machine.dependences.of(axiom.that).arrivals
-        if not asked:
+        tested = machine.dependences.of(axiom.that).arrivals
+        if not tested:
             return SenderVerdict("")
-        cases = [list(each) for each in self._cases(machine.subsystem, asked)]
+        cases = [list(each) for each in self._cases(machine.subsystem, tested)]
         if not cases or prod(map(len, cases)) > _MOST:
             return SenderVerdict("")
         known = frozenset(name for each in cases for one in each for name in one.inputs)
         ways = list[tuple[tuple[JointArrival, ...], bool | None, bool | None]]()
         for way in product(*cases):
             new = frozenset[InputName]().union(*(one.inputs for one in way))
-            context = list(_context(new, known, asked))
+            context = list(_context(new, known, tested))
             holds = machine.prover.implies(context, axiom.that, assuming=False)
             never = negation(axiom.that)
             fails = not holds and machine.prover.implies(context, never, assuming=False)
@@ -87,24 +86,24 @@ class AssumptionChecker:
         )
 
     def _cases(
-        self, reader: Subsystem, asked: frozenset[InputName]
+        self, reader: Subsystem, tested: frozenset[InputName]
     ) -> Iterator[list[JointArrival]]:
         """For each sender whose times are known, what may arrive from it together."""
-        for wire in self._wires.of(reader):
-            port, sender = wire.port, self._machines.get(wire.name)
+        for wire in self._wires.wires_of(reader):
+            port, sender = wire.port, self._machines.get(wire.peer_name)
             mine = {(port.peer, element.name) for element in port.elements}
-            about = any(peer == port.peer for peer, _ in asked)
-            if port.direction != "x" or not about or sender is None or not wire.end:
+            about = any(peer == port.peer for peer, _ in tested)
+            if port.direction != "x" or not about or sender is None or not wire.peer_port:
                 continue
             subsystem = sender.subsystem
-            timed = reader.rated and subsystem.rated and subsystem.rate_hz <= reader.rate_hz
-            whole = all(state.behaviour.whole for state in subsystem.states)
-            if not (timed and whole and subsystem.states):
+            timed = reader.has_rate and subsystem.has_rate and subsystem.rate_hz <= reader.rate_hz
+            is_known = all(state.behaviour.is_complete for state in subsystem.states)
+            if not (timed and is_known and subsystem.states):
                 continue
             found = dict[frozenset[InputName], JointArrival]()
             for state in subsystem.states:
                 if state.name in sender.reachable_states:
-                    names = wire.arriving(state.behaviour) & mine & asked
+                    names = wire.inputs_sent_by(state.behaviour) & mine & tested
                     found.setdefault(names, JointArrival(state, names))
             # Of the same rate, and never silent: something arrives in every period.
             slower = subsystem if subsystem.rate_hz < reader.rate_hz else None
@@ -115,9 +114,9 @@ class AssumptionChecker:
 
 
 def _context(
-    new: frozenset[InputName], known: frozenset[InputName], asked: Iterable[InputName]
+    new: frozenset[InputName], known: frozenset[InputName], tested: Iterable[InputName]
 ) -> Iterator[Expr]:
     """What is fresh and what is not, of the inputs about which that is known."""
-    for name in sorted(asked):
+    for name in sorted(tested):
         if name in known:
             yield freshness(name) if name in new else negation(freshness(name))

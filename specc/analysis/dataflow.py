@@ -39,9 +39,13 @@ class Reads:
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         lets = machine.subsystem.lets
-        asked = ImpliedFacts(lets, _fresh_input)
+
+        def fresh_input(expr: Expr, holds: bool) -> InputNames:
+            return frozenset((expr.input.key,) if holds and isinstance(expr, Fresh) else ())
+
+        implied = ImpliedFacts(lets, fresh_input)
         self._guards = Guards[InputNames](
-            lets, lambda fresh, *test: fresh | asked.of(*test), frozenset.intersection
+            lets, lambda fresh, *test: fresh | implied.of(*test), frozenset.intersection
         )
 
     def of(self, expr: Expr) -> frozenset[Read]:
@@ -53,12 +57,11 @@ class Reads:
     @cached_property
     def all(self) -> frozenset[Read]:
         """The inputs whose values the machine uses."""
-        found = [
-            read(state)
+        reads = (
+            self.read_by_conditions(state) | self.read_by_functions(state)
             for state in self.reachable_states
-            for read in (self.read_by_conditions, self.read_by_functions)
-        ]
-        return frozenset[Read]().union(*found)
+        )
+        return frozenset[Read]().union(*reads)
 
     def read_by_conditions(self, state: State) -> frozenset[Read]:
         """The inputs whose values the conditions depend on that may end a state."""
@@ -78,13 +81,6 @@ class Reads:
         return [
             s for s in self._machine.subsystem.states if s.name in self._machine.reachable_states
         ]
-
-
-def _fresh_input(expr: Expr, holds: bool) -> InputNames:
-    """The input that must be fresh where a condition holds."""
-    if holds and isinstance(expr, Fresh):
-        return frozenset((expr.input.key,))
-    return frozenset()
 
 
 # Where the values of inputs come from: who computes them, when, and from which other inputs.
@@ -123,6 +119,16 @@ class Sent:
     reads: tuple[ReadEdge, ...]
     silent_state: State | None
 
+    @property
+    def period_s(self) -> Fraction:
+        """Seconds between two periods of the sender."""
+        return 1 / self.sender.rate_hz
+
+    @property
+    def may_be_silent(self) -> bool:
+        """Whether there may be no new value for an unlimited time."""
+        return self.silent_state is not None
+
 
 @dataclass(frozen=True, slots=True)
 class Measured:
@@ -139,7 +145,7 @@ class Measured:
     is_shared: bool = False
 
     @property
-    def is_unlimited(self) -> bool:
+    def may_be_silent(self) -> bool:
         """Whether there may be no new sample for an unlimited time."""
         return self.is_sporadic and not self.period_s
 
@@ -183,19 +189,19 @@ class DataFlow:
     def sent_in(self, node: InputNode) -> dict[str, frozenset[ReadEdge]]:
         """State of the sender in which it sends a value -> what the value is computed from."""
         if node not in self._sent_in:
-            self._sent_in[node] = dict(self._sending(node))
+            sender, output = self.sender(node) or _NOBODY
+            machine = self._machines.get(sender)
+            is_known = machine is not None and not machine.faulty
+            written = (
+                machine.subsystem.assigned_values.get(output, {}) if machine and is_known else {}
+            )
+            edges = {name: self._edges(sender, values) for name, values in written.items()}
+            self._sent_in[node] = {
+                state.name: edges[state.behaviour.name]
+                for state in (self._reads[sender].reachable_states if edges else ())
+                if state.behaviour.name in edges
+            }
         return self._sent_in[node]
-
-    def _sending(self, node: InputNode) -> Iterator[tuple[str, frozenset[ReadEdge]]]:
-        sender, output = self.sender(node) or _NOBODY
-        machine = self._machines.get(sender)
-        if machine is None or machine.faulty:
-            return
-        written = machine.subsystem.written.get(output, {})
-        edges = {name: self._edges(sender, values) for name, values in written.items()}
-        for state in self._reads[sender].reachable_states:
-            if state.behaviour.name in edges:
-                yield state.name, edges[state.behaviour.name]
 
     def _edges(self, sender: str, values: Iterable[Expr]) -> frozenset[ReadEdge]:
         """What values of a subsystem are computed from."""
@@ -218,7 +224,7 @@ class DataFlow:
         machine = self._machines.get(sender)
         if machine is None:
             return
-        written, dependences = machine.subsystem.written, machine.dependences
+        written, dependences = machine.subsystem.assigned_values, machine.dependences
 
         def assigned(target: tuple[str, str]) -> list[Expr]:
             return [value for values in written.get(target, {}).values() for value in values]
@@ -235,7 +241,7 @@ class DataFlow:
         return self._wires.sender(node.reader, node[1:])
 
     def _measured(self, node: InputNode) -> Measured | None:
-        device = self._wires.devices.get(self._wires.measured(node.reader, node.peer))
+        device = self._wires.devices.get(self._wires.measuring_device(node.reader, node.peer))
         element = next((e for e in device.y if e.name == node.element), None) if device else None
         if device is None or element is None:
             return None
@@ -246,14 +252,11 @@ class DataFlow:
                 continue
             if binding.sporadic:
                 gap_s, place = binding.max_gap_s or Fraction(0), binding.place.below("sporadic")
-                return Measured(name, gap_s, place, True, self._is_shared(name, node.element))
+                is_shared = len(self._wires.wires_of_element(name, "x", node.element)) > 1
+                return Measured(name, gap_s, place, True, is_shared)
             if binding.rate_hz is not None:
                 return Measured(name, 1 / binding.rate_hz, binding.place.below("rate"))
         return Measured(name, Fraction(0), element.place)
-
-    def _is_shared(self, device: str, element: str) -> bool:
-        """Whether several subsystems read what a device reports."""
-        return len(self._wires.users(device, "x", element)) > 1
 
 
 # Values on their way through one repetition of the timeline.
@@ -284,12 +287,10 @@ class AgeChain:
 
     def steps(self) -> list[AgeChain]:
         """This one and those before it, the measured or computed one first."""
-        found: list[AgeChain] = []
-        trail: AgeChain | None = self
-        while trail is not None:
-            found.append(trail)
-            trail = trail.before
-        return found[::-1]
+        chain = [self]
+        while (before := chain[-1].before) is not None:
+            chain.append(before)
+        return chain[::-1]
 
 
 class Timeline:
@@ -298,27 +299,26 @@ class Timeline:
     def __init__(
         self,
         sources: DataFlow,
-        order: list[InputNode],
         edges: ReadEdges,
         periods_s: dict[InputNode, Fraction],
         computed: Collection[InputNode],
     ) -> None:
-        """`computed` are the values that may be computed from nothing that has an age."""
-        self._sources = sources
-        self._order = order
+        """`edges` are in an order of dependence, `periods_s` are those of readers.
+
+        `computed` are the values that may be computed from nothing that has an age.
+        """
         self._edges = edges
         self._computed = computed
-        measured = {n: s for n in order if isinstance(s := self._sources.origin(n), Measured)}
-        self._sporadic = {n: s for n, s in measured.items() if s.is_sporadic}
-        samples = {n: s.period_s for n, s in measured.items() if not s.is_sporadic}
-        senders = {
-            n: 1 / s.sender.rate_hz for n in order if isinstance(s := self._sources.origin(n), Sent)
+        self._origins = {n: sources.origin(n) for n in edges}
+        regular = {
+            n: s.period_s
+            for n, s in self._origins.items()
+            if s is not None and not (isinstance(s, Measured) and s.is_sporadic)
         }
-        every = [p for p in (*periods_s.values(), *samples.values(), *senders.values()) if p]
+        every = [p for p in (*periods_s.values(), *regular.values()) if p]
         self._tick = base_tick(every)
         self._reader = {n: int(p / self._tick) for n, p in periods_s.items()}
-        self._sample = {n: int(p / self._tick) for n, p in samples.items()}
-        self._sender = {n: int(p / self._tick) for n, p in senders.items()}
+        self._source = {n: int(p / self._tick) for n, p in regular.items()}
         self._repeats = lcm(*(int(p / self._tick) for p in every))
         self._warm_up = -(-2 * sum(int(p / self._tick) for p in every) // self._repeats)
 
@@ -328,69 +328,59 @@ class Timeline:
             return None
         start = self._warm_up * self._repeats
         stamps = range(start, start + self._repeats, self._reader[node])
-        wanted: dict[InputNode, set[StampedRead]] = {n: set() for n in self._order}
+        wanted: dict[InputNode, set[StampedRead]] = {n: set() for n in self._edges}
         wanted[node] = {(stamp, on_arrival) for stamp in stamps}
-        for n in reversed(self._order):
-            for need in wanted[n]:
-                for stamp in self._sent_at(n, need):
+        for n in reversed(self._edges):
+            for read in wanted[n]:
+                for stamp in self._sent_at(n, read):
                     for m, arrival in self._edges[n]:
                         wanted[m].add((stamp, arrival))
         found: dict[tuple[InputNode, StampedRead], AgeChain] = {}
-        for n in self._order:
-            for need in sorted(wanted[n]):
-                trail = self._chain(n, need, found)
-                if trail is not None:
-                    found[n, need] = trail
-        trails = [found[node, need] for need in sorted(wanted[node]) if (node, need) in found]
-        return max(trails, key=lambda t: (t.age_s, -t.read_s), default=None)
+        for n in self._edges:
+            for read in sorted(wanted[n]):
+                chain = self._chain(n, read, found)
+                if chain is not None:
+                    found[n, read] = chain
+        chains = [found[node, read] for read in sorted(wanted[node]) if (node, read) in found]
+        return max(chains, key=lambda c: (c.age_s, -c.read_s), default=None)
 
     def _chain(
-        self, n: InputNode, need: StampedRead, found: dict[tuple[InputNode, StampedRead], AgeChain]
+        self, n: InputNode, read: StampedRead, found: dict[tuple[InputNode, StampedRead], AgeChain]
     ) -> AgeChain | None:
-        read_s = need[0] * self._tick
-        if n in self._sporadic:
-            return AgeChain(n, read_s, read_s - self._since_sample_s(n, on_arrival=need[1]), None)
-        if n in self._sample:
-            sample = self._sample[n]
-            taken = need[0] - need[0] % sample if sample else need[0]
-            if need[1] and taken <= need[0] - self._reader[n]:
+        (stamp, on_arrival), source = read, self._origins[n]
+        read_s = stamp * self._tick
+        if isinstance(source, Measured) and source.is_sporadic:
+            age_s = source.period_s
+            if on_arrival:  # another reader may have asked for it
+                age_s = self._reader[n] * self._tick if source.is_shared else Fraction(0)
+            return AgeChain(n, read_s, read_s - age_s, None)
+        if isinstance(source, Measured):
+            period = self._source[n]
+            measured = stamp - stamp % period if period else stamp
+            if on_arrival and measured <= stamp - self._reader[n]:
                 return None
-            return AgeChain(n, read_s, taken * self._tick, None)
-        stamps = self._sent_at(n, need)
-        reads = [
-            trail
-            for stamp in stamps
-            for m, arrival in self._edges[n]
-            if (trail := found.get((m, (stamp, arrival))))
-        ]
-        if reads:
-            before = min(reads, key=lambda t: t.since_s)
+            return AgeChain(n, read_s, measured * self._tick, None)
+        stamps = self._sent_at(n, read)
+        earlier = ((m, (at, arrival)) for at in stamps for m, arrival in self._edges[n])
+        chains = [found[each] for each in earlier if each in found]
+        if chains:
+            before = min(chains, key=lambda c: c.since_s)
             return AgeChain(n, read_s, before.since_s, before)
         if stamps and n in self._computed:
             return AgeChain(n, read_s, stamps[0] * self._tick, None)
         return None
 
-    def _since_sample_s(self, n: InputNode, *, on_arrival: bool) -> Fraction:
-        """How old a sample of a sporadic device can be; another reader may have asked for it."""
-        source = self._sporadic[n]
-        if not on_arrival:
-            return source.period_s
-        return self._reader[n] * self._tick if source.is_shared else Fraction(0)
-
-    def _sent_at(self, n: InputNode, need: StampedRead) -> range:
+    def _sent_at(self, n: InputNode, read: StampedRead) -> range:
         """The time stamps at which the value may have been computed that is read."""
-        source = self._sources.origin(n)
+        source, (stamp, on_arrival) = self._origins[n], read
         if not isinstance(source, Sent):
             return range(0)
-        stamp, on_arrival = need
-        period = self._sender[n]
-        newest = stamp // period * period - period
-        seen_before = stamp - self._reader[n]
-        if not on_arrival:
-            return range(newest, newest + 1)
-        first = (seen_before // period + 1) * period - period
-        if source.silent_state is None:
-            first = max(first, newest)
+        period = self._source[n]
+        first = newest = stamp // period * period - period
+        if on_arrival:
+            first = ((stamp - self._reader[n]) // period + 1) * period - period
+            if source.silent_state is None:
+                first = max(first, newest)
         return range(first, newest + 1, period)
 
 
@@ -412,15 +402,14 @@ class UnboundedAge:
 class Ages:
     """Ages of the values in the input buffers of a system."""
 
-    def __init__(self, sources: DataFlow, periods_s: Mapping[str, Fraction]) -> None:
-        """`periods_s` of the subsystems, by their qualified names."""
+    def __init__(
+        self, sources: DataFlow, periods_s: Mapping[str, Fraction], inputs: Iterable[InputNode]
+    ) -> None:
+        """`periods_s` of the subsystems, by their qualified names; `inputs` are all there are."""
         self.sources = sources
         self._periods_s = periods_s
+        self._inputs = inputs
         self._oldest: dict[InputNode, AgeChain | UnboundedAge | None] = {}
-        # What was ordered so far, with all upstream of it: a value stands after those behind it.
-        self._edges: ReadEdges = {}
-        self._places: dict[InputNode, int] = {}
-        self._measured: set[InputNode] = set()
 
     def oldest(self, node: InputNode) -> AgeChain | UnboundedAge | None:
         """The oldest value that is read, or why there is none; None if its source is not known.
@@ -446,94 +435,65 @@ class Ages:
 
     def is_measured(self, node: InputNode) -> bool:
         """Whether a measurement is behind a value in some state."""
-        self._place(node)
         return node in self._measured
 
     def _followed(self, node: InputNode) -> tuple[ReadEdge, ...]:
         """The reads of which the age of a value is made."""
-        is_measured = self.is_measured(node)
         edges = self._edges[node]
-        return tuple(e for e in edges if e[0] in self._measured) if is_measured else edges
+        return (
+            tuple(e for e in edges if self.is_measured(e[0])) if self.is_measured(node) else edges
+        )
 
     def _follow(self, node: InputNode) -> AgeChain | UnboundedAge | None:
         if self.sources.origin(node) is None:
             return None
         upstream = reachable([node], lambda here: (above for above, _ in self._followed(here)))
-        order = sorted(upstream, key=self._places.__getitem__)
-        edges = {n: self._followed(n) for n in order}
+        edges = {n: self._followed(n) for n in self._edges if n in upstream}
         on_arrival = not node.peer or self.sources.only_on_arrival(node)
-        held = self._unbounded(order, edges, node, on_arrival)
-        if held is not None:
-            return held
-        periods_s = {n: self._period_s(n) for n in order}
-        computed = [] if self.is_measured(node) else [*filter(self._may_be_computed, order)]
-        return Timeline(self.sources, order, edges, periods_s, computed).oldest(node, on_arrival)
-
-    def _may_be_computed(self, node: InputNode) -> bool:
-        """Whether a value may be sent that is computed from none that has an age."""
-        return any(
-            all(arrival for _, arrival in reads) for reads in self.reads_by_state(node).values()
-        )
-
-    def _period_s(self, node: InputNode) -> Fraction:
-        """Between two time stamps of a reader; a device reads whenever something is sent."""
-        if node.peer:
-            return self._periods_s[node.reader]
-        sent = self.sources.origin(node)
-        assert isinstance(sent, Sent)
-        return self._periods_s[sent.sender.qualified_name]
-
-    def _place(self, node: InputNode) -> None:
-        """Order a value, and those upstream of it, that are not ordered yet."""
-        new = reachable(
-            () if node in self._places else (node,),
-            lambda here: (above for above, _ in self._reads(here) if above not in self._places),
-        )
-        inside: ReadEdges = {
-            n: tuple(e for e in self._reads(n) if e[0] not in self._places) for n in new
-        }
-        order = self._order(inside)
-        for n in order:
-            earlier = tuple(e for e in self._reads(n) if e[0] in self._places and e[0] not in new)
-            self._edges[n] = tuple(sorted((*inside[n], *earlier)))
-            self._places[n] = len(self._places)
-            if isinstance(self.sources.origin(n), Measured) or any(
-                m in self._measured for m, _ in self._edges[n]
-            ):
-                self._measured.add(n)
-
-    def _reads(self, node: InputNode) -> tuple[ReadEdge, ...]:
-        source = self.sources.origin(node)
-        return source.reads if isinstance(source, Sent) else ()
-
-    def _order(self, edges: ReadEdges) -> list[InputNode]:
-        """Every node after those that it is computed from; edges that make a loop are left out."""
-        try:
-            return list(TopologicalSorter(_targets(edges)).static_order())
-        except CycleError:
-            pairs = ((n, m) for n, reads in edges.items() for m, _ in reads)
-            found = components(list(edges), pairs)
-            part = {n: number for number, each in enumerate(found) for n in each.states}
-            for n, reads in edges.items():
-                edges[n] = tuple(e for e in reads if part[e[0]] != part[n])
-            return list(TopologicalSorter(_targets(edges)).static_order())
-
-    def _unbounded(
-        self, order: list[InputNode], edges: ReadEdges, node: InputNode, on_arrival: bool
-    ) -> UnboundedAge | None:
-        """The first value on the path to `node` whose age nothing limits."""
-        held = {node} if not on_arrival else set()
-        held |= {n for reads in edges.values() for n, arrival in reads if not arrival}
-        for n in order:
+        read_late = {n for reads in edges.values() for n, arrival in reads if not arrival}
+        periods_s, computed = dict[InputNode, Fraction](), list[InputNode]()
+        for n in edges:
             source = self.sources.origin(n)
-            if n in held and source is not None and _may_be_silent(source):
+            is_late = n in read_late or (n == node and not on_arrival)
+            if is_late and source is not None and source.may_be_silent:
                 return UnboundedAge(n, source)
-        return None
+            if n.peer:
+                periods_s[n] = self._periods_s[n.reader]
+            elif source is not None:  # a device reads whenever something is sent
+                periods_s[n] = source.period_s
+            if not self.is_measured(node) and any(
+                all(arrival for _, arrival in reads) for reads in self.reads_by_state(n).values()
+            ):
+                computed.append(n)
+        return Timeline(self.sources, edges, periods_s, computed).oldest(node, on_arrival)
 
+    @cached_property
+    def _edges(self) -> ReadEdges:
+        """What each value is computed from, in an order of dependence; loops are left out."""
 
-def _may_be_silent(source: Sent | Measured) -> bool:
-    return source.is_unlimited if isinstance(source, Measured) else source.silent_state is not None
+        def reads(node: InputNode) -> tuple[ReadEdge, ...]:
+            source = self.sources.origin(node)
+            return source.reads if isinstance(source, Sent) else ()
 
+        def above(node: InputNode) -> list[InputNode]:
+            return [read for read, _ in edges[node]]
 
-def _targets(edges: ReadEdges) -> dict[InputNode, list[InputNode]]:
-    return {n: [m for m, _ in reads] for n, reads in edges.items()}
+        edges = {n: reads(n) for n in reachable(self._inputs, lambda n: [m for m, _ in reads(n)])}
+        try:
+            order = [*TopologicalSorter({n: above(n) for n in edges}).static_order()]
+        except CycleError:
+            found = components(list(edges), ((n, m) for n in edges for m in above(n)))
+            part = {n: number for number, each in enumerate(found) for n in each.states}
+            for n, all_reads in edges.items():
+                edges[n] = tuple(e for e in all_reads if part[e[0]] != part[n])
+            order = [*TopologicalSorter({n: above(n) for n in edges}).static_order()]
+        return {n: edges[n] for n in order}
+
+    @cached_property
+    def _measured(self) -> set[InputNode]:
+        measured = set[InputNode]()
+        for n, reads in self._edges.items():
+            is_measured = isinstance(self.sources.origin(n), Measured)
+            if is_measured or any(m in measured for m, _ in reads):
+                measured.add(n)
+        return measured

@@ -33,14 +33,15 @@ from specc.model.expr import (
     MemoryRef,
     Present,
     Quantifier,
-    Sure,
     Unary,
     Unknown,
+    Unwrap,
+    conjuncts,
     has_free_variable,
     has_unknown,
+    negation,
 )
 from specc.model.fsm import Axiom, Condition, Function, State, Transition
-from specc.model.logic import conjuncts, negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import ListOf, OptionalOf, Type
 from specc.model.wires import Wire, Wires
@@ -115,9 +116,9 @@ class DefiniteAssignment:
         if self.in_first_period == self._everything:
             return True
         # The texts of lets are among them, so that none needs to be followed from its users.
-        alone = Guards((), self.after_test, frozenset.intersection)
+        guards = Guards((), self.after_test, frozenset.intersection)
         first, every = self.in_first_period, texts(self._subsystem)
-        parts = (part for text in every for part in alone.parts(text.expr, first))
+        parts = (part for text in every for part in guards.parts(text.expr, first))
         return all(read.key in part.known for part in parts if (read := _read(part.expr)))
 
     def unguarded(self, expr: Expr, present: InputNames) -> Iterator[InputRead]:
@@ -151,7 +152,7 @@ class DefiniteAssignment:
 
     def _fixpoint(self) -> FactsByState[InputName]:
         most = {state.name: self._everything for state in self._subsystem.states}
-        if not self._subsystem.begun:
+        if not self._subsystem.has_initial_state:
             return most
         most[self._subsystem.initial_state] = self.in_first_period
         if self.in_first_period == self._everything:
@@ -189,7 +190,7 @@ class Need:
     On each of the `ways` to it the tests of that way hold.
     """
 
-    sure: Sure
+    sure: Unwrap
     paths: tuple[Premises, ...]
     let: Let | None
 
@@ -220,12 +221,12 @@ class PresentValues:
     @cached_property
     def needed(self) -> bool:
         """Whether any expression needs a value to be there."""
-        return any(isinstance(node, Sure) for node in nodes(self._subsystem))
+        return any(isinstance(node, Unwrap) for node in nodes(self._subsystem))
 
     def needs(self, expr: Expr) -> Iterator[Need]:
         """What an evaluation of `expr` may need."""
         for part in self._guards.parts(expr, ((),)):
-            if isinstance(part.expr, Sure):
+            if isinstance(part.expr, Unwrap):
                 yield Need(part.expr, part.known, part.let)
 
     def lacking(self, use: Evaluation) -> Sequence[Need]:
@@ -245,8 +246,8 @@ class PresentValues:
         """What is known where an expression is evaluated, beside the tests before it."""
         if use.state is None:
             return frozenset()
-        held = self._facts_by_state[use.state.name]
-        return held if isinstance(use.owner, Function) else self._in_conditions(use.state, held)
+        facts = self._facts_by_state[use.state.name]
+        return facts if isinstance(use.owner, Function) else self._in_conditions(use.state, facts)
 
     def _lacks(self, need: Need, known: Premises, moment: EvaluationPoint) -> bool:
         legible = (way for way in need.paths if not any(map(has_unknown, way)))
@@ -300,7 +301,9 @@ class PresentValues:
             ends = (state.behaviour.terminal.when, state.behaviour.error.when)
             found[state.name] = [(state.name, self._timeless(map(negation, ends)))]
         for row in self._rows:
-            before = as_conditions(self._subsystem.state(row.source).behaviour.ended(row.cause))
+            before = as_conditions(
+                self._subsystem.state(row.source).behaviour.facts_after(row.cause)
+            )
             found[row.source].append((row.target, self._timeless([*before, row.condition.when])))
         return found
 
@@ -310,16 +313,16 @@ class PresentValues:
         return tuple(part for part in parts if not self._dependences.of(part).has_clock)
 
     def _transfer(
-        self, facts: KnownFacts, state: str, held: KnownFacts, conditions: Premises
+        self, facts: KnownFacts, state: str, at_entry: KnownFacts, conditions: Premises
     ) -> KnownFacts:
-        known = self._in_conditions(self._subsystem.state(state), held)
+        known = self._in_conditions(self._subsystem.state(state), at_entry)
         context = _with_items((*conditions, *self._in_order(known)))
         return frozenset(f for f in facts if f in known or self._prover.implies(context, f))
 
-    def _in_conditions(self, state: State, held: KnownFacts) -> KnownFacts:
+    def _in_conditions(self, state: State, facts: KnownFacts) -> KnownFacts:
         """Facts that hold when the conditions that end a state are asked."""
-        lasting = (fact for fact in held if self._is_invariant(fact, state))
-        return frozenset(lasting) | _present_by_type(self._facts, _written(state))
+        invariant = (fact for fact in facts if self._is_invariant(fact, state))
+        return frozenset(invariant) | _present_by_type(self._facts, _written(state))
 
     def _is_invariant(self, fact: Expr, state: State) -> bool:
         """Whether what is true when a state is entered is so in all its periods."""
@@ -328,8 +331,8 @@ class PresentValues:
 
 
 def _add_test(ways: tuple[Premises, ...], test: Expr, holds: bool) -> tuple[Premises, ...]:
-    said = test if holds else negation(test)
-    return tuple((*way, said) for way in ways)
+    condition = test if holds else negation(test)
+    return tuple((*way, condition) for way in ways)
 
 
 def _merge_paths(one: tuple[Premises, ...], other: tuple[Premises, ...]) -> tuple[Premises, ...]:
@@ -424,10 +427,10 @@ def always_present(subsystem: Subsystem, wires: Wires) -> frozenset[InputName]:
     """Inputs that have a value from the first period on."""
     return frozenset(
         (wire.port.peer, element.name)
-        for wire in wires.of(subsystem)
+        for wire in wires.wires_of(subsystem)
         if wire.port.direction == "x"
         for element in wire.port.elements
-        if element.init is not None or wire.device
+        if element.init is not None or wire.peer_device
     )
 
 
@@ -442,22 +445,30 @@ def availability_of(
     declared = always_present(subsystem, wires)
     always, later, fresh = set(declared), set[InputName](), set[InputName]()
     together: dict[InputName, frozenset[InputName]] = {}
-    for wire in wires.of(subsystem):
-        if wire.port.direction != "x" or wire.device:
+    for wire in wires.wires_of(subsystem):
+        if wire.port.direction != "x" or wire.peer_device:
             continue
-        sender, end, port = wire.other, wire.end, wire.port
-        if sender is None or end is None or wire.name in broken:
+        sender, end, port = wire.peer_subsystem, wire.peer_port, wire.port
+        if sender is None or end is None or wire.peer_name in broken:
             always |= {(port.peer, element.name) for element in port.elements}
             continue
         # What the sender's end lacks would be sent if that were mended.
         always |= {(port.peer, e.name) for e in port.elements if not end.element(e.name)}
         behaviours = {state.behaviour.name: state.behaviour for state in sender.states}.values()
-        sent = [wire.arriving(behaviour) for behaviour in behaviours if behaviour.whole]
+        sent = [wire.inputs_sent_by(behaviour) for behaviour in behaviours if behaviour.is_complete]
         # A behaviour that is not known may well send nothing of this, or all of it.
         unsure = not behaviours or len(sent) < len(behaviours)
-        rated = timed and sender.rated and subsystem.rated
+        rated = timed and sender.has_rate and subsystem.has_rate
         if not rated or sender.rate_hz >= subsystem.rate_hz:
-            later |= _first_sent(sender, wire)
+            # What the first period of a sender sends, and all that it may if that is not known.
+            first = (
+                sender.state(sender.initial_state).behaviour if sender.has_initial_state else None
+            )
+            later |= (
+                _everything(wire)
+                if first is None or not first.is_complete
+                else wire.inputs_sent_by(first)
+            )
             if rated and not unsure:
                 fresh |= frozenset.intersection(*sent) & subsystem.inputs.keys()
         together |= _sent_together(wire, sent, unsure)
@@ -466,12 +477,6 @@ def availability_of(
 
 def _everything(wire: Wire) -> frozenset[InputName]:
     return frozenset((wire.port.peer, element.name) for element in wire.elements)
-
-
-def _first_sent(sender: Subsystem, wire: Wire) -> frozenset[InputName]:
-    """What the first period of a sender sends, and all that it may if that is not known."""
-    first = sender.state(sender.initial_state).behaviour if sender.begun else None
-    return _everything(wire) if first is None or not first.whole else wire.arriving(first)
 
 
 def _sent_together(

@@ -82,10 +82,10 @@ class Examples:
         answers = *witness.answers, *given
         every = tuple(showing(seen, state.name, cause, witness.holding, answers))
         always = always_present(subsystem, self._facts.wires)
-        there = machine.presence.in_conditions(state.name) | always
-        key = name, every, about, there
+        present = machine.presence.in_conditions(state.name) | always
+        key = name, every, about, present
         if key not in self._found:
-            freedom = FreeVariables(meaning.changing, there)
+            freedom = FreeVariables(meaning.changing, present)
             self._found[key] = self._search(every, about, meaning, freedom)
         return self._found[key]
 
@@ -103,7 +103,12 @@ class Examples:
         for goals in every:
             size = 1 + sum(_size(condition) for condition, _ in goals) // LARGE
             for number in (0.0, 1.0):  # by one, one can divide
-                start = _start(meaning, number)
+                # Everything is there, nothing is fresh, a period after the state was entered.
+                at = meaning.blank(number)
+                for item in meaning.subsystem.memory:
+                    value = _value(meaning, item.init, item.type, at)
+                    at = replace(at, memory={**at.memory, item.name: value})
+                start = replace(at, periods=1)
                 with self._budget.some(most // size) as budget:
                     found = example(goals, about, meaning, start, freedom, budget)
                 if found:
@@ -120,15 +125,6 @@ def _size(expr: Expr) -> int:
         if isinstance(node.type, Vector):
             size += node.type.size
     return size
-
-
-def _start(meaning: Interpreter, number: float) -> Situation:
-    """Everything is there, nothing is fresh, a period after the state was entered."""
-    at = meaning.blank(number)
-    for item in meaning.subsystem.memory:
-        value = _value(meaning, item.init, item.type, at)
-        at = replace(at, memory={**at.memory, item.name: value})
-    return replace(at, periods=1)
 
 
 def _value(meaning: Interpreter, expr: Expr, type_: Type, at: Situation) -> Value:

@@ -19,7 +19,6 @@ from specc.analysis.suspicious_expressions import SuspiciousExpressions, no_valu
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, spend_or_raise
 from specc.mjcf import Model, ModelError
-from specc.model.binding import PLANT
 from specc.model.expr import (
     Call,
     Compare,
@@ -28,14 +27,14 @@ from specc.model.expr import (
     FileRef,
     Member,
     MemoryRef,
-    constants_in,
+    constant_names,
     has_unknown,
-    mapped,
+    map_children,
     walk,
 )
 from specc.model.fsm import Cause
 from specc.model.requirement import Reading, Requirement
-from specc.model.system import Constant, Element, Subsystem, System
+from specc.model.system import PLANT, Constant, Element, Subsystem, System
 from specc.model.types import Bool, Enum
 from specc.model.wires import Wires
 from specc.proof import Numbering, Ticks
@@ -73,7 +72,10 @@ class Facts:
     def _machine(self, subsystem: Subsystem) -> Machine:
         arrivals = availability_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
         faulty = subsystem.qualified_name in self.faulty
-        constants = self._constants_of(subsystem)
+        # The constants that expressions of a subsystem name, directly or through others.
+        named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
+        found = reachable(named, self._named_by)
+        constants = {name: constant for name, constant in self._constants.items() if name in found}
         return Machine(subsystem, constants, arrivals, faulty=faulty, sessions=self._sessions)
 
     def of(self, subsystem: Subsystem) -> Machine:
@@ -113,7 +115,7 @@ class Facts:
     @cached_property
     def valueless(self) -> tuple[tuple[Constant, str], ...]:
         """Constants and parameters without a value, with the reason; those at one place once."""
-        lists = dict.fromkeys((self.system.constants, *self.system.described))
+        lists = dict.fromkeys((self.system.constants, *self.system.description_uses))
         found = (none for constants in lists for none in valueless(constants))
         return tuple({constant.place: (constant, why) for constant, why in found}.values())
 
@@ -122,14 +124,8 @@ class Facts:
         none = {constant.place for constant, _ in self.valueless}
         return {c.name: c for c in self.system.constants if c.place not in none}
 
-    def _constants_of(self, subsystem: Subsystem) -> dict[str, Constant]:
-        """The constants that expressions of a subsystem name, directly or through others."""
-        named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
-        found = reachable(named, self._named_by)
-        return {name: constant for name, constant in self._constants.items() if name in found}
-
     def _named_by(self, name: str) -> Iterable[str]:
-        return constants_in(self._constants[name].value) if name in self._constants else ()
+        return constant_names(self._constants[name].value) if name in self._constants else ()
 
     @cached_property
     def suspicious(self) -> SuspiciousExpressions:
@@ -164,7 +160,8 @@ class Facts:
     def ages(self) -> Ages:
         """How old values are where they are read."""
         sources = DataFlow(self.wires, self._machines, self.bindings)
-        return Ages(sources, {s.qualified_name: 1 / s.rate_hz for s in self.subsystems})
+        periods_s = {s.qualified_name: 1 / s.rate_hz for s in self.subsystems}
+        return Ages(sources, periods_s, [node for node, _ in self.inputs()])
 
     @cached_property
     def assumption_checker(self) -> AssumptionChecker:
@@ -236,7 +233,9 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     sizes: dict[int, tuple[Any, int]] = {}
     count = partial(spend_or_raise, "folding")
     for constant in constants:
-        if not _is_known(constant, values):
+        expr = constant.value
+        given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
+        if not (not given and values.keys() >= set(constant_names(expr)) and not has_unknown(expr)):
             values.pop(constant.name, None)
             continue
         try:
@@ -247,12 +246,6 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
         except (ArithmeticError, ValueError) as error:
             values.pop(constant.name, None)
             yield constant, no_value(error)
-
-
-def _is_known(constant: Constant, values: dict[str, Any]) -> bool:
-    value = constant.value
-    given = any(isinstance(node, (Call, FileRef)) for node in walk(value))
-    return not given and values.keys() >= set(constants_in(value)) and not has_unknown(value)
 
 
 def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:
@@ -295,14 +288,14 @@ def _on_reading(reading: Reading, known: Expr) -> Expr:
     """What is known of memory, of the reading of it."""
     if isinstance(known, MemoryRef):
         return MemoryRef(reading.name, type=known.type)
-    return mapped(known, lambda part: _on_reading(reading, part))
+    return map_children(known, lambda part: _on_reading(reading, part))
 
 
 def initial_state_of(reading: Reading, system: System) -> Expr | None:
     """That a subsystem is in the state that it has at the first tick."""
     if reading.kind != "state" or not isinstance(reading.type, Enum):
         return None
-    found = {s.qualified_name: s.initial_state for s in system.subsystems if s.begun}
+    found = {s.qualified_name: s.initial_state for s in system.subsystems if s.has_initial_state}
     state = found.get(reading.subsystem)
     if state not in reading.type.members:
         return None

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar
 
 from specc.analysis.definite_assignment import Availability, DefiniteAssignment, PresentValues
 from specc.analysis.graph import CAUSES, RowEdge, find_edges, reachable_from
 from specc.analysis.must_may import MustMayAnalysis, is_incomplete
-from specc.analysis.reactions import Reactions
 from specc.analysis.reads import Dependences
 from specc.analysis.state_timing import StateTiming
 from specc.analysis.suspicious_expressions import SuspiciousExpressions
 from specc.analysis.value_ranges import ValueRanges
-from specc.model.expr import Expr, Truth, has_unknown
+from specc.model.expr import Expr, Input, Truth, children, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
-from specc.proof import Prover, RowVerdict, Witness
+from specc.model.types import Bool, Enum
+from specc.proof import InputName, Prover, RowVerdict, Witness
 from specc.proof.decide import Sessions
 from specc.reachable import grouped
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,13 +83,6 @@ class Machine:
         self._sessions = sessions
         self._constant_values: dict[int, bool | None] = {}
         self._provers: list[Prover] = []
-        self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
-
-    def results_of(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
-        """What a check finds that asks nothing but this machine."""
-        if check not in self._told:
-            self._told[check] = tuple(check(self))
-        return self._told[check]
 
     # What it is made of.
 
@@ -148,10 +138,31 @@ class Machine:
         """What expressions depend on."""
         return Dependences({let.name: let.value for let in self.subsystem.lets})
 
-    @cached_property
-    def reactions(self) -> Reactions:
-        """To which members of the enums of inputs it reacts."""
-        return Reactions(self.subsystem, self.prover, self.dependences)
+    def reactions(self, exprs: Iterable[Expr], key: InputName) -> frozenset[str]:
+        """The members of an input's enum to which some expressions react.
+
+        They do if one of them may be different because the member came. What reads the value other
+        than in a condition reacts to all of them.
+        """
+        type_ = self.subsystem.inputs[key].type
+        if not isinstance(type_, Enum):
+            return frozenset()
+        parts = [part for expr in exprs for part in self._conditions_on(expr, key)]
+        if not all(isinstance(part.type, Bool) for part in parts):
+            return frozenset(type_.members)
+        element, reacts = Input(*key, type=type_), self.prover.reacts
+        return frozenset(m for m in type_.members if any(reacts(p, element, m) for p in parts))
+
+    def _conditions_on(self, expr: Expr, key: InputName) -> Iterator[Expr]:
+        """The conditions in an expression that depend on an input, and the input outside of any."""
+        if key not in self.dependences.of(expr).inputs:
+            return
+        if isinstance(expr.type, Bool) or isinstance(expr, Input):
+            yield expr
+        else:
+            value = self.prover.numbering.looked_through(expr)
+            for part in children(expr) if value is expr else (value,):
+                yield from self._conditions_on(part, key)
 
     @cached_property
     def dwell_times(self) -> StateTiming:
@@ -199,16 +210,17 @@ class Machine:
 
         Where conditions are unknown, what they say holds whatever these are.
         """
-        every = ((state, cause) for state in self.subsystem.states for cause in CAUSES)
-        found = ((state, cause, self._certain_verdict(state, cause)) for state, cause in every)
-        return tuple([RowVerdictAt(self, s, cause, v) for s, cause, v in found if v is not None])
-
-    def _certain_verdict(self, state: State, cause: Cause) -> RowVerdict | None:
-        """The verdict that does not depend on anything unknown; None if there is none."""
-        if not self.is_incomplete(state, cause):
-            return self.verdict(state.name, cause)
-        present = self.presence.in_conditions(state.name)
-        return self.must_may.verdict(state.name, cause, present)
+        found = []
+        for state in self.subsystem.states:
+            for cause in CAUSES:
+                if self.is_incomplete(state, cause):
+                    present = self.presence.in_conditions(state.name)
+                    verdict = self.must_may.verdict(state.name, cause, present)
+                else:
+                    verdict = self.verdict(state.name, cause)
+                if verdict is not None:
+                    found.append(RowVerdictAt(self, state, cause, verdict))
+        return tuple(found)
 
     def verdict(self, state: str, cause: Cause) -> RowVerdict:
         """The verdict about the rows of a state and cause, with what is known of presence.
@@ -265,9 +277,14 @@ class Machine:
     @cached_property
     def reachable_states(self) -> frozenset[str]:
         """The states that it can enter; all of them where that is not known."""
-        if not self.subsystem.begun or not self.has_known_edges:
+        if not self.subsystem.has_initial_state or not self.has_known_edges:
             return frozenset(state.name for state in self.subsystem.states)
         return reachable_from(self.subsystem.initial_state, self.successors)
+
+    def is_on_cycle(self, state: str) -> bool:
+        """Whether a path leads from a state back to it."""
+        targets = (edge.row.target for edge in self.successors.get(state, ()))
+        return any(state in reachable_from(target, self.successors) for target in targets)
 
     @cached_property
     def has_known_edges(self) -> bool:
@@ -298,8 +315,8 @@ class Machine:
             named = self.dependences.of(condition.when).constants
             is_given = any(constant.name in named for constant in self.subsystem.constants)
             prover = self.generic_prover if is_given else self.prover
-            meant = isinstance(condition.when, Truth)
-            value = None if meant else prover.constant(condition.when, by_tables=is_given)
+            is_intended = isinstance(condition.when, Truth)
+            value = None if is_intended else prover.constant(condition.when, by_tables=is_given)
             self._constant_values[key] = value
         return self._constant_values[key]
 

@@ -70,7 +70,10 @@ class Approximation:
     def of(self, subsystem: Subsystem) -> Subsystem:
         """The machine without unknowns; of its behaviours only the end by the cause counts."""
         states = tuple(self._state(state) for state in subsystem.states)
-        rows = tuple(_row(row, self.rows) for row in subsystem.transitions)
+        rows = tuple(
+            replace(row, condition=_known(row.condition, self.rows))
+            for row in subsystem.transitions
+        )
         return replace(subsystem, states=states, transitions=rows)
 
     def _state(self, state: State) -> State:
@@ -78,12 +81,12 @@ class Approximation:
         # An error goes before an end: where it is not known, the end is not known either.
         opposite = may_hold_part if self.ends is must_hold_part else must_hold_part
         error = self.ends if self.cause == "error" else opposite
-        seen = replace(
+        approximated = replace(
             behaviour,
             terminal=_known(behaviour.terminal, self.ends),
             error=_known(behaviour.error, error),
         )
-        return replace(state, behaviour=seen)
+        return replace(state, behaviour=approximated)
 
 
 def must_view(cause: Cause) -> Approximation:
@@ -104,11 +107,7 @@ def may_view(cause: Cause) -> Approximation:
 def is_incomplete(subsystem: Subsystem, state: State, cause: Cause) -> bool:
     """Whether something about the rows of a state and cause is unknown."""
     rows = (row.condition.when for _, row in subsystem.rows(state.name, cause))
-    return any(map(has_unknown, (*(when for when, _ in state.behaviour.ended(cause)), *rows)))
-
-
-def _row(row: Transition, bound: Rewriting) -> Transition:
-    return replace(row, condition=_known(row.condition, bound))
+    return any(map(has_unknown, (*(when for when, _ in state.behaviour.facts_after(cause)), *rows)))
 
 
 def _known(condition: Condition, bound: Rewriting) -> Condition:
@@ -144,19 +143,19 @@ class MustMayAnalysis:
         self, state: str, cause: Cause, pair: tuple[int, int], present: Collection[InputName]
     ) -> Witness | None:
         """Where two rows of a state and cause, by their indices, surely apply together."""
-        seen = must_view(cause).of(self._subsystem)
-        rows = _rows(seen, state, cause)
-        two = replace(seen, transitions=tuple(rows[index] for index in pair))
+        known = must_view(cause).of(self._subsystem)
+        rows = _rows(known, state, cause)
+        two = replace(known, transitions=tuple(rows[index] for index in pair))
         return self._new(two).prove_rows(state, cause, present=present).decision.overlap
 
     def edges(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken whatever is unknown."""
-        every = ((state.name, cause) for state in self._subsystem.states for cause in CAUSES)
-        return find_edges(self._subsystem, (self._must_verdict(*each) for each in every))
-
-    def _must_verdict(self, state: str, cause: Cause) -> RowVerdict:
-        decision = self._prover(must_view(cause)).prove_rows(state, cause).decision
-        return RowVerdict(_rows(self._subsystem, state, cause), decision)
+        verdicts = []
+        for state in (state.name for state in self._subsystem.states):
+            for cause in CAUSES:
+                decision = self._prover(must_view(cause)).prove_rows(state, cause).decision
+                verdicts.append(RowVerdict(_rows(self._subsystem, state, cause), decision))
+        return find_edges(self._subsystem, verdicts)
 
     def _prover(self, view: Approximation) -> Prover:
         if view not in self._provers:

@@ -8,7 +8,6 @@ from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.reads import ExpressionText, text_of
-from specc.lang.dependence_order import InOrder
 from specc.model.expr import (
     LENGTH,
     Builtin,
@@ -16,6 +15,7 @@ from specc.model.expr import (
     Compare,
     Expr,
     Fresh,
+    InDependenceOrder,
     IsNone,
     Lag,
     LetRef,
@@ -25,9 +25,9 @@ from specc.model.expr import (
     Quantifier,
     Unary,
     children,
+    negation,
 )
 from specc.model.fsm import Axiom, Condition, Function, State, Transition
-from specc.model.logic import negation
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Bool, Int, OptionalOf
 from specc.reachable import grouped
@@ -122,7 +122,7 @@ class ImpliedFacts(Generic[T]):
         """`lets` are in order of dependence."""
         self._of_atom = of_atom
         values = {let.name: let.value for let in lets}
-        self._of_lets = InOrder(
+        self._of_lets = InDependenceOrder(
             values, lambda name: (self.of(values[name], False), self.of(values[name], True))
         )
 
@@ -158,7 +158,7 @@ def tested_conditions(
     yield (), [error]
     yield ((error.when, False),), [terminal]
     for cause in CAUSES:
-        yield state.behaviour.ended(cause), [r.condition for r in rows if r.cause == cause]
+        yield state.behaviour.facts_after(cause), [r.condition for r in rows if r.cause == cause]
 
 
 def as_conditions(tests: Tests) -> tuple[Expr, ...]:

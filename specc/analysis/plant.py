@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.binding import PLANT, Binding
-from specc.model.system import Element, Plant, System
+from specc.model.system import PLANT, Binding, Element, Plant, System
 from specc.model.types import Pose, Type
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import grouped

@@ -67,7 +67,7 @@ class Rates:
 
         Only those whose rates are known count.
         """
-        rated = [s for s in self._every if s.rated]
+        rated = [s for s in self._every if s.has_rate]
         ticks = _ticks(rated)
         if ticks <= LONGEST:
             return None
@@ -78,7 +78,7 @@ class Rates:
     @cached_property
     def timed(self) -> tuple[Subsystem, ...]:
         """The subsystems with rates, if these fit together."""
-        return () if self.clash else tuple(s for s in self._subsystems if s.rated)
+        return () if self.clash else tuple(s for s in self._subsystems if s.has_rate)
 
     @cached_property
     def tick_s(self) -> Fraction:
@@ -89,22 +89,23 @@ class Rates:
     def conflicts(self) -> tuple[RateConflict, ...]:
         """Sensors whose rates fit neither those of their readers nor the tick, if that is known."""
         found = (self._conflict(bound) for bound in self._bindings)
-        return tuple(misfit for misfit in found if misfit is not None)
+        return tuple(conflict for conflict in found if conflict is not None)
 
     def _conflict(self, bound: BoundElement) -> RateConflict | None:
         rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_of_all_s
         if rate is None or bound.is_commanded:
             return None
-        reading = {wire.subsystem.qualified_name for wire in self._wires.at(device, "x")}
+        reading = {wire.subsystem.qualified_name for wire in self._wires.wires_to(device, "x")}
         readers = [s for s in self.timed if s.qualified_name in reading]
-        strangers = tuple(s for s in readers if not _divides(rate, s.rate_hz))
+        # One rate is to be a whole multiple of the other.
+        unfit = tuple(s for s in readers if 1 not in ((rate / s.rate_hz).as_integer_ratio()))
         fits = tick_s is None or (1 / rate / tick_s).denominator == 1
-        return None if fits and not strangers else RateConflict(bound, rate, strangers, tick_s)
+        return None if fits and not unfit else RateConflict(bound, rate, unfit, tick_s)
 
     @cached_property
     def _tick_of_all_s(self) -> Fraction | None:
         """The base tick, if all rates are known."""
-        all_known = self._is_complete and all(s.rated for s in self._every)
+        all_known = self._is_complete and all(s.has_rate for s in self._every)
         if self.clash or not self._every or not all_known:
             return None
         return base_tick(1 / s.rate_hz for s in self._every)
@@ -114,8 +115,3 @@ def _ticks(subsystems: Sequence[Subsystem]) -> Fraction:
     """Base ticks after which the timeline of some subsystems repeats."""
     rates = [s.rate_hz for s in subsystems]
     return 1 / base_tick(rates) / base_tick(1 / rate for rate in rates)
-
-
-def _divides(one: Fraction, other: Fraction) -> bool:
-    """Whether one of two rates is a whole multiple of the other."""
-    return (one / other).denominator == 1 or (other / one).denominator == 1

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from specc.analysis.machine import Machine
 from specc.analysis.reads import Dependence, ExpressionText, TextOwner, text_of
 from specc.lang import ranges
-from specc.lang.bounds import bounds
+from specc.lang.evaluate import range_of_parts
 from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
     Binary,
@@ -21,8 +21,8 @@ from specc.model.expr import (
     Items,
     LetRef,
     MemoryRef,
-    Sure,
     Unary,
+    Unwrap,
     children,
     walk,
 )
@@ -57,11 +57,12 @@ ScalarDefinition = ScalarExpr | ReportedScalar
 
 def component(expr: Expr, index: int) -> Expr:
     """The number at an index of a vector; of arithmetic on vectors, the arithmetic on numbers."""
-    type_ = _type_at(expr.type, index)
+    components = _vector(expr.type).components
+    type_ = components[index] if index < len(components) else expr.type
     match expr:
         case Items(items=items):
             return items[index]
-        case Sure(value=value):
+        case Unwrap(value=value):
             return component(value, index)
         case Unary(op="-", operand=operand):
             return Unary("-", component(operand, index), type=type_, span=expr.span)
@@ -76,11 +77,6 @@ def component(expr: Expr, index: int) -> Expr:
 
 def _of_side(expr: Expr, index: int) -> Expr:
     return component(expr, index) if _vector(expr.type).components else expr
-
-
-def _type_at(type_: Type, index: int) -> Type:
-    components = _vector(type_).components
-    return components[index] if index < len(components) else type_
 
 
 def _vector(type_: Type) -> Type:
@@ -114,7 +110,7 @@ class ReachingDefinitions:
             if not isinstance(expr, Component):
                 return [replace(scalar, expr=expr)]
         match expr:
-            case Sure(value=value):
+            case Unwrap(value=value):
                 return [replace(scalar, expr=value)]
             case Choice(then=then, otherwise=otherwise):
                 return [replace(scalar, expr=then), replace(scalar, expr=otherwise)]
@@ -162,7 +158,7 @@ class ReachingDefinitions:
         self, reader: Subsystem, key: tuple[str, str], index: int | None
     ) -> Iterator[ScalarDefinition]:
         peer, name = key
-        if device := self._wires.measured(reader.qualified_name, peer):
+        if device := self._wires.measuring_device(reader.qualified_name, peer):
             yield ReportedScalar(f"{device}.{name}", index or 0)
             return
         element = reader.inputs.get(key)
@@ -283,11 +279,11 @@ class ScalarRanges:
         """One for each definition that reaches one part, whatever the other parts are."""
         expr = scalar.expr
         parts = [self._of_part(replace(scalar, expr=part)) for part in children(expr)]
-        whole = [ranges.union(*each) for each in parts]
-        yield bounds(expr, whole)
+        unions = [ranges.union(*each) for each in parts]
+        yield range_of_parts(expr, unions)
         for index, each in enumerate(parts):
             for one in each if len(each) <= _MOST_RANGES else ():
-                yield bounds(expr, [*whole[:index], one, *whole[index + 1 :]])
+                yield range_of_parts(expr, [*unions[:index], one, *unions[index + 1 :]])
 
     def _of_part(self, scalar: ScalarExpr) -> list[Range]:
         if not isinstance(scalar.expr.type, (Int, Real)):
@@ -306,13 +302,12 @@ class ScalarRanges:
         core = expr.value if isinstance(expr, Component) else expr
         if not isinstance(core, (Input, MemoryRef)):
             return False
-        asked = (condition.when for condition in machine.subsystem.exit_conditions)
-        return any(_compares(when) and _shared(of(when), of(core)) for when in asked)
+        conditions = (condition.when for condition in machine.subsystem.exit_conditions)
+        return any(
+            any(isinstance(part, Compare) for part in walk(when)) and _shared(of(when), of(core))
+            for when in conditions
+        )
 
 
 def _shared(one: Dependence, other: Dependence) -> bool:
     return bool(one.values & other.values or one.memory & other.memory)
-
-
-def _compares(condition: Expr) -> bool:
-    return any(isinstance(part, Compare) for part in walk(condition))

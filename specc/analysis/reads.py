@@ -70,10 +70,10 @@ def _stored_on_subsystem(
     """What subsystems keep the answer to: many checks ask."""
 
     def answer(subsystem: Subsystem) -> Sequence[T]:
-        kept = vars(subsystem)
-        if find.__name__ not in kept:
-            kept[find.__name__] = tuple(find(subsystem))
-        return kept[find.__name__]  # type: ignore[no-any-return]  # what was kept
+        stored = vars(subsystem)
+        if find.__name__ not in stored:
+            stored[find.__name__] = tuple(find(subsystem))
+        return stored[find.__name__]  # type: ignore[no-any-return]  # what was kept
 
     return answer
 
@@ -163,7 +163,15 @@ class Dependences:
             case Clock(name="elapsed" | "entered"):
                 return Dependence(is_stable=False, has_clock=True)
             case Input() | Fresh() | Present() | Lag():
-                return _of_input(expr)
+                element = expr if isinstance(expr, Input) else expr.input
+                key, nothing = frozenset((element.key,)), frozenset[InputName]()
+                return Dependence(
+                    key,
+                    key if isinstance(expr, Input) else nothing,
+                    key if isinstance(expr, Fresh) else nothing,
+                    is_stable=False,
+                    has_lag=isinstance(expr, Lag),
+                )
             case BoundVariable():
                 return Dependence(is_stable=False)
             case LetRef(name=name) if name in self._lets:
@@ -197,18 +205,6 @@ class Dependences:
             any(part.has_lag for part in parts),
             any(part.has_literal for part in parts),
         )
-
-
-def _of_input(expr: Input | Fresh | Present | Lag) -> Dependence:
-    element = expr if isinstance(expr, Input) else expr.input
-    key, nothing = frozenset((element.key,)), frozenset[InputName]()
-    return Dependence(
-        key,
-        key if isinstance(expr, Input) else nothing,
-        key if isinstance(expr, Fresh) else nothing,
-        is_stable=False,
-        has_lag=isinstance(expr, Lag),
-    )
 
 
 def _any_of(names: Iterable[frozenset[Name]]) -> frozenset[Name]:

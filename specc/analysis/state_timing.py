@@ -12,9 +12,8 @@ from specc.analysis.graph import CAUSES
 from specc.analysis.must_may import may_hold_part
 from specc.analysis.path_conditions import as_conditions
 from specc.analysis.reads import Dependences
-from specc.model.expr import Expr, has_unknown
+from specc.model.expr import Expr, has_unknown, junction
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
-from specc.model.logic import joined
 from specc.model.system import Subsystem
 from specc.proof import Prover, RowVerdict
 
@@ -73,7 +72,7 @@ class StateTiming:
     def never_ends(self, state: State, cause: Cause) -> bool:
         """Whether time makes a condition that ends a state false for ever before it can hold."""
         end = state.behaviour.ending(cause)
-        return any(late.row is None and late.condition is end for late in self.overdue_exits(state))
+        return any(exit.row is None and exit.condition is end for exit in self.overdue_exits(state))
 
     def is_one_period(self, state: State) -> bool:
         """Whether a state surely ends in its second period, when its conditions are first asked."""
@@ -87,8 +86,8 @@ class StateTiming:
         behaviour = state.behaviour
         conditions = [behaviour.error, behaviour.terminal]
         rows = (self._subsystem.rows(state.name, cause) for cause in CAUSES)
-        asked = (*conditions, *(row.condition for of_cause in rows for _, row in of_cause))
-        if self._timed_conditions.isdisjoint([id(condition.when) for condition in asked]):
+        evaluated = (*conditions, *(row.condition for of_cause in rows for _, row in of_cause))
+        if self._timed_conditions.isdisjoint([id(condition.when) for condition in evaluated]):
             return
         ending = self._ending(behaviour)
         if ending is None:
@@ -109,21 +108,23 @@ class StateTiming:
     @cached_property
     def _timed_conditions(self) -> set[int]:
         """The texts of conditions in which time alone turns something, by identity."""
-        asked = self._subsystem.exit_conditions
-        return {id(each.when) for each in asked if self._prover.timer.turning(each.when)}
+        conditions = self._subsystem.exit_conditions
+        return {id(each.when) for each in conditions if self._prover.timer.turning(each.when)}
 
-    def _excludes(self, ending: _Ending, cause: Cause, asked: Condition | None) -> bool:
+    def _excludes(self, ending: _Ending, cause: Cause, initial: Condition | None) -> bool:
         """Whether a state cannot end by a cause, and with a condition, before it is over."""
-        key = id(ending), cause, id(asked)
+        key = id(ending), cause, id(initial)
         if key not in self._excluded:
-            context = [*ending.in_time[cause], *([asked.when] if asked else [])]
+            context = [*ending.in_time[cause], *([initial.when] if initial else [])]
             self._excluded[key] = self._prover.satisfiable(context) is False
         return self._excluded[key]
 
     def excludes_row(self, row: Transition) -> bool:
         """Whether a row that is never taken is never taken because of conditions on time."""
         source = self._subsystem.state(row.source).behaviour
-        return self.is_time_the_cause(*as_conditions(source.ended(row.cause)), row.condition.when)
+        return self.is_time_the_cause(
+            *as_conditions(source.facts_after(row.cause)), row.condition.when
+        )
 
     def is_time_the_cause(self, *conditions: Expr) -> bool:
         """Whether conditions that never hold together could, but for what they say of time."""
@@ -144,20 +145,19 @@ class StateTiming:
 
     def _found(self, behaviour: Behaviour) -> _Ending | None:
         error, terminal = behaviour.error, behaviour.terminal
-        either = joined("or", (error.when, terminal.when))
-        for periods in self._candidates(either):
+        either = junction("or", (error.when, terminal.when))
+        for periods in sorted({1, *sorted(self._prover.timer.turning(either))[:_MOST_TURNS]}):
             now = self._prover.timer.lasted("==", periods)
             if self._prover.implies([now], either):
-                alone = self._prover.implies([now], error.when)
-                other = not alone and self._prover.implies([now], terminal.when)
+                by_error = self._prover.implies([now], error.when)
+                by_terminal = not by_error and self._prover.implies([now], terminal.when)
                 by_then = self._prover.timer.lasted("<=", periods)
                 return _Ending(
                     periods / self._subsystem.rate_hz,
-                    (not other, not alone),
-                    {cause: [*as_conditions(behaviour.ended(cause)), by_then] for cause in CAUSES},
+                    (not by_terminal, not by_error),
+                    {
+                        cause: [*as_conditions(behaviour.facts_after(cause)), by_then]
+                        for cause in CAUSES
+                    },
                 )
         return None
-
-    def _candidates(self, ends: Expr) -> list[int]:
-        """The first period, and those at which time turns a part of what ends a state."""
-        return sorted({1, *sorted(self._prover.timer.turning(ends))[:_MOST_TURNS]})

@@ -9,19 +9,19 @@ from itertools import chain
 from typing import Any, Literal
 
 from specc.lang import ranges
-from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of_parts
 from specc.lang.kinds import kind
 from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
     MIRRORED,
-    Among,
     Binary,
     Builtin,
     Choice,
     Compare,
     ConstantRef,
     Expr,
+    IsOneOf,
     LetRef,
     Member,
     MemoryRef,
@@ -29,9 +29,12 @@ from specc.model.expr import (
     Truth,
     Unary,
     children,
+    conjuncts,
+    junction,
+    negation,
+    opposite,
     walk,
 )
-from specc.model.logic import conjuncts, joined, negation, opposite
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum, Int, Real
 from specc.proof import Numbering
@@ -87,9 +90,11 @@ class MemoryBounds:
         )
         self._lets = [(let, value) for let, value in lets.items() if let in read]
         every = [*chain(*self._written.values()), *(value for _, value in self._lets)]
+        computed = (part for part in _parts(every) if isinstance(part, Binary))
+        operands = chain.from_iterable(map(children, computed))
         named, steps = (
-            {ranges.of_value(n)[0] for n in map(numbering.known, parts) if n is not None}
-            for parts in (_parts(every), _operands(every))
+            {ranges.range_of_value(n)[0] for n in map(numbering.known, parts) if n is not None}
+            for parts in (_parts(every), operands)
         )
         if len(named) * len(steps) <= _MOST_ENDS:
             named |= {end for n in named for s in steps for end in (n + s, n - s)}
@@ -124,7 +129,7 @@ class MemoryBounds:
         """What memory is given; a whole number becomes a real one in real memory."""
         found = ((value.type, self._of(value, now)) for value in values)
         is_real = isinstance(memory.type, Real)
-        each = (ranges.of_float(r) if is_real and isinstance(t, Int) else r for t, r in found)
+        each = (ranges.as_floats(r) if is_real and isinstance(t, Int) else r for t, r in found)
         return ranges.union(*each)
 
     def _with_lets(self, now: _Now) -> _Now:
@@ -139,15 +144,15 @@ class MemoryBounds:
         if self._budget < 0:
             return ANY
         if (value := self._numbering.known(expr)) is not None:
-            return ranges.of_value(value)
+            return ranges.range_of_value(value)
         match expr:
             case MemoryRef() | LetRef():
                 return now.get(expr, ANY)
             case Choice(test=test, then=then, otherwise=otherwise):
-                held = self._of(then, self._narrowed(now, test))
-                failed = self._of(otherwise, self._narrowed(now, negation(test)))
-                return bounds(expr, (self._of(test, now), held, failed))
-        return bounds(expr, [self._of(part, now) for part in children(expr)])
+                if_true = self._of(then, self._narrowed(now, test))
+                if_false = self._of(otherwise, self._narrowed(now, negation(test)))
+                return range_of_parts(expr, (self._of(test, now), if_true, if_false))
+        return range_of_parts(expr, [self._of(part, now) for part in children(expr)])
 
     def _narrowed(self, now: _Now, condition: Expr) -> _Now:
         """The bounds where a condition holds; unchanged where it never does."""
@@ -157,25 +162,26 @@ class MemoryBounds:
             if isinstance(part, Unary) and isinstance(part.operand, Compare):
                 part = opposite(part.operand)
             if isinstance(part, Compare):
-                for said in (part, _turned(part)):
-                    self._narrow(found, said)
+                op: Any = MIRRORED[part.op]
+                for comparison in (part, Compare(op, part.right, part.left, type=part.type)):
+                    self._narrow(found, comparison)
         return found
 
-    def _narrow(self, found: _Now, said: Compare) -> None:
-        left = said.left
+    def _narrow(self, found: _Now, comparison: Compare) -> None:
+        left = comparison.left
         if left not in found:
             return
-        (low, high), (least, greatest) = found[left], self._of(said.right, found)
-        whole = isinstance(left.type, Int) and isinstance(said.right.type, Int)
-        if isinstance(left.type, Int) != isinstance(said.right.type, Int):
+        (low, high), (least, greatest) = found[left], self._of(comparison.right, found)
+        is_whole = isinstance(left.type, Int) and isinstance(comparison.right.type, Int)
+        if isinstance(left.type, Int) != isinstance(comparison.right.type, Int):
             # A whole number may be rounded beside a float, which keeps those within unchanged.
             least = least if abs(least) < _ALL_FLOATS else -math.inf
             greatest = greatest if abs(greatest) < _ALL_FLOATS else math.inf
-        if said.op in ("<", "<=", "=="):
-            high = min(high, greatest - 1 if whole and said.op == "<" else greatest)
-        if said.op in (">", ">=", "=="):
-            low = max(low, least + 1 if whole and said.op == ">" else least)
-        if said.op == "!=" and whole and least == greatest:  # at an end of the interval
+        if comparison.op in ("<", "<=", "=="):
+            high = min(high, greatest - 1 if is_whole and comparison.op == "<" else greatest)
+        if comparison.op in (">", ">=", "=="):
+            low = max(low, least + 1 if is_whole and comparison.op == ">" else least)
+        if comparison.op == "!=" and is_whole and least == greatest:  # at an end of the interval
             low, high = low + (low == least), high - (high == greatest)
         if low <= high:
             found[left] = low, high
@@ -197,19 +203,8 @@ def _names(values: Iterable[Expr]) -> Iterable[Expr]:
     return (part for value in values for part in walk(value) if isinstance(part, LetRef))
 
 
-def _turned(said: Compare) -> Compare:
-    op: Any = MIRRORED[said.op]
-    return Compare(op, said.right, said.left, type=said.type)
-
-
 def _parts(every: Iterable[Expr]) -> Iterable[Expr]:
     return (part for value in every for part in walk(value) if isinstance(part.type, (Int, Real)))
-
-
-def _operands(every: Iterable[Expr]) -> Iterable[Expr]:
-    """What may be added or subtracted."""
-    computed = (part for part in _parts(every) if isinstance(part, Binary))
-    return chain.from_iterable(map(children, computed))
 
 
 # What always holds of memory.
@@ -225,7 +220,7 @@ class ValueRanges:
     def __init__(self, subsystem: Subsystem, numbering: Numbering) -> None:
         """`numbering` knows lets and constants."""
         given: dict[str, list[Expr]] = {item.name: [item.init] for item in subsystem.memory}
-        for (peer, name), by_behaviour in subsystem.written.items():
+        for (peer, name), by_behaviour in subsystem.assigned_values.items():
             if not peer and name in given:
                 given[name] += chain(*by_behaviour.values())
         self.bounds = MemoryBounds(subsystem, given, numbering)
@@ -243,11 +238,14 @@ class ValueRanges:
                     _among_literals(memory, self._possible_values(memory)),
                     self.bounds.of(memory),
                 )
-                self.invariants += (values,) if values else tuple(_ends(memory, within))
+                ends = tuple(_ends(memory, within))
+                self.invariants += (values,) if values else ends
                 if len(given[item.name]) == 1:
                     self.unwritten |= {item.name: values} if values else {}
-                elif known := values or _counted(memory, within):
-                    self.conditions[item.name] = known
+                elif values:
+                    self.conditions[item.name] = values
+                elif len(ends) == 1:  # from there on it goes on for ever; two are a range
+                    self.conditions[item.name] = ends[0]
 
     def members(self, expr: Expr) -> frozenset[str]:
         """The members of an enum that an expression may be, as far as they are known by name."""
@@ -282,12 +280,6 @@ def _ends(memory: MemoryRef, range_: Range) -> Iterator[Expr]:
             yield Compare(op, memory, Number(end, type=memory.type), type=Bool())
 
 
-def _counted(memory: MemoryRef, range_: Range) -> Expr | None:
-    """From where memory goes on for ever; None if it ends, as it may be meant to."""
-    ends = [*_ends(memory, range_)]
-    return ends[0] if len(ends) == 1 else None
-
-
 def _among_literals(memory: MemoryRef, behind: Sequence[Expr]) -> Expr | None:
     """That memory has one of the literals that it, or memory whose value it gets, is given."""
     values = sorted({leaf for leaf in behind if isinstance(leaf, _KnownLeaf)}, key=repr)
@@ -295,11 +287,11 @@ def _among_literals(memory: MemoryRef, behind: Sequence[Expr]) -> Expr | None:
         return None
     if isinstance(memory.type, Enum):
         members = frozenset(value.name for value in values if isinstance(value, Member))
-        return Among(memory, members, type=Bool())
+        return IsOneOf(memory, members, type=Bool())
     each: list[Expr] = []
     for value in values:
         if isinstance(value, Truth):
             each.append(memory if value.value else negation(memory))
         else:
             each.append(Compare("==", memory, value, type=Bool()))
-    return joined("or", each)
+    return junction("or", each)

@@ -16,7 +16,6 @@ from specc.checks import (
     holding,
     memory,
     plant,
-    poses,
     presence,
     python,
     rows,
@@ -64,8 +63,8 @@ CHECKS: tuple[CheckFunction, ...] = (
     bindings.noise_fits,
     bindings.joints_like_actuators,
     bindings.elements_in_one_order,
-    poses.poses_measured,
-    poses.quaternions_ordered,
+    bindings.poses_measured,
+    bindings.quaternions_ordered,
     plant.commands_obeyed,
     topics.topics_fit,
     topics.messages_fit,
@@ -95,7 +94,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     conditions.conditions_vary,
     conditions.conditions_in_time,
     conditions.conditions_differ,
-    conditions.lists_end,
+    memory.lists_end,
     formulas.formulas_vary,
     formulas.names_say_more,
     formulas.windows_reach,
@@ -155,7 +154,7 @@ def run_checks(
     sound = sound and not broken and not faulty
     if sound and not any(blocks(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
-    found = _in_all_uses(found, facts)
+    found = _dead_in_all_uses(found, facts)
     facts.release()
     return found, facts
 
@@ -163,20 +162,16 @@ def run_checks(
 _OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
 
 
-def _in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
+def _dead_in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
     """The findings, of dead parts only those that are dead in all uses of a description.
 
     A row that one value of a parameter excludes is there for the other values.
     """
-    told = Counter(_said(finding) for finding in found if finding.code in _OF_DEAD_PARTS)
+    keys = [(finding.code, finding.primary, finding.message) for finding in found]
+    dead = Counter(key for key in keys if key[0] in _OF_DEAD_PARTS)
     uses: Counter[Place] = Counter()
-    for machine in facts.machines if told else ():
-        subsystem = machine.subsystem
-        uses.update({state.place for state in subsystem.states})
-        uses.update({row.place for row in subsystem.transitions})
-    alive = {said for said, count in told.items() if count < uses[said[1]]}
-    return [finding for finding in found if _said(finding) not in alive]
-
-
-def _said(finding: Diagnostic) -> tuple[str, Place, str]:
-    return finding.code, finding.primary, finding.message
+    for machine in facts.machines if dead else ():
+        uses.update({state.place for state in machine.subsystem.states})
+        uses.update({row.place for row in machine.subsystem.transitions})
+    pairs = zip(found, keys, strict=True)
+    return [finding for finding, key in pairs if key not in dead or dead[key] >= uses[key[1]]]

@@ -8,33 +8,28 @@ from dataclasses import dataclass, replace
 from specc.analysis import Facts, Machine
 from specc.analysis.reads import ExpressionText, text_of
 from specc.analysis.state_timing import OverdueExit
-from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics import Diagnostic, Related, first_at_each_place
 from specc.diagnostics.phrases import in_ms, join_words
 from specc.lang import show
-from specc.lang.dependence_order import InOrder
 from specc.lang.ranges import ANY
 from specc.model.expr import (
-    JOINED,
     LITERALS,
-    TRUE,
-    Builtin,
     Choice,
     Expr,
+    InDependenceOrder,
     LetRef,
-    MemoryRef,
     Quantifier,
     children,
     has_free_variable,
     has_unknown,
+    junction,
+    negation,
     walk,
 )
 from specc.model.fsm import Condition
-from specc.model.logic import joined, negation
-from specc.model.system import Memory, Subsystem
-from specc.model.types import Bool, ListOf, Real
+from specc.model.system import Subsystem
+from specc.model.types import Bool, Real
 from specc.proof import EvaluationPoint
-from specc.reachable import reachable
-from specc.source import Place
 
 # Conditions, the lets that they name and time count, and so does memory that is only ever assigned
 # literals, or that keeps within bounds. In conditions memory that nothing writes counts if it
@@ -63,13 +58,13 @@ class ConstantPart:
     @property
     def proposition(self) -> Expr:
         """What always holds: the part, or its opposite, wherever the tests around it do."""
-        said = self.expr if self.holds else negation(self.expr)
+        holding = self.expr if self.holds else negation(self.expr)
         for outer in reversed(self.context):
             if isinstance(outer, Quantifier):
-                said = replace(outer, kind="all", body=said, type=Bool())
+                holding = replace(outer, kind="all", body=holding, type=Bool())
             else:
-                said = joined("or", (negation(outer), said))
-        return said
+                holding = junction("or", (negation(outer), holding))
+        return holding
 
 
 class ConstantConditions:
@@ -79,9 +74,8 @@ class ConstantConditions:
         subsystem = machine.subsystem
         self._subsystem = subsystem
         self._machine = machine
-        self._suspicious = machine.suspicious
         lets = {item.name: item for item in subsystem.lets}
-        self._of_lets = InOrder(
+        self._of_lets = InDependenceOrder(
             {name: item.value for name, item in lets.items()},
             lambda name: self._in(text_of(lets[name]), lets[name].value, None),
         )
@@ -89,25 +83,24 @@ class ConstantConditions:
         self._in_conditions = True
         self._memory = machine.value_ranges
         self._reals = {item.name for item in subsystem.memory if isinstance(item.type, Real)}
-        self._parameters = {constant.name for constant in subsystem.constants}
         self._dependences = machine.dependences
 
     def parts(self, condition: Condition) -> Iterator[ConstantPart]:
         """The innermost parts of a condition that are constant; the condition itself may be."""
-        return self._parts(text_of(condition), condition)
+        return self._parts_of(text_of(condition), condition)
 
     def parts_elsewhere(self) -> Iterator[ConstantPart]:
         """Those of functions, and of the lets that no condition names, as truth tables tell."""
         self._in_conditions = False
-        items = (item for each in self._subsystem.functions for item in each.assignments)
-        for item in (item for item in items if not isinstance(item.value, LITERALS)):
-            yield from self._parts(text_of(item))
+        for item in (item for each in self._subsystem.functions for item in each.assignments):
+            if not isinstance(item.value, LITERALS):
+                yield from self._parts_of(text_of(item))
         for let in self._subsystem.lets:
             self._found = []
             self._of_lets[let.name]
             yield from (ConstantPart(None, *found) for found in self._found)
 
-    def _parts(
+    def _parts_of(
         self, text: ExpressionText, condition: Condition | None = None
     ) -> Iterator[ConstantPart]:
         nodes = list(walk(text.expr))
@@ -124,24 +117,24 @@ class ConstantConditions:
         text: ExpressionText,
         expr: Expr,
         condition: Condition | None,
-        around: tuple[Expr, ...] = (),
+        context: tuple[Expr, ...] = (),
     ) -> bool:
         """Find the constant parts below an expression, or else itself; whether there are any.
 
-        Those of lets are found where they are first named; without a condition, this is a let or
-        a function. The tests of the choices `around` the expression hold where it is asked.
+        Those of lets are found where they are first named. Without a condition, this is a let or a
+        function. The tests in the `context` hold where the expression is evaluated.
         """
         below = [
-            self._in(text, child, condition, (*around, *more))
-            for child, more in _children_in_context(expr)
+            self._in(text, child, condition, (*context, *inner))
+            for child, inner in _children_in_context(expr)
         ]
         if isinstance(expr, LetRef) and expr.name in self._of_lets:
             below.append(self._of_lets[expr.name])
         if any(below) or not isinstance(expr.type, Bool):
             return any(below)
-        holds = self._value(expr, condition, _tests(around))
+        holds = self._value(expr, condition, _tests(context))
         if holds is not None:
-            self._found.append((text, expr, holds, around))
+            self._found.append((text, expr, holds, context))
         return holds is not None
 
     def _value(
@@ -154,30 +147,29 @@ class ConstantConditions:
         if part in tests or negation(part) in tests:
             return part in tests
         on = self._dependences.of(part)
-        if on.has_literal:
+        suspicious = self._machine.suspicious
+        if on.has_literal or suspicious.is_in(part):
             return None
-        if self._suspicious.is_in(part) or not (
-            self._suspicious.varies(part) or self._unwritten(part)
-        ):
+        if not (suspicious.varies(part) or self._unwritten(part)):
             return None
         least, greatest = self._memory.bounds.of(part, tests) if on.memory else ANY
         if least == greatest:
             return bool(least)
-        said = self._memory.conditions | self._memory.unwritten
+        facts = self._memory.conditions | self._memory.unwritten
         # Bounds of real numbers take solvers, and have been looked at.
-        known = [said[name] for name in sorted(on.memory - self._reals) if name in said]
+        known = [facts[name] for name in sorted(on.memory - self._reals) if name in facts]
         known += tests
         if condition and part is condition.when and not known:
             return None  # that of the condition itself is known
         moment: EvaluationPoint = "conditions" if condition else "start"
-        of_any = on.constants & self._parameters
-        prover = self._machine.generic_prover if of_any else self._machine.prover
+        is_given = any(constant.name in on.constants for constant in self._subsystem.constants)
+        prover = self._machine.generic_prover if is_given else self._machine.prover
         for fact, holds in ((part, True), (negation(part), False)):
             if self._in_conditions:
-                shown = prover.implies(known, fact, moment, assuming=False)
+                is_proved = prover.implies(known, fact, moment, assuming=False)
             else:
-                shown = prover.refutes((*known, negation(fact)))
-            if shown:
+                is_proved = prover.refutes((*known, negation(fact)))
+            if is_proved:
                 return holds
         return None
 
@@ -203,15 +195,15 @@ def _children_in_context(expr: Expr) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
             yield from ((child, ()) for child in children(expr))
 
 
-def _tests(around: tuple[Expr, ...]) -> tuple[Expr, ...]:
+def _tests(context: tuple[Expr, ...]) -> tuple[Expr, ...]:
     """The tests that hold; a variable may be another one of that name inside a quantifier."""
-    found: list[Expr] = []
-    for outer in around:
+    tests: list[Expr] = []
+    for outer in context:
         if isinstance(outer, Quantifier):
-            found = [test for test in found if not has_free_variable(test)]
+            tests = [test for test in tests if not has_free_variable(test)]
         else:
-            found.append(outer)
-    return tuple(found)
+            tests.append(outer)
+    return tuple(tests)
 
 
 # A declared condition, and every part of it, holds in some situation and fails in another.
@@ -219,53 +211,53 @@ def _tests(around: tuple[Expr, ...]) -> tuple[Expr, ...]:
 
 def conditions_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0613 and W0617; what cannot be meant in a condition is `expressions_meant`'s matter."""
-    told: set[Place] = set()
-    for machine in facts.complete_machines:
-        for finding in machine.results_of(_findings):
-            if finding.primary not in told:
-                told.add(finding.primary)
-                yield finding
+    machines = facts.complete_machines
+    return first_at_each_place(d for m in machines for d in _constant(m))
 
 
-def _findings(machine: Machine) -> Iterator[Diagnostic]:
+def _constant(machine: Machine) -> Iterator[Diagnostic]:
+    every = list(_parts(machine))
     for condition in machine.subsystem.conditions:
-        settled = machine.constant_value(condition)
-        if settled is None:
-            parts = (part for part in machine.results_of(_parts) if part.condition is condition)
+        value, when = machine.constant_value(condition), condition.when
+        if value is None:
+            parts = (part for part in every if part.condition is condition)
             yield from (_part(machine, part) for part in parts)
-        elif not machine.suspicious.is_in(condition.when):
-            word = "always" if settled else "never"
+        elif not machine.suspicious.is_in(when):
+            word, label = "always" if value else "never", ""
+            if machine.dwell_times.is_time_the_cause(negation(when) if value else when):
+                first = in_ms(1 / machine.subsystem.rate_hz)
+                label = f"its times decide it; conditions are first evaluated after {first}"
             yield Diagnostic(
                 "W0613",
                 f"{condition.kind} condition `{condition.name}` {word} holds",
                 condition.place,
-                _time(machine, condition, settled),
+                label,
                 help=f"write `{word}` where it is used, or correct the condition",
             )
     yield from (_part(machine, part) for part in ConstantConditions(machine).parts_elsewhere())
 
 
 def _parts(machine: Machine) -> Iterator[ConstantPart]:
-    constancy = ConstantConditions(machine)
+    constant = ConstantConditions(machine)
     for condition in machine.subsystem.conditions:
         if machine.constant_value(condition) is None:
-            yield from constancy.parts(condition)
+            yield from constant.parts(condition)
 
 
 def memory_is_written(facts: Facts) -> Iterator[Diagnostic]:
     """W0623: memory that conditions read, where it is not the reason of W0617."""
-    told: set[Place] = set()
-    for machine in facts.complete_machines:
-        reported = {name for part in machine.results_of(_parts) for name in part.unwritten}
-        for item in machine.subsystem.memory:
-            if item.name not in machine.value_ranges.unwritten.keys() - reported:
-                continue
-            of = machine.dependences.of
-            reading = [
-                c for c in machine.subsystem.exit_conditions if item.name in of(c.when).memory
-            ]
-            if reading and item.place not in told:
-                told.add(item.place)
+    return first_at_each_place(d for m in facts.complete_machines for d in _unwritten(m))
+
+
+def _unwritten(machine: Machine) -> Iterator[Diagnostic]:
+    unwritten = set(machine.value_ranges.unwritten)
+    if unwritten:
+        unwritten -= {name for part in _parts(machine) for name in part.unwritten}
+    reads = [(c, machine.dependences.of(c.when)) for c in machine.subsystem.exit_conditions]
+    for item in machine.subsystem.memory:
+        if item.name in unwritten:
+            reading = [condition for condition, on in reads if item.name in on.memory]
+            if reading:
                 yield Diagnostic(
                     "W0623",
                     f"nothing writes memory element `{item.name}`, which conditions read",
@@ -276,42 +268,22 @@ def memory_is_written(facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
-def _time(machine: Machine, condition: Condition, settled: bool) -> str:
-    """The remark that time decides a condition, if it does."""
-    when = condition.when
-    never = negation(when) if settled else when
-    if not machine.dwell_times.is_time_the_cause(never):
-        return ""
-    first = in_ms(1 / machine.subsystem.rate_hz)
-    return f"its times decide it; conditions are first evaluated after {first}"
-
-
 def _part(machine: Machine, part: ConstantPart) -> Diagnostic:
     word = "always" if part.holds else "never"
-    condition = part.condition
+    condition, label, related = part.condition, "", list[Related]()
     place = part.text.place(part.expr)
-    help_text = (
-        "correct it, or leave it out" if part.holds else "correct it, or leave out what it decides"
-    )
-    memory = {item.name: item for item in machine.subsystem.memory}
-    unwritten = tuple(
-        Related(memory[name].place, f"nothing writes memory element `{name}`")
-        for name in part.unwritten
-    )
-    if unwritten:
-        help_text = "let a function write the memory, or name a constant instead"
-    if condition is None:
-        return Diagnostic("W0617", f"`{show(part.expr)}` {word} holds", place, help=help_text)
-    elsewhere = place.route[: len(condition.place.route)] != condition.place.route
-    named = f"{condition.kind} condition `{condition.name}`"
-    return Diagnostic(
-        "W0617",
-        f"`{show(part.expr)}` {word} holds",
-        place,
-        "" if elsewhere else f"a part of {named}",
-        (*([Related(condition.place, f"{named} uses it")] if elsewhere else ()), *unwritten),
-        help_text,
-    )
+    help = f"correct it, or leave {'it out' if part.holds else 'out what it decides'}"
+    if condition is not None:
+        named = f"{condition.kind} condition `{condition.name}`"
+        if place.route[: len(condition.place.route)] == condition.place.route:
+            label = f"a part of {named}"
+        else:
+            related.append(Related(condition.place, f"{named} uses it"))
+    for item in (item for item in machine.subsystem.memory if item.name in part.unwritten):
+        related.append(Related(item.place, f"nothing writes memory element `{item.name}`"))
+        help = "let a function write the memory, or name a constant instead"
+    message = f"`{show(part.expr)}` {word} holds"
+    return Diagnostic("W0617", message, place, label, tuple(related), help)
 
 
 # No condition waits for a time at which its state is over.
@@ -323,68 +295,50 @@ def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
     What ends a state by mistake is the matter of `conditions_vary` and `expressions_meant`.
     """
     for machine in facts.complete_machines:
-        yield from machine.results_of(_out_of_time)
+        yield from first_at_each_place(_overdue(machine))
 
 
-def _out_of_time(machine: Machine) -> Iterator[Diagnostic]:
-    told = set[Place]()
+def _overdue(machine: Machine) -> Iterator[Diagnostic]:
     for state in machine.subsystem.states:
-        for late in machine.dwell_times.overdue_exits(state):
-            if any(_is_mistaken(machine, condition) for condition in late.ended_by):
-                continue
-            finding = _finding(late, machine.subsystem)
-            if finding.primary not in told:
-                told.add(finding.primary)
-                yield finding
+        for exit in machine.dwell_times.overdue_exits(state):
+            if not any(
+                machine.constant_value(end) is not None or machine.suspicious.is_in(end.when)
+                for end in exit.ended_by
+            ):
+                yield _overdue_exit(exit, machine.subsystem)
 
 
-def _is_mistaken(machine: Machine, condition: Condition) -> bool:
-    settled = machine.constant_value(condition) is not None
-    return settled or machine.suspicious.is_in(condition.when)
-
-
-def _finding(late: OverdueExit, subsystem: Subsystem) -> Diagnostic:
+def _overdue_exit(exit: OverdueExit, subsystem: Subsystem) -> Diagnostic:
     """About the condition that ends a state at once, or else about the one that comes too late."""
-    state, ends = late.state, late.ended_by
-    asked = Related(late.condition.place, f"`{late.condition.name}`")
+    state, ends, late = exit.state, exit.ended_by, exit.condition
+    condition = Related(late.place, f"`{late.name}`")
     behaviour = Related(state.behaviour.place, f"behaviour `{state.behaviour.name}`")
-    if late.end_s == 1 / subsystem.rate_hz and ends == (state.behaviour.error,) and not late.row:
+    if exit.end_s == 1 / subsystem.rate_hz and ends == (state.behaviour.error,) and not exit.row:
         return Diagnostic(
             "W0618",
             f"error condition `{ends[0].name}` always holds when it is first evaluated",
             ends[0].place,
-            f"so `{late.condition.name}` never ends state `{state.name}`",
-            (asked, behaviour),
+            f"so `{late.name}` never ends state `{state.name}`",
+            (condition, behaviour),
             "error conditions are evaluated first: reverse the comparison, or use a later time",
         )
+    over, other = in_ms(exit.end_s), " or the other one" if len(ends) > 1 else ""
+    message = f"state `{state.name}` has ended, after {over}, before `{late.name}` can hold"
+    help = "change one of the two times"
+    if not exit.is_timed:  # a condition without a time ends a state at once
+        named = join_words([f"`{end.name}`" for end in ends], "or")
+        message = f"{named} ends state `{state.name}` in its first period, {over}, before "
+        message += f"`{late.name}` can hold"
+        help = f"let the state last longer, or change `{late.name}`"
+    related = (Related(end.place, f"`{end.name}`{other} has ended it by then") for end in ends)
     return Diagnostic(
         "W0618",
-        _too_late(late),
-        late.row.place if late.row else late.condition.place,
-        "never taken" if late.row else "never ends it",
-        (
-            *(Related(condition.place, _timed_part(condition, late)) for condition in ends),
-            asked if late.row else behaviour,
-        ),
-        "change one of the two times"
-        if late.is_timed
-        else f"let the state last longer, or change `{late.condition.name}`",
+        message,
+        exit.row.place if exit.row else late.place,
+        "never taken" if exit.row else "never ends it",
+        (*related, condition if exit.row else behaviour),
+        help,
     )
-
-
-def _too_late(late: OverdueExit) -> str:
-    """The message; a condition without a time that ends a state does so at once."""
-    state, name, over = late.state.name, late.condition.name, in_ms(late.end_s)
-    if late.is_timed:
-        return f"state `{state}` has ended, after {over}, before `{name}` can hold"
-    ends = join_words([f"`{condition.name}`" for condition in late.ended_by], "or")
-    return f"{ends} ends state `{state}` in its first period, {over}, before `{name}` can hold"
-
-
-def _timed_part(condition: Condition, late: OverdueExit) -> str:
-    if len(late.ended_by) > 1:
-        return f"`{condition.name}` or the other one has ended it by then"
-    return f"`{condition.name}` has ended it by then"
 
 
 # Two timers of the same length may well be meant; the same answer about the same values is not.
@@ -392,22 +346,11 @@ def _timed_part(condition: Condition, late: OverdueExit) -> str:
 
 def conditions_differ(facts: Facts) -> Iterator[Diagnostic]:
     """W0622: two declared conditions of one kind are not the same."""
-    seen = set[Place]()
-    for machine in facts.complete_machines:
-        for one, other in machine.results_of(_same_conditions):
-            if other.place not in seen:
-                seen.add(other.place)
-                yield Diagnostic(
-                    "W0622",
-                    f"{other.kind} conditions `{one.name}` and `{other.name}` are the same",
-                    other.place,
-                    "it holds exactly where the other one does",
-                    (Related(one.place, f"`{one.name}`"),),
-                    "correct one of them, or use one name",
-                )
+    machines = facts.complete_machines
+    return first_at_each_place(d for m in machines for d in _same_conditions(m))
 
 
-def _same_conditions(machine: Machine) -> Iterator[tuple[Condition, Condition]]:
+def _same_conditions(machine: Machine) -> Iterator[Diagnostic]:
     first = dict[tuple[str, int, frozenset[str]], Condition]()
     for condition in machine.subsystem.conditions:
         if condition.place.route[-3:-1] != ("conditions", condition.kind):
@@ -418,56 +361,12 @@ def _same_conditions(machine: Machine) -> Iterator[tuple[Condition, Condition]]:
             key = condition.kind, number, on.constants  # two constants may get other values
             earlier = first.setdefault(key, condition)
             if earlier is not condition:
-                yield earlier, condition
-
-
-def lists_end(facts: Facts) -> Iterator[Diagnostic]:
-    """W0621: memory to which functions only append."""
-    seen = set[Place]()
-    for machine in facts.complete_machines:
-        for item in machine.subsystem.memory:
-            if _only_grows(machine, item) and item.place not in seen:
-                seen.add(item.place)
                 yield Diagnostic(
-                    "W0621",
-                    f"list `{item.name}` only grows",
-                    item.place,
-                    "every function that writes it appends to it",
-                    help="begin it anew where a state is entered, or keep a bounded part of it",
+                    "W0622",
+                    f"{condition.kind} conditions `{earlier.name}` and `{condition.name}` are "
+                    "the same",
+                    condition.place,
+                    "it holds exactly where the other one does",
+                    (Related(earlier.place, f"`{earlier.name}`"),),
+                    "correct one of them, or use one name",
                 )
-
-
-def _only_grows(machine: Machine, item: Memory) -> bool:
-    """Whether functions only append to memory, and no condition could stop them."""
-    numbering, subsystem = machine.prover.numbering, machine.subsystem
-    if not isinstance(item.type, ListOf):
-        return False
-    asked = machine.dependences.all(condition.when for condition in subsystem.exit_conditions)
-    written = subsystem.written.get(("", item.name), {})
-    values = [numbering.looked_through(value) for each in written.values() for value in each]
-    again = any(
-        ("", item.name) in {(a.peer, a.name) for a in state.behaviour.assignments}
-        and (state.behaviour.terminal.when != TRUE or _is_entered_again(machine, state.name))
-        for state in subsystem.states
-    )
-    return (
-        bool(values)
-        and again
-        and item.name not in asked.memory
-        and all(
-            isinstance(value, Builtin)
-            and value.name == JOINED
-            and numbering.looked_through(value.args[0]) == MemoryRef(item.name, type=item.type)
-            for value in values
-        )
-    )
-
-
-def _is_entered_again(machine: Machine, state: str) -> bool:
-    """Whether a way leads from a state back to it."""
-    first = [step.row.target for step in machine.successors.get(state, ())]
-
-    def following(name: str) -> list[str]:
-        return [step.row.target for step in machine.successors.get(name, ())]
-
-    return state in reachable(first, following)

@@ -24,9 +24,9 @@ from specc.model.expr import (
     Present,
     Unused,
 )
-from specc.model.fsm import Condition, State
+from specc.model.fsm import State
 from specc.model.system import Device, Element, Subsystem
-from specc.model.types import ListOf, Type, within
+from specc.model.types import ListOf, Type, nested_types
 from specc.model.units import AMPERE, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND
 from specc.proof import InputName, InputNames
 from specc.reachable import grouped, reachable
@@ -39,7 +39,7 @@ _MOVING = {METRE / SECOND, RADIAN / SECOND, NEWTON, NEWTON_METRE, AMPERE}
 
 def is_motion(type: Type) -> bool:
     """Whether a value has a speed, a force or a current, and no place where the motion ends."""
-    parts = within([type])
+    parts = nested_types([type])
     units = {unit for part in parts for unit in part.units}
     several = any(isinstance(part, ListOf) for part in parts)
     return bool(units & _MOVING) and not several and not is_position(type)
@@ -47,7 +47,7 @@ def is_motion(type: Type) -> bool:
 
 def is_position(type: Type) -> bool:
     """Whether a value may say where a motion ends, as a length, an angle or a pose does."""
-    leaves = (part for part in within([type]) if not part.parts and not part.is_discrete)
+    leaves = (part for part in nested_types([type]) if not part.parts and not part.is_discrete)
     return any(not leaf.units or {METRE, RADIAN} & {*leaf.units} for leaf in leaves)
 
 
@@ -79,20 +79,20 @@ def path_to_device(
     `unsent` are the elements of its buffer that are not sent meanwhile, often with the output.
     `passed` are the subsystems before the sender.
     """
-    wires = facts.wires.of(sender)
+    wires = facts.wires.wires_of(sender)
     wire = next(w for w in wires if (w.port.direction, w.port.peer) == ("y", output[0]))
-    if wire.device is not None:
-        found = (e for e in wire.device.x if e.name == output[1] and is_motion(e.type))
-        return next((ValuePath((), wire.device, e, frozenset()) for e in found), None)
-    reader = wire.other
-    if reader is None or wire.end is None or reader in (*passed, sender):
+    if wire.peer_device is not None:
+        found = (e for e in wire.peer_device.x if e.name == output[1] and is_motion(e.type))
+        return next((ValuePath((), wire.peer_device, e, frozenset()) for e in found), None)
+    reader = wire.peer_subsystem
+    if reader is None or wire.peer_port is None or reader in (*passed, sender):
         return None
     reads = facts.ages.sources.reads_of(reader.qualified_name)
     if reads is None or not facts.of(reader).is_complete:
         return None
-    peer = wire.end.peer
-    held = frozenset((peer, name) for name in unsent)
-    relay = _Relay(facts, facts.of(reader), reads, (peer, output[1]), held)
+    peer = wire.peer_port.peer
+    silent = frozenset((peer, name) for name in unsent)
+    relay = _Relay(facts, facts.of(reader), reads, (peer, output[1]), silent)
     for further, states in relay.outputs():
         rest = path_to_device(
             facts, reader, further, unsent_in(reader, states, further[0]), (*passed, sender)
@@ -113,7 +113,7 @@ class _Relay:
     """A subsystem that receives a value that stays the same."""
 
     def __init__(
-        self, facts: Facts, machine: Machine, reads: Reads, origin: InputName, held: InputNames
+        self, facts: Facts, machine: Machine, reads: Reads, origin: InputName, silent: InputNames
     ) -> None:
         """The value is that of the input `origin`.
 
@@ -124,7 +124,7 @@ class _Relay:
         self._machine = machine
         self._reads = reads
         self._origin = origin
-        self._silent_inputs = held
+        self._silent_inputs = silent
         lets = machine.subsystem.lets
         self._implied = ImpliedFacts(lets, self._missing)
         self._guards = Guards[InputNames](
@@ -150,8 +150,8 @@ class _Relay:
             states = [
                 state for state in self._reads.reachable_states if self._sources(state, output)
             ]
-            while left := [state for state in states if not self._may_stay(state, states)]:
-                states = [state for state in states if state not in left]
+            while leaving := [state for state in states if self._must_leave(state, states)]:
+                states = [state for state in states if state not in leaving]
             if states:
                 yield output, states
 
@@ -171,29 +171,25 @@ class _Relay:
         steps = self._machine.successors.get(state.name, ())
         return [step for step in steps if step.row.target not in names]
 
-    def _may_stay(self, state: State, states: list[State]) -> bool:
-        """Whether every way out of some states needs what does not come, or is an accident."""
-        return all(
-            self._missing_for(step)
-            or (step.row.cause == "error" and self._is_measured(state.behaviour.ending("error")))
+    def _must_leave(self, state: State, states: list[State]) -> bool:
+        """Whether a way out of some states needs nothing that does not come, and is no accident."""
+        on = self._machine.dependences.of(state.behaviour.error.when)
+        others = on.has_clock or on.has_lag or on.arrivals or on.memory
+        is_accident = bool(on.values) and not others and all(map(self._device, on.values))
+        return any(
+            not self._missing_for(step) and not (step.row.cause == "error" and is_accident)
             for step in self._ways_out(state, states)
         )
 
     def _missing_for(self, step: RowEdge) -> InputNames:
         """The inputs of which a row needs what they do not have."""
-        ended = self._machine.subsystem.state(step.row.source).behaviour.ended(step.row.cause)
+        ended = self._machine.subsystem.state(step.row.source).behaviour.facts_after(step.row.cause)
         tests = *ended, (step.row.condition.when, True)
         return frozenset[InputName]().union(*(self._implied.of(*test) for test in tests))
 
-    def _is_measured(self, condition: Condition) -> bool:
-        """Whether a condition follows from measurements alone."""
-        found = self._machine.dependences.of(condition.when)
-        others = found.has_clock or found.has_lag or found.arrivals or found.memory
-        return bool(found.values) and not others and all(map(self._device, found.values))
-
     def _device(self, key: InputName) -> bool:
         name = self._machine.subsystem.qualified_name
-        return bool(self._wires.measured(name, key[0]))
+        return bool(self._wires.measuring_device(name, key[0]))
 
     def _sources(self, state: State, output: InputName) -> InputNames:
         """The inputs behind an output that stays as it is in a state because the origin does.
@@ -216,7 +212,10 @@ class _Relay:
                     remembered.add(part.name)
                     value = assigned.get(("", part.name), part)
                     if part in self._results(value):
-                        found |= self._stored_inputs(part.name) & {self._origin}
+                        written = self._machine.subsystem.assigned_values.get(("", part.name), {})
+                        values = [value for several in written.values() for value in several]
+                        stored = {read.input for v in values for read in self._reads.of(v)}
+                        found |= stored & {self._origin}
                     pending += [value] if value is not part else []
         return frozenset(found) if self._origin in found else frozenset()
 
@@ -253,12 +252,6 @@ class _Relay:
                 return not is_position(part.type) and (is_constant or is_motion(part.type))
         return True
 
-    def _stored_inputs(self, memory: str) -> InputNames:
-        """The inputs that some state puts into memory."""
-        written = self._machine.subsystem.written.get(("", memory), {})
-        values = [value for several in written.values() for value in several]
-        return frozenset(read.input for value in values for read in self._reads.of(value))
-
 
 # A state without an output whose last value a device keeps, and the state that may send it last.
 
@@ -291,7 +284,7 @@ class RetainedOutputs:
         """One for each state and output that it does not declare to hold."""
         subsystem = self._machine.subsystem
         for output, element in subsystem.outputs.items():
-            written = subsystem.written.get(output, {})
+            written = subsystem.assigned_values.get(output, {})
             silent = [s for s in self._states if s.behaviour.name not in written]
             if not is_motion(element.type) or not silent or len(silent) == len(self._states):
                 continue
@@ -334,7 +327,11 @@ class RetainedOutputs:
         if path is None:
             return
         ends = {output, *((peer, name) for name in path.interrupting)}
-        passing = {s.name for s in self._states if ends.isdisjoint(_sent(s))}
+        passing = {
+            s.name
+            for s in self._states
+            if ends.isdisjoint({(item.peer, item.name) for item in s.behaviour.assignments})
+        }
         following = grouped((step.row.source, step.row.target) for step in self._machine.edges)
 
         def onward(name: str) -> list[str]:
@@ -347,17 +344,15 @@ class RetainedOutputs:
                 return
 
 
-def _sent(state: State) -> set[InputName]:
-    return {(item.peer, item.name) for item in state.behaviour.assignments}
-
-
 # What moves a device is sent in every state, or held on purpose.
 
 
 def commands_sent(facts: Facts) -> Iterator[Diagnostic]:
     """W0420, once for each state, with all that it does not send."""
     for machine in facts.complete_machines:
-        found = grouped((held.state, held) for held in RetainedOutputs(facts, machine).find())
+        found = grouped(
+            (retained.state, retained) for retained in RetainedOutputs(facts, machine).find()
+        )
         for state, several in found.items():
             yield _finding(machine.subsystem, state, several)
 
@@ -367,7 +362,7 @@ def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) 
     elements = {f"`{held.path.device.qualified_name}.{held.path.element.name}`" for held in several}
     keep, last = ("keep", "values") if len(elements) > 1 else ("keeps", "value")
     written = ", ".join(held.name for held in several)
-    held = f"{state.name}: {{behaviour: {state.behaviour.name}, holds: [{written}]}}"
+    retained = f"{state.name}: {{behaviour: {state.behaviour.name}, holds: [{written}]}}"
     return Diagnostic(
         "W0420",
         f"state `{state.name}` does not send {join_words(names, 'and')}, so "
@@ -376,16 +371,18 @@ def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) 
         "what was sent last goes on here",
         tuple(dict.fromkeys(place for held in several for place in _way(subsystem, held))),
         f"send {'them' if len(names) > 1 else 'it'} in `{state.name}` as well, 0 to stop; "
-        f"if the last {last} should stay, say so: `{held}`",
+        f"if the last {last} should stay, say so: `{retained}`",
     )
 
 
-def _way(subsystem: Subsystem, held: RetainedOutput) -> Iterator[Related]:
-    sent = next(a for a in held.before.behaviour.assignments if (a.peer, a.name) == held.output)
-    yield Related(sent.place, f"state `{held.before.name}` may have sent it before")
-    for relay in held.path.through:
+def _way(subsystem: Subsystem, retained: RetainedOutput) -> Iterator[Related]:
+    sent = next(
+        a for a in retained.before.behaviour.assignments if (a.peer, a.name) == retained.output
+    )
+    yield Related(sent.place, f"state `{retained.before.name}` may have sent it before")
+    for relay in retained.path.through:
         yield Related(relay.place, f"`{relay.qualified_name}` goes on with the last value")
-    device, element = held.path.device, held.path.element
+    device, element = retained.path.device, retained.path.element
     yield Related(element.place, f"`{device.qualified_name}` gets it")
 
 
@@ -397,20 +394,19 @@ def held_outputs_sent(facts: Facts) -> Iterator[Diagnostic]:
     for machine in facts.complete_machines:
         for state in machine.subsystem.states:
             for index, output in enumerate(state.holds):
-                yield from _without_effect(machine.subsystem, state, output, index)
-
-
-def _without_effect(
-    subsystem: Subsystem, state: State, output: InputName, index: int
-) -> Iterator[Diagnostic]:
-    name = f"`y.{output[0]}.{output[1]}`"
-    sent = [a for a in state.behaviour.assignments if (a.peer, a.name) == output]
-    if sent:
-        message = f"state `{state.name}` holds {name} and sends it"
-        related = tuple(Related(item.place, "sent here") for item in sent)
-    elif output not in subsystem.written:
-        message, related = f"state `{state.name}` holds {name}, which no state sends", ()
-    else:
-        return
-    place = state.place.below("holds", index)
-    yield Diagnostic("W0421", message, place, "holds nothing", related, "delete it here")
+                name = f"`y.{output[0]}.{output[1]}`"
+                sent = [a for a in state.behaviour.assignments if (a.peer, a.name) == output]
+                if sent:
+                    message = f"state `{state.name}` holds {name} and sends it"
+                    related = tuple(Related(item.place, "sent here") for item in sent)
+                elif output not in machine.subsystem.assigned_values:
+                    message, related = (
+                        f"state `{state.name}` holds {name}, which no state sends",
+                        (),
+                    )
+                else:
+                    continue
+                place = state.place.below("holds", index)
+                yield Diagnostic(
+                    "W0421", message, place, "holds nothing", related, "delete it here"
+                )

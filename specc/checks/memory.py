@@ -7,14 +7,26 @@ from dataclasses import dataclass
 
 from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge
-from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics import Diagnostic, Related, first_at_each_place
 from specc.lang import show
 from specc.lang.builtins import FUNCTIONS
-from specc.model.expr import MIRRORED, Binary, Builtin, Choice, Compare, Expr, MemoryRef, children
+from specc.model.expr import (
+    JOINED,
+    MIRRORED,
+    TRUE,
+    Binary,
+    Builtin,
+    Choice,
+    Compare,
+    Expr,
+    MemoryRef,
+    children,
+    negation,
+)
 from specc.model.fsm import Condition, State
-from specc.model.logic import negation
+from specc.model.system import Memory
+from specc.model.types import ListOf
 from specc.reachable import reachable
-from specc.source import Place
 
 # What functions make of a counter: it stays, or counts up; anything else may set it back.
 
@@ -69,15 +81,18 @@ def _limits(machine: Machine, state: State, counter: str) -> Iterator[_Limit]:
                 yield _Limit(condition, reached)
 
 
-def _reached(machine: Machine, asked: Compare, counter: str) -> Expr | None:
+def _reached(machine: Machine, comparison: Compare, counter: str) -> Expr | None:
     """That a counter has reached what it is compared with, if that is constant."""
     through = machine.prover.numbering.looked_through
-    sides = (asked.left, asked.right, asked.op), (asked.right, asked.left, MIRRORED[asked.op])
+    sides = (
+        (comparison.left, comparison.right, comparison.op),
+        (comparison.right, comparison.left, MIRRORED[comparison.op]),
+    )
     for memory, limit, op in sides:
         counted, on = through(memory), machine.dependences.of(limit)
         is_counter = isinstance(counted, MemoryRef) and counted.name == counter
         if is_counter and on.is_stable and not on.memory:
-            return Compare(">" if op in (">", "<=") else ">=", counted, limit, type=asked.type)
+            return Compare(">" if op in (">", "<=") else ">=", counted, limit, type=comparison.type)
     return None
 
 
@@ -96,10 +111,10 @@ def _way_back(machine: Machine, state: State, counter: str, reached: Expr) -> Ro
 
     for first in machine.successors.get(state.name, ()):
         row = first.row
-        asked = machine.dependences.all(
+        depends_on = machine.dependences.all(
             [state.behaviour.ending(row.cause).when, row.condition.when]
         )
-        leaves = row.target != state.name and counter in asked.memory
+        leaves = row.target != state.name and counter in depends_on.memory
         if leaves and _is_taken(machine, first, reached):
             found = reachable([first], following)
             if any(step.row.target == state.name for step in found):
@@ -110,43 +125,73 @@ def _way_back(machine: Machine, state: State, counter: str, reached: Expr) -> Ro
 def _is_taken(machine: Machine, step: RowEdge, reached: Expr) -> bool:
     """Whether a row may be taken while the counter has reached the limit."""
     behaviour = machine.subsystem.state(step.row.source).behaviour
-    ended = [w if held else negation(w) for w, held in behaviour.ended(step.row.cause)]
-    asked = [*ended, step.row.condition.when, reached]
-    return machine.prover.satisfiable(asked) is True
+    ended = [w if holds else negation(w) for w, holds in behaviour.facts_after(step.row.cause)]
+    conditions = [*ended, step.row.condition.when, reached]
+    return machine.prover.satisfiable(conditions) is True
 
 
 def counters_set_back(facts: Facts) -> Iterator[Diagnostic]:
     """W0620, once for each counter."""
-    told = set[Place]()
-    for machine in facts.complete_machines:
-        for finding in machine.results_of(_findings):
-            if finding.primary not in told:
-                told.add(finding.primary)
-                yield finding
+    machines = facts.complete_machines
+    return first_at_each_place(d for m in machines for d in _not_reset(m))
 
 
-def _findings(machine: Machine) -> Iterator[Diagnostic]:
+def _not_reset(machine: Machine) -> Iterator[Diagnostic]:
     for state in machine.subsystem.states:
         for counter in (name for name, counts in _counted_in(machine, state).items() if counts):
             for limit in _limits(machine, state, counter):
                 way = _way_back(machine, state, counter, limit.reached)
                 if way is not None:
-                    yield _finding(machine, state, counter, limit, way)
+                    memory = next(item for item in machine.subsystem.memory if item.name == counter)
+                    words = "the state is left, and nothing sets the counter back"
+                    left = Related(way.row.place, words)
+                    yield Diagnostic(
+                        "W0620",
+                        f"`{show(limit.reached)}` still holds when state `{state.name}` is "
+                        "entered again",
+                        memory.place,
+                        "counts on",
+                        (Related(limit.condition.place, f"asks for `{counter}`"), left),
+                        f"set `{counter}` back in a state on that way",
+                    )
                     break
 
 
-def _finding(
-    machine: Machine, state: State, counter: str, limit: _Limit, way: RowEdge
-) -> Diagnostic:
-    memory = next(item for item in machine.subsystem.memory if item.name == counter)
-    return Diagnostic(
-        "W0620",
-        f"`{show(limit.reached)}` still holds when state `{state.name}` is entered again",
-        memory.place,
-        "counts on",
-        (
-            Related(limit.condition.place, f"asks for `{counter}`"),
-            Related(way.row.place, "the state is left, and nothing sets the counter back"),
-        ),
-        f"set `{counter}` back in a state on that way",
+# A list does not grow for ever.
+
+
+def lists_end(facts: Facts) -> Iterator[Diagnostic]:
+    """W0621: memory to which functions only append."""
+    return first_at_each_place(
+        Diagnostic(
+            "W0621",
+            f"list `{item.name}` only grows",
+            item.place,
+            "every function that writes it appends to it",
+            help="begin it anew where a state is entered, or keep a bounded part of it",
+        )
+        for machine in facts.complete_machines
+        for item in machine.subsystem.memory
+        if isinstance(item.type, ListOf) and _only_grows(machine, item)
+    )
+
+
+def _only_grows(machine: Machine, item: Memory) -> bool:
+    """Whether functions only append to memory, again and again, and no condition reads it."""
+    through, subsystem = machine.prover.numbering.looked_through, machine.subsystem
+    written = subsystem.assigned_values.get(("", item.name), {})
+    values = [through(value) for each in written.values() for value in each]
+    read = machine.dependences.all(condition.when for condition in subsystem.exit_conditions)
+    if not values or item.name in read.memory:
+        return False
+    if not any(
+        state.behaviour.name in written
+        and (state.behaviour.terminal.when != TRUE or machine.is_on_cycle(state.name))
+        for state in subsystem.states
+    ):
+        return False
+    memory = MemoryRef(item.name, type=item.type)
+    return all(
+        isinstance(value, Builtin) and value.name == JOINED and through(value.args[0]) == memory
+        for value in values
     )

@@ -12,12 +12,11 @@ from specc.analysis.reaching import ScalarDefinition, ScalarExpr, ScalarRanges, 
 from specc.analysis.reads import ExpressionText
 from specc.diagnostics import Diagnostic, Related, is_typo, nearest
 from specc.diagnostics.phrases import counted
-from specc.lang import or_else
+from specc.lang import joined_help
 from specc.lang.ranges import Range
 from specc.mjcf import Model, ModelError
-from specc.model.binding import PLANT, Binding
-from specc.model.system import System
-from specc.model.types import Image, Real, Record, Type, Vector, within
+from specc.model.system import PLANT, Binding, System
+from specc.model.types import Image, Real, Record, Type, Vector, nested_types
 from specc.resolve.context import suggest
 from specc.source import Place
 
@@ -76,7 +75,7 @@ def _unknown_element(binding: Binding, message: str, name: str, known: list[str]
     if is_typo(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
-    help = or_else("add it to the agent", hint)
+    help = joined_help("add it to the agent", hint)
     return Diagnostic("O0205", absent, binding.place, message, help=help)
 
 
@@ -114,7 +113,7 @@ def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
 
 
 def _classless(type_: Type) -> set[str]:
-    found = within([type_])
+    found = nested_types([type_])
     return {part.name for part in found if isinstance(part, Record) and not part.python}
 
 
@@ -161,9 +160,9 @@ def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
     bound = {f"{b.device}.{b.element}" for b in plant.bindings if b.device != PLANT}
     open_ = [name for name, _ in elements if name not in bound]
     strange = bound - {name for name, _ in elements}
-    meant = {name for other in strange for name in nearest(other, open_)[:1]}
+    misnamed = {name for other in strange for name in nearest(other, open_)[:1]}
     for name, element in elements:
-        if name not in bound | meant:
+        if name not in bound | misnamed:
             yield Diagnostic(
                 "O0502",
                 f"nothing in the plant stands behind `{name}`",
@@ -250,16 +249,20 @@ def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
     """W0520; of sensors, which may be shared, where all copies of one description name the same."""
     effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
     first: dict[tuple[str, str], tuple[str, Place]] = {}
-    told: set[Place] = set()
+    reported: set[Place] = set()
     for binding in (bound.binding for bound in facts.bindings if not bound.is_commanded):
         for kind in ("joints", "sensors") if binding.device in effectors else ():
             for index, name in enumerate(getattr(binding, kind)):
                 place = binding.place.below(kind, index)
                 device, earlier = first.setdefault((kind, name), (binding.device, place))
                 copies = earlier == place
-                if device == binding.device or not (copies or kind == "joints") or place in told:
+                if (
+                    device == binding.device
+                    or not (copies or kind == "joints")
+                    or place in reported
+                ):
                     continue
-                told.add(place)
+                reported.add(place)
                 part = kind.removesuffix("s")
                 yield Diagnostic(
                     "W0520",
@@ -280,13 +283,13 @@ def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
     effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
     first: dict[tuple[str, str, str, bool], tuple[str, Place]] = {}
     for bound in facts.bindings:
-        binding, made = bound.binding, (bound.binding.through, bound.is_pose)
+        binding, conversion = bound.binding, (bound.binding.through, bound.is_pose)
         owner = binding.device.partition(".")[0]  # of what is observed, the plant
         owners = [owner, "effectors"] if binding.device in effectors else [owner]
         for index, name in enumerate(() if bound.is_commanded else binding.sensors):
             place = binding.place.below("sensors", index)
             element = f"{binding.device}.{binding.element}"
-            known = [first.setdefault((o, name, *made), (element, place)) for o in owners]
+            known = [first.setdefault((o, name, *conversion), (element, place)) for o in owners]
             twin = next(((e, p) for e, p in known if e != element), None)
             if twin is None or twin[1] == place:  # copies of effectors are told of above
                 continue
@@ -324,11 +327,33 @@ def commands_obeyed(facts: Facts) -> Iterator[Diagnostic]:
     """W0525, once for each place that such a number comes from."""
     found: dict[Place, list[_Beyond]] = {}
     machines = {machine.subsystem.qualified_name: machine for machine in facts.machines}
-    for bound in facts.bindings:
-        for beyond in _of_element(bound, facts, machines):
+    for element in facts.bindings:
+        for beyond in _of_element(element, facts, machines):
             found.setdefault(beyond.place, []).append(beyond)
     for place, alike in found.items():
-        yield _cut(place, alike)
+        first = alike[0]
+        name = first.bound.binding.actuators[first.index]
+        what, (least, greatest) = first.limit
+        units = first.bound.units or ()
+        unit = "" if not units or str(units[0]) == "1" else f" {units[0]}"
+        low, high = first.values
+        is_more = low > greatest
+        end = low if is_more else high
+        bound = "" if low == high else "at least " if is_more else "at most "
+        word = "more" if is_more else "less"
+        related = {first.sent: "sent to the device here"} if first.sent != place else {}
+        for each in alike[:_LISTED]:
+            at = each.bound.binding.place.below("actuators", each.index)
+            related.setdefault(at, "obeys it")
+        yield Diagnostic(
+            "W0525",
+            f"{bound}{end:.6g}{unit} is {word} than actuator `{name}` can do: "
+            f"{least:.6g} to {greatest:.6g}{unit}, its {what}",
+            place,
+            related=tuple(Related(at, words) for at, words in related.items()),
+            help="the model cuts what is beyond and says nothing: "
+            "send what it can do, or change it",
+        )
 
 
 def _of_element(
@@ -344,13 +369,19 @@ def _of_element(
         for definition in _sent(bound, at, facts) if limits else ():
             if isinstance(definition, ScalarExpr):
                 reaching = ScalarRanges(facts.definitions, machines.__getitem__).of(definition)
-                yield from _beyond(bound, index, definition, reaching, limits)
+                sent = definition.text.place(definition.expr)
+                for origin, every in reaching.items():
+                    pairs = ((range_, limit) for range_ in every for limit in limits)
+                    for range_, limit in pairs:
+                        if _is_outside(range_, limit[1]):
+                            yield _Beyond(bound, index, origin, sent, range_, limit)
+                            break
 
 
 def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[ScalarDefinition]:
     """What states send to an element, and what is safe for it."""
     element = bound.element
-    for wire in facts.wires.users(bound.binding.device, "y", element.name):
+    for wire in facts.wires.wires_of_element(bound.binding.device, "y", element.name):
         if wire.subsystem.qualified_name not in facts.broken:
             target = wire.port.peer, element.name
             yield from facts.definitions.sent(wire.subsystem, target, index)
@@ -361,46 +392,6 @@ def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[Scal
                 yield ScalarExpr("", value if index is None else component(value, index), text)
 
 
-def _beyond(
-    bound: BoundElement,
-    index: int,
-    definition: ScalarExpr,
-    reaching: Mapping[ScalarExpr, tuple[Range, ...]],
-    limits: list[Limit],
-) -> Iterator[_Beyond]:
-    sent = definition.text.place(definition.expr)
-    for origin, every in reaching.items():
-        pairs = ((range_, limit) for range_ in every for limit in limits)
-        for range_, limit in pairs:
-            if _is_outside(range_, limit[1]):
-                yield _Beyond(bound, index, origin, sent, range_, limit)
-                break
-
-
 def _is_outside(range_: Range, limit: Range) -> bool:
     near = _ROUNDING * (limit[1] - limit[0])
     return range_[0] > limit[1] + near or range_[1] < limit[0] - near
-
-
-def _cut(place: Place, alike: list[_Beyond]) -> Diagnostic:
-    first = alike[0]
-    name = first.bound.binding.actuators[first.index]
-    what, (least, greatest) = first.limit
-    units = first.bound.units or ()
-    unit = "" if not units or str(units[0]) == "1" else f" {units[0]}"
-    low, high = first.values
-    is_more = low > greatest
-    end = low if is_more else high
-    least_said = "" if low == high else "at least " if is_more else "at most "
-    related = {first.sent: "sent to the device here"} if first.sent != place else {}
-    for each in alike[:_LISTED]:
-        at = each.bound.binding.place.below("actuators", each.index)
-        related.setdefault(at, "obeys it")
-    return Diagnostic(
-        "W0525",
-        f"{least_said}{end:.6g}{unit} is {'more' if is_more else 'less'} than actuator `{name}` "
-        f"can do: {least:.6g} to {greatest:.6g}{unit}, its {what}",
-        place,
-        related=tuple(Related(at, said) for at, said in related.items()),
-        help="the model cuts what is beyond and says nothing: send what it can do, or change it",
-    )

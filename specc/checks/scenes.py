@@ -16,7 +16,7 @@ from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinat
 from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
 from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
-from specc.model.binding import Binding
+from specc.model.system import Binding
 from specc.model.task import Disturbance, Draw
 from specc.resolve.context import suggest
 from specc.source import Place
@@ -48,7 +48,15 @@ def _placed(draw: Draw, model: Model, *, relative: bool = False) -> Iterator[Dia
         if model.complete:
             yield _unknown(draw, joint, which, model)
     elif unit is None and kind:
-        yield _no_coordinate(draw, joint, which, kind)
+        if kind == "free":
+            words = f"a free joint has no coordinate `{which}`"
+            hint = f"write {', '.join(f'`{joint}.{one}`' for one in FREE)}"
+        elif kind == "ball":
+            words = f"`{joint}` is a ball joint, which one number does not place"
+            hint = "a scene places hinges, slides and free joints"
+        else:
+            words, hint = f"a {kind} joint has no coordinate `{which}`", f"write `{joint}`"
+        yield Diagnostic("E0516", words, draw.place, help=hint)
     elif unit is not None and (given := draw.invalid_unit(unit)):
         message = f"`{draw.name}` is in {unit}, not in {given}"
         help = f"write a number with that unit, e.g. `0.3[{unit}]`"
@@ -73,21 +81,9 @@ _ROUNDING = 1e-5
 """As of limits that are in degrees, and positions in radians with a few digits."""
 
 
-def _no_coordinate(draw: Draw, joint: str, which: str, kind: str) -> Diagnostic:
-    if kind == "free":
-        message = f"a free joint has no coordinate `{which}`"
-        help = f"write {', '.join(f'`{joint}.{one}`' for one in FREE)}"
-    elif kind == "ball":
-        message = f"`{joint}` is a ball joint, which one number does not place"
-        help = "a scene places hinges, slides and free joints"
-    else:
-        message, help = f"a {kind} joint has no coordinate `{which}`", f"write `{joint}`"
-    return Diagnostic("E0516", message, draw.place, help=help)
-
-
 def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
-    meant = sole_correction(joint, nearest(joint, model.joints))
-    right = f"{meant}.{which}" if meant and which else meant
+    correction = sole_correction(joint, nearest(joint, model.joints))
+    right = f"{correction}.{which}" if correction and which else correction
     message, help = f"the model has no joint `{joint}`", suggest(joint, list(model.joints))
     fix = rename_fix(draw.place, draw.name, right)
     return Diagnostic("E0502", message, draw.place, help=help, fix=fix)
@@ -105,7 +101,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
             if not facts.system.devices:  # else the plant is an open point
                 yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
-            for verb, deed in each.of():
+            for verb, deed in each.actions_on():
                 for draw in deed.numbers if verb.subject in ("coordinate", "distance") else ():
                     yield from _placed(draw, model, relative=verb.subject == "distance")
                 known = {"body": model.bodies, "joint": model.joints}.get(verb.subject)
@@ -123,7 +119,7 @@ def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
     task = facts.system.task
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():
-        for _, deed in each.of("samples"):
+        for _, deed in each.actions_on("samples"):
             silences[deed.name].append((each, deed.place))
     for name, found in silences.items():
         if name in facts.reported:
@@ -169,7 +165,11 @@ class _Silence:
         begins = [ceil(_exact(value) / tick) for value, _ in each.at.values] if each.at else [0]
         self.first = min(begins)
         self.last = None if each.when else max(begins)
-        lasts = [ceil(_exact(value) / tick) for value, _ in each.lasts.values] if each.lasts else []
+        lasts = (
+            [ceil(_exact(value) / tick) for value, _ in each.duration.values]
+            if each.duration
+            else []
+        )
         self.ticks = max(lasts, default=None)
         self.place = place
 
@@ -179,7 +179,7 @@ class _Sampling:
 
     def __init__(self, binding: Binding, facts: Facts) -> None:
         self.tick = facts.rates.tick_s
-        wires = facts.wires.users(binding.device, "x", binding.element)
+        wires = facts.wires.wires_of_element(binding.device, "x", binding.element)
         readers = {wire.subsystem.qualified_name for wire in wires}
         periods = [1 / s.rate_hz for s in facts.rates.timed if s.qualified_name in readers]
         self._periods = [int(period / self.tick) for period in periods] or [1]

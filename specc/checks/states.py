@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from itertools import product
 
 from specc.analysis import Facts, Machine
-from specc.analysis.graph import RowEdge, StrongComponent, all_lead_to, components, reachable_from
+from specc.analysis.graph import RowEdge, all_lead_to, components, reachable_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
-from specc.lang.dependence_order import InOrder
-from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
+from specc.model.expr import FALSE, Expr, Fresh, InDependenceOrder, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
 from specc.model.system import Subsystem
 from specc.model.wires import Wire
@@ -52,13 +51,13 @@ def states_end(facts: Facts) -> Iterator[Diagnostic]:
 def states_reached(facts: Facts) -> Iterator[Diagnostic]:
     """W0607, once for each group of connected states, where the others are reached from."""
     for machine in facts.machines:
-        if machine.is_finished:
-            states = (state.name for state in machine.subsystem.states)
-            left = [name for name in states if name not in machine.reachable_states]
-            yield from _findings(machine, left) if left else ()
+        names = [state.name for state in machine.subsystem.states]
+        unreached = [name for name in names if name not in machine.reachable_states]
+        if machine.is_finished and unreached:
+            yield from _unreachable(machine, unreached)
 
 
-def _findings(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
+def _unreachable(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
     """Of the components of the unreached states, those that no other one leads to."""
     subsystem = machine.subsystem
     edges = [(row.source, row.target) for row in subsystem.transitions]
@@ -69,75 +68,38 @@ def _findings(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
         for index, row in enumerate(subsystem.transitions)
         if row.source in machine.reachable_states
     )
-    senders = _senders(subsystem)
-    told: set[str] = set()
+    reported: set[str] = set()
     for part in components(left, edges):
         ways_in = sorted(way for name in part.states for way in entering.get(name, ()))
         dead = [row for _, row in ways_in]
-        if (part.has_entry and not dead) or told.issuperset(part.states):
+        if (part.has_entry and not dead) or reported.issuperset(part.states):
             continue
-        following = partial(_untold, targets, told)
-        behind = sorted(reachable(part.states[:1], following), key=order.__getitem__)
-        told.update(behind)
-        never = [
-            Related(row.place, _never_taken(machine.dwell_times.excludes_row(row))) for row in dead
-        ]
-        lost = _unsent(subsystem, behind, senders)
-        yield _not_reached(subsystem, part.states, behind, never, lost)
-
-
-def _untold(targets: dict[str, list[str]], told: set[str], state: str) -> list[str]:
-    return [target for target in targets.get(state, ()) if target not in told]
-
-
-def _senders(subsystem: Subsystem) -> dict[str, set[str]]:
-    """The states that send each element."""
-    found: dict[str, set[str]] = {}
-    for state in subsystem.states:
-        for item in state.behaviour.assignments:
-            if item.peer:
-                found.setdefault(item.target, set()).add(state.name)
-    return found
-
-
-def _not_reached(
-    subsystem: Subsystem,
-    first: tuple[str, ...],
-    group: list[str],
-    dead: list[Related],
-    lost: Iterable[Related],
-) -> Diagnostic:
-    named = ", ".join(f"`{name}`" for name in group)
-    through = f", `{first[0]}` would have to be entered first" if len(group) > 1 else ""
-    return Diagnostic(
-        "W0607",
-        f"{'state' if len(group) == 1 else 'states'} {named} cannot be reached from "
-        f"`{subsystem.initial_state}`",
-        subsystem.state(first[0]).place,
-        f"never entered{through}",
-        (*dead, *lost),
-        _way_in(first[0], dead),
-    )
-
-
-def _unsent(
-    subsystem: Subsystem, group: list[str], senders: dict[str, set[str]]
-) -> Iterator[Related]:
-    """The elements that only these states send."""
-    inside = set(group)
-    sent = (a for name in group for a in subsystem.state(name).behaviour.assignments if a.peer)
-    lost = {a.target: a for a in sent if senders[a.target] <= inside}
-    return (Related(a.place, f"so `{a.target}` is never sent") for a in lost.values())
-
-
-def _never_taken(excluded: bool) -> str:
-    return f"this row can never be taken{': the times rule it out' if excluded else ''}"
-
-
-def _way_in(name: str, dead: list[Related]) -> str:
-    if dead:
-        return "make the condition of the row possible, or delete what is not needed"
-    return f"add a row that leads to `{name}`, or delete what is not needed"
+        first = part.states[0]
+        new = reachable([first], lambda name: set(targets.get(name, ())) - reported)
+        group = sorted(new, key=order.__getitem__)
+        reported.update(group)
+        related = []
+        for row in dead:
+            why = ": the times rule it out" if machine.dwell_times.excludes_row(row) else ""
+            related.append(Related(row.place, f"this row can never be taken{why}"))
+        others = (s for s in subsystem.states if s.name not in group)
+        sent_elsewhere = {a.target for s in others for a in s.behaviour.assignments}
+        sent = (a for name in group for a in subsystem.state(name).behaviour.assignments if a.peer)
+        unsent = {a.target: a for a in sent if a.target not in sent_elsewhere}
+        related += [Related(a.place, f"so `{a.target}` is never sent") for a in unsent.values()]
+        named = ", ".join(f"`{name}`" for name in group)
+        through = f", `{first}` would have to be entered first" if len(group) > 1 else ""
+        way_in = f"add a row that leads to `{first}`"
+        yield Diagnostic(
+            "W0607",
+            f"{'state' if len(group) == 1 else 'states'} {named} cannot be reached from "
+            f"`{subsystem.initial_state}`",
+            subsystem.state(first).place,
+            f"never entered{through}",
+            tuple(related),
+            f"{'make the condition of the row possible' if dead else way_in}, "
+            "or delete what is not needed",
+        )
 
 
 # No state holds its machine for ever unless the specification says so with `never`.
@@ -154,48 +116,29 @@ def states_left(facts: Facts) -> Iterator[Diagnostic]:
             continue
         names = [state.name for state in subsystem.states if state.name in reached]
         found = components(names, edges)
-        cycles = [part for part in found if len(part.states) > 1]
+        cycles = sum(len(part.states) > 1 for part in found)
         for part in found:
-            if not part.has_exit and _is_trap(part, cycles, set(edges)):
-                yield _not_left(subsystem, part)
-
-
-def _is_trap(
-    part: StrongComponent[str], cycles: list[StrongComponent[str]], edges: set[tuple[str, str]]
-) -> bool:
-    """Several states are a trap if other states form a cycle, which is then left for good.
-
-    Otherwise the others are the steps that lead to the work. A single state is the end if nothing
-    ends it.
-    """
-    first = part.states[0]
-    if len(part.states) > 1:
-        return len(cycles) > 1
-    return (first, first) in edges
-
-
-def _not_left(subsystem: Subsystem, part: StrongComponent[str]) -> Diagnostic:
-    states = {state.name: state for state in subsystem.states}
-    rows = [row for row in subsystem.transitions if row.source in part.states]
-    one = len(part.states) == 1
-    named = join_words([f"`{name}`" for name in part.states], "and")
-    return Diagnostic(
-        "W0612",
-        f"{'state' if one else 'states'} {named} cannot be left once entered",
-        states[part.states[0]].place,
-        "no row leads out",
-        tuple(Related(row.place, "does not lead out") for row in rows[:4]),
-        _way_out(states[part.states[0]], one),
-    )
-
-
-def _way_out(state: State, one: bool) -> str:
-    if one:
-        return (
-            f"add a row that leads on, or make `{state.name}` an intended end with a behaviour "
-            "that has `terminal: never`"
-        )
-    return "add a row that leads back to the other states"
+            # Several states are a trap if other states form a cycle, which is then left for good.
+            # Otherwise the others are the steps that lead to the work. A single state is the end if
+            # nothing ends it.
+            first, is_one = subsystem.state(part.states[0]), len(part.states) == 1
+            is_trap = (first.name, first.name) in edges if is_one else cycles > 1
+            if part.has_exit or not is_trap:
+                continue
+            named = join_words([f"`{name}`" for name in part.states], "and")
+            rows = [row for row in subsystem.transitions if row.source in part.states]
+            help = "add a row that leads back to the other states"
+            if is_one:
+                help = f"add a row that leads on, or make `{first.name}` an intended end "
+                help += "with a behaviour that has `terminal: never`"
+            yield Diagnostic(
+                "W0612",
+                f"{'state' if is_one else 'states'} {named} cannot be left once entered",
+                first.place,
+                "no row leads out",
+                tuple(Related(row.place, "does not lead out") for row in rows[:4]),
+                help,
+            )
 
 
 # Implicants of a condition in terms of freshness: sets of inputs, all of one of which must be fresh
@@ -233,7 +176,7 @@ class RowNeeds:
         self.machine = machine
         self.subsystem = machine.subsystem
         lets = {item.name: item.value for item in machine.subsystem.lets}
-        self._of_lets = InOrder(
+        self._of_lets = InDependenceOrder(
             lets, lambda name: tuple(self._implicants(lets[name], yes) for yes in (False, True))
         )
         self._of_rows: dict[tuple[str, str, str], Implicants] = {}
@@ -256,14 +199,6 @@ class RowNeeds:
             if frozenset() in found:
                 return FREE
         return minimal(found)
-
-    def is_on_cycle(self, state: str) -> bool:
-        """Whether a state can be entered again after it was left."""
-
-        def following(name: str) -> list[str]:
-            return [step.row.target for step in self.machine.successors.get(name, ())]
-
-        return state in reachable(following(state), following)
 
     def _implicants(self, expr: Expr, holds: bool = True) -> Implicants:
         """Those of a condition that holds, or does not."""
@@ -305,15 +240,17 @@ class Waiting:
 
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
-        self._moves: dict[str, RowNeeds] = {}
+        self._needs: dict[str, RowNeeds] = {}
         self._waits: dict[tuple[str, str, frozenset[InputNames]], Wait] = {}
 
     def unserved(self, reader: Machine) -> Iterator[tuple[State, InputNames, RestingState]]:
         """States with what every way out of them needs of one sender, and where that may rest."""
-        moves = self._moves_of(reader)
+        rows = self._needs_of(reader)
         for state in reader.subsystem.states:
-            found = moves.ways_out(state.name) if state.name in reader.reachable_states else FREE
-            for wire in self._facts.wires.of(reader.subsystem) if found and all(found) else ():
+            found = rows.ways_out(state.name) if state.name in reader.reachable_states else FREE
+            for wire in (
+                self._facts.wires.wires_of(reader.subsystem) if found and all(found) else ()
+            ):
                 peer = wire.port.peer
                 needs = frozenset(frozenset(n for n in each if n[0] == peer) for each in found)
                 if wire.port.direction == "x" and all(needs):
@@ -322,22 +259,22 @@ class Waiting:
                     if rest is not None:
                         yield state, frozenset().union(*needs), rest
 
-    def _moves_of(self, machine: Machine) -> RowNeeds:
+    def _needs_of(self, machine: Machine) -> RowNeeds:
         name = machine.subsystem.qualified_name
-        if name not in self._moves:
-            self._moves[name] = RowNeeds(machine)
-        return self._moves[name]
+        if name not in self._needs:
+            self._needs[name] = RowNeeds(machine)
+        return self._needs[name]
 
     def _wait(self, reader: Machine, wire: Wire, needs: frozenset[InputNames]) -> Wait | None:
         """What many states may wait for, which is looked into once."""
         key = reader.subsystem.qualified_name, wire.port.peer, needs
         if key not in self._waits:
-            if wire.other is None or wire.end is None:
+            if wire.peer_subsystem is None or wire.peer_port is None:
                 return None
-            moves = self._moves_of(reader), self._moves_of(self._facts.of(wire.other))
-            senders = self._facts.wires.at(wire.subsystem.qualified_name, "x")
-            back = next((w for w in senders if w.subsystem is wire.other), None)
-            self._waits[key] = Wait(*moves, wire, back, needs)
+            ends = self._needs_of(reader), self._needs_of(self._facts.of(wire.peer_subsystem))
+            senders = self._facts.wires.wires_to(wire.subsystem.qualified_name, "x")
+            back = next((w for w in senders if w.subsystem is wire.peer_subsystem), None)
+            self._waits[key] = Wait(*ends, wire, back, needs)
         return self._waits[key]
 
 
@@ -361,10 +298,12 @@ class Wait:
         """Where the sender may rest while the reader is in a state."""
         if self._serving.isdisjoint(self.sender.machine.reachable_states):
             return None  # said of the element, or of the state that would send it
-        if self._rest is not None and self.reader.is_on_cycle(state.name):
+        if self._rest is not None and self.reader.machine.is_on_cycle(state.name):
             return self._rest
         still = self._sent_in(state)
-        spent = self._sent_before(state) - still
+        before = {step.row.source for step in self.reader.predecessors.get(state.name, ())}
+        states = map(self.reader.subsystem.state, before - {state.name})
+        spent = frozenset[InputName]().union(*map(self._sent_in, states)) - still
         if (spent, still) not in self._unanswered:
             self._unanswered[spent, still] = self._rest_unanswered(spent, still)
         return self._unanswered[spent, still]
@@ -375,7 +314,7 @@ class Wait:
         return frozenset(
             s.name
             for s in self.sender.subsystem.states
-            if any(need <= self.wire.arriving(s.behaviour) for need in self.needs)
+            if any(need <= self.wire.inputs_sent_by(s.behaviour) for need in self.needs)
         )
 
     @cached_property
@@ -412,32 +351,21 @@ class Wait:
                     return RestingState(machine, _first(here, machine.subsystem), step.row)
         return None
 
-    def _sent_before(self, state: State) -> InputNames:
-        """What the states before the waiting one send to the one that is waited for."""
-        before = {step.row.source for step in self.reader.predecessors.get(state.name, ())}
-        states = map(self.reader.subsystem.state, before - {state.name})
-        return frozenset[InputName]().union(*map(self._sent_in, states))
-
     def _sent_in(self, state: State) -> InputNames:
         """What a state of the reader sends to the sender, as that calls it."""
-        return self.back.arriving(state.behaviour) if self.back else frozenset()
+        return self.back.inputs_sent_by(state.behaviour) if self.back else frozenset()
 
     def _resting(self, steps: Iterable[RowEdge]) -> frozenset[str]:
         """States from which the sender can reach neither a sending state nor a declared end."""
         sources = grouped((step.row.target, step.row.source) for step in steps)
         states = self.sender.subsystem.states
-        ends = (s.name for s in states if _is_end(s))
+        ends = (s.name for s in states if s.behaviour.terminal.when == FALSE)
         active = reachable((*self._serving, *ends), lambda name: sources.get(name, ()))
         return frozenset(s.name for s in states if s.name not in active)
 
 
 def _first(names: frozenset[str], subsystem: Subsystem) -> State:
     return next(state for state in subsystem.states if state.name in names)
-
-
-def _is_end(state: State) -> bool:
-    when = state.behaviour.terminal.when
-    return isinstance(when, Truth) and not when.value
 
 
 def _gives_up_work(
@@ -464,23 +392,20 @@ def waits_end(facts: Facts) -> Iterator[Diagnostic]:
     for machine in facts.complete_machines:
         for state, needed, rest in waiting.unserved(machine):
             if rest.sender.has_known_edges:
-                yield _waits_forever(state, needed, rest)
-
-
-def _waits_forever(state: State, needed: InputNames, rest: RestingState) -> Diagnostic:
-    names = [f"`x.{peer}.{element}`" for peer, element in sorted(needed)]
-    sender = f"`{rest.sender.subsystem.qualified_name}`"
-    related = [Related(rest.state.place, f"from here on {sender} never sends it")]
-    if rest.row is not None:
-        words = f"here {sender} accepts what it was sent before"
-        where = f"may come to `{rest.state.name}` without an answer"
-        related = [Related(rest.row.place, words), Related(rest.state.place, where)]
-    return Diagnostic(
-        "W0417",
-        f"state `{state.name}` may wait forever for {join_words(names, 'or')}",
-        state.place,
-        "nothing else ends it",
-        tuple(related),
-        f"let {sender} send it on every path, or leave `{state.name}` after some time, with "
-        "`elapsed`; if the sender is meant to end there, say so with `terminal: never`",
-    )
+                names = [f"`x.{peer}.{element}`" for peer, element in sorted(needed)]
+                sender = f"`{rest.sender.subsystem.qualified_name}`"
+                related = [Related(rest.state.place, f"from here on {sender} never sends it")]
+                if rest.row is not None:
+                    words = f"here {sender} accepts what it was sent before"
+                    where = f"may come to `{rest.state.name}` without an answer"
+                    related = [Related(rest.row.place, words), Related(rest.state.place, where)]
+                yield Diagnostic(
+                    "W0417",
+                    f"state `{state.name}` may wait forever for {join_words(names, 'or')}",
+                    state.place,
+                    "nothing else ends it",
+                    tuple(related),
+                    f"let {sender} send it on every path, or leave `{state.name}` after some time, "
+                    "with `elapsed`; if the sender is meant to end there, say so with "
+                    "`terminal: never`",
+                )

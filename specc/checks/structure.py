@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
-from specc.model.system import Agent, Device, Element, Port, Shared, Subsystem, System
+from specc.model.system import Agent, Device, Element, InterfaceRef, Port, Subsystem
 from specc.model.types import Enum, Opaque, Record, Type
 from specc.model.wires import Wire
 from specc.source import Place
@@ -41,21 +41,16 @@ def devices_owned(facts: Facts) -> Iterator[Diagnostic]:
         owners = [(wire.subsystem, wire.port) for wire in facts.wires.owners(device)]
         for subsystem, port in owners[1:]:
             first, its_port = owners[0]
+            is_own = subsystem.kind == "control" or subsystem.name == device.name
+            claim = port.place if is_own else subsystem.place.below("uses")
             yield Diagnostic(
                 "E0406",
                 f"`{device.qualified_name}` belongs to `{first.qualified_name}` already",
-                _claim(device, subsystem, port),
+                claim,
                 f"`{subsystem.qualified_name}` uses it too",
                 (Related(its_port.place, "used here"), Related(device.place, "the device")),
                 "let one subsystem work with it and pass the data on",
             )
-
-
-def _claim(device: Device, subsystem: Subsystem, port: Port) -> Place:
-    """Where a subsystem says that it works with a device."""
-    if subsystem.kind == "control" or subsystem.name == device.name:
-        return port.place
-    return subsystem.place.below("uses")
 
 
 # Every real effector and receptor is used by a subsystem.
@@ -63,25 +58,21 @@ def _claim(device: Device, subsystem: Subsystem, port: Port) -> Place:
 
 def devices_used(facts: Facts) -> Iterator[Diagnostic]:
     """O0404; not of an agent with a broken subsystem, or one that claims another's device."""
-    unsure = {name.split(".")[0] for name in facts.broken | facts.wires.contested}
+    unsure = {name.split(".")[0] for name in facts.broken | facts.wires.shared_devices}
     for device in facts.system.devices:
-        if not facts.wires.at(device.qualified_name) and device.agent not in unsure:
+        if not facts.wires.wires_to(device.qualified_name) and device.agent not in unsure:
             kind = "effector" if device.kind == "real_effector" else "receptor"
+            help = f"add a virtual {kind} `{device.name}`, or delete the device"
+            if f"{device.agent}.{device.name}" in facts.wires.subsystems:
+                # Its own virtual effector or receptor lacks the buffers.
+                key = kind[0].upper()
+                help = f"add `{key}: {{...}}` under the `x:` and `y:` of `{device.name}`"
             yield Diagnostic(
                 "O0404",
                 f"no subsystem uses the real {kind} `{device.name}`",
                 device.place,
-                help=_way_out(device, kind, facts.system),
+                help=help,
             )
-
-
-def _way_out(device: Device, kind: str, system: System) -> str:
-    """Its own virtual effector or receptor, if there is one, lacks the buffers."""
-    names = {subsystem.qualified_name for subsystem in system.subsystems}
-    if f"{device.agent}.{device.name}" in names:
-        letter = kind[0].upper()
-        return f"add `{letter}: {{...}}` under the `x:` and `y:` of `{device.name}`"
-    return f"add a virtual {kind} `{device.name}`, or delete the device"
 
 
 # The kind of an agent is that of its structure, and one of the seven useful ones (2.2).
@@ -101,10 +92,14 @@ def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
     Whether one is useless is seen once its control subsystem has states.
     """
     for agent in facts.system.agents:
-        if _is_unsure(agent, facts):
+        known = {subsystem.qualified_name for subsystem in agent.subsystems}
+        control = f"{agent.name}.c"
+        lost = {n for n in facts.broken if n.startswith(f"{agent.name}.") and n not in known}
+        devices = {device.qualified_name for device in agent.devices}
+        if control not in known or control in facts.broken or bool(lost - devices):
             continue
         kind = _derived(agent, facts)
-        if kind == "C" and not all(subsystem.begun for subsystem in agent.subsystems):
+        if kind == "C" and not all(subsystem.has_initial_state for subsystem in agent.subsystems):
             continue
         if kind == "C":
             yield Diagnostic(
@@ -125,31 +120,19 @@ def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _is_unsure(agent: Agent, facts: Facts) -> bool:
-    """Whether parts are unknown that may add letters: whom it talks to, subsystems left out."""
-    known = {subsystem.qualified_name for subsystem in agent.subsystems}
-    control = f"{agent.name}.c"
-    lost = {n for n in facts.broken if n.startswith(f"{agent.name}.") and n not in known}
-    devices = {device.qualified_name for device in agent.devices}
-    return control not in known or control in facts.broken or bool(lost - devices)
-
-
 def _derived(agent: Agent, facts: Facts) -> str:
     """The letters of 2.2 in the order C, E, R, T."""
     kinds: set[str] = {subsystem.kind for subsystem in agent.subsystems}
     kinds |= {device.kind for device in agent.devices}
     ends = {kind.rpartition("_")[2] for kind in kinds}
     own = f"{agent.name}.c"
-    wires = [wire for s in agent.subsystems if s.name == "c" for wire in facts.wires.of(s)]
+    wires = [wire for s in agent.subsystems if s.name == "c" for wire in facts.wires.wires_of(s)]
     talks = any(
-        wire.subsystem.kind == "control" and _agent(wire.name) != wire.subsystem.agent
-        for wire in (*wires, *facts.wires.at(own))
+        wire.subsystem.kind == "control"
+        and wire.peer_name.partition(".")[0] != wire.subsystem.agent
+        for wire in (*wires, *facts.wires.wires_to(own))
     )
     return "C" + "E" * ("effector" in ends) + "R" * ("receptor" in ends) + "T" * talks
-
-
-def _agent(qualified_name: str) -> str:
-    return qualified_name.partition(".")[0]
 
 
 # Connected buffers have exactly the same structure at both ends.
@@ -161,14 +144,14 @@ _MOST_SHOWN = 4
 def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
     """O0403, E0404 and E0405, for connections with subsystems and with devices."""
     for subsystem in facts.subsystems:
-        for wire in facts.wires.of(subsystem):
-            if wire.name in facts.broken | facts.wires.contested:
+        for wire in facts.wires.wires_of(subsystem):
+            if wire.peer_name in facts.broken | facts.wires.shared_devices:
                 continue
-            if wire.device is not None:
-                there = _side(wire.device, "y" if wire.port.direction == "x" else "x")
-                yield from _compare(_end(wire.port), _End(there, wire.elements))
-            elif wire.other is not None:
-                yield from _between_subsystems(wire, wire.other, facts)
+            if wire.peer_device is not None:
+                side = _side(wire.peer_device, "y" if wire.port.direction == "x" else "x")
+                yield from _compare(_end(wire.port), _End(side, wire.elements))
+            elif wire.peer_subsystem is not None:
+                yield from _between_subsystems(wire, wire.peer_subsystem, facts)
     for device in facts.system.devices:
         yield from _unconnected(device, facts)
 
@@ -179,7 +162,7 @@ def _side(device: Device, side: str) -> Place:
 
 
 def _between_subsystems(wire: Wire, other: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
-    subsystem, port, end = wire.subsystem, wire.port, wire.end
+    subsystem, port, end = wire.subsystem, wire.port, wire.peer_port
     if other is subsystem:
         yield Diagnostic(
             "E0401",
@@ -192,27 +175,20 @@ def _between_subsystems(wire: Wire, other: Subsystem, facts: Facts) -> Iterator[
     if end is None:
         verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
         name = subsystem.name if other.agent == subsystem.agent else subsystem.agent
-        lacks = _buffer(other, key, name)
+        lacks, here = _buffer(other, key, name), f"`{other.qualified_name}` has its buffers here"
+        given = ", or make it one of the agents that it is given"
         yield Diagnostic(
             "O0403",
             f"`{other.qualified_name}` has no buffer that {verb} `{subsystem.qualified_name}`",
             port.place,
             "nothing is connected to this end",
-            (
-                Related(
-                    replace(lacks, part="key"), f"`{other.qualified_name}` has its buffers here"
-                ),
-                *_user(subsystem, port, facts),
-            ),
+            (Related(replace(lacks, part="key"), here), *_user(subsystem, port, facts)),
             f"add `{name}: {{...}}` under its `{key}:`, with the same elements"
-            + (_OR_GIVEN if lacks.file != other.place.file else ""),
+            + (given if lacks.file != other.place.file else ""),
             lacks=(lacks,),
         )
     elif port.direction == "x":
         yield from _compare(_end(port), _end(end))
-
-
-_OR_GIVEN = ", or make it one of the agents that it is given"
 
 
 def _user(subsystem: Subsystem, port: Port, facts: Facts) -> tuple[Related, ...]:
@@ -229,18 +205,16 @@ def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
     """E0413; two parameters of a description may stand for one agent."""
     for subsystem in facts.subsystems:
         first: dict[tuple[str, str], Port] = {}
-        for wire in facts.wires.of(subsystem):
+        for wire in facts.wires.wires_of(subsystem):
             port = wire.port
-            earlier = first.setdefault((port.direction, wire.name), port)
-            if earlier is not port and wire.other:
+            earlier = first.setdefault((port.direction, wire.peer_name), port)
+            if earlier is not port and wire.peer_subsystem:
+                other = Related(earlier.place, "the other one")
                 yield Diagnostic(
                     "E0413",
-                    f"`{port.peer}` and `{earlier.peer}` are both `{wire.name}`",
+                    f"`{port.peer}` and `{earlier.peer}` are both `{wire.peer_name}`",
                     port.place,
-                    related=(
-                        Related(earlier.place, "the other one"),
-                        *_user(subsystem, port, facts),
-                    ),
+                    related=(other, *_user(subsystem, port, facts)),
                     help="one buffer leads from one subsystem to another: give the parameters "
                     "different agents, or put all elements into one buffer",
                 )
@@ -248,11 +222,10 @@ def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
 
 def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
     """Where a buffer of a subsystem would be declared, beside its others if it has any."""
-    here = subsystem.place
-    others = [port.place for port in subsystem.ports]
-    route = others[0].route[:-2] if others else here.route
-    file = others[0].file if others else here.file
-    return Place(file, (*route, direction, peer))
+    if subsystem.ports:
+        place = subsystem.ports[0].place
+        return Place(place.file, (*place.route[:-2], direction, peer))
+    return Place(subsystem.place.file, (*subsystem.place.route, direction, peer))
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,7 +237,7 @@ class _End:
     port: Port | None = None
 
     @property
-    def interface(self) -> Shared | None:
+    def interface(self) -> InterfaceRef | None:
         return self.port.interface if self.port else None
 
     def place_of(self, element: Element) -> Place:
@@ -275,6 +248,15 @@ class _End:
         if self.interface is None or self.place_of(element) == element.place:
             return ()
         return (Related(element.place, f"in `{self.interface.text}`"),)
+
+    def places_of(self, elements: Sequence[Element]) -> tuple[Place, ...]:
+        """Where elements would be declared; an interface has other users, too."""
+        if self.interface:
+            return ()
+        place = self.place
+        return tuple(
+            replace(place, route=(*place.route, element.name), part="value") for element in elements
+        )
 
 
 def _end(port: Port) -> _End:
@@ -298,13 +280,24 @@ def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
                 (connected, *declared),
                 "both ends of a connection must have exactly the same type",
             )
-    only_here = [e for e in here.elements if e.name not in theirs]
-    only_there = [e for e in there.elements if e.name not in mine]
-    if only_here and only_there:
-        yield _two_lists(_Lack(here, only_there), _Lack(there, only_here))
-    elif only_here or only_there:
-        ends = (here, there) if only_there else (there, here)
-        yield _missing(_Lack(ends[0], only_there or only_here), ends[1])
+    lacking_there = [e for e in here.elements if e.name not in theirs]
+    lacking_here = [e for e in there.elements if e.name not in mine]
+    if lacking_here and lacking_there:
+        # A different name, or the elements of another buffer.
+        names = _names(lacking_there)
+        yield Diagnostic(
+            "E0404",
+            f"the buffer lacks {_names(lacking_here)}, and its other end lacks {names}",
+            here.place,
+            f"has {names} instead",
+            (*_missing_at_other_end(lacking_here), Related(there.place, "the other end")),
+            "give both ends the same elements; perhaps one end has those of another buffer",
+            lacks=here.places_of(lacking_here) + there.places_of(lacking_there),
+        )
+    elif lacking_here:
+        yield _missing(here, lacking_here, there)
+    elif lacking_there:
+        yield _missing(there, lacking_there, here)
 
 
 def _distinct_texts(one: Type, other: Type) -> tuple[str, str]:
@@ -315,8 +308,8 @@ def _distinct_texts(one: Type, other: Type) -> tuple[str, str]:
     inside = _inside(one), _inside(other)
     for (name, mine), (_, theirs) in zip(_parts(one), _parts(other), strict=False):
         if inside[0] == inside[1] and mine != theirs:
-            told = _distinct_texts(mine, theirs)
-            return f"{texts[0]} with {name}{told[0]}", f"{texts[1]} with {name}{told[1]}"
+            one_text, other_text = _distinct_texts(mine, theirs)
+            return f"{texts[0]} with {name}{one_text}", f"{texts[1]} with {name}{other_text}"
     return f"{texts[0]}{inside[0]}", f"{texts[1]}{inside[1]}"
 
 
@@ -338,77 +331,38 @@ def _inside(type_: Type) -> str:
     return ""
 
 
-@dataclass(frozen=True, slots=True)
-class _Lack:
-    """An end of a connection, and what only the other one has."""
-
-    end: _End
-    elements: list[Element]
-
-    @property
-    def place(self) -> Place:
-        return self.end.place
-
-    @property
-    def names(self) -> str:
-        return join_words([f"`{element.name}`" for element in self.elements], "and")
-
-    @property
-    def others(self) -> tuple[Related, ...]:
-        """Where the other end has it; the first of many."""
-        return tuple(
-            Related(element.place, f"`{element.type}`, missing at the other end")
-            for element in self.elements[:_MOST_SHOWN]
-        )
-
-    @property
-    def places(self) -> tuple[Place, ...]:
-        """Where it would be declared; an interface has other users, too."""
-        if self.end.interface:
-            return ()
-        route = self.place.route
-        return tuple(
-            replace(self.place, route=(*route, element.name), part="value")
-            for element in self.elements
-        )
+def _names(elements: Sequence[Element]) -> str:
+    return join_words([f"`{element.name}`" for element in elements], "and")
 
 
-def _missing(lack: _Lack, other: _End) -> Diagnostic:
-    added = join_words([f'`{element.name}: "{element.type}"`' for element in lack.elements], "and")
-    it = "it" if len(lack.elements) == 1 else "them"
-    interface = lack.end.interface
+def _missing_at_other_end(elements: Sequence[Element]) -> Iterator[Related]:
+    """Where the other end has them; the first of many."""
+    for element in elements[:_MOST_SHOWN]:
+        yield Related(element.place, f"`{element.type}`, missing at the other end")
+
+
+def _missing(end: _End, elements: Sequence[Element], other: _End) -> Diagnostic:
+    added = join_words([f'`{element.name}: "{element.type}"`' for element in elements], "and")
+    it, interface = "it" if len(elements) == 1 else "them", end.interface
     to = f" to interface `{interface.text}`" if interface else ""
     if interface and other.interface and interface.text != other.interface.text:
         to += f", name `{other.interface.text}` at both ends"
     related = (Related(interface.place, "has the elements of this end"),) if interface else ()
     return Diagnostic(
         "E0404",
-        f"the buffer lacks {lack.names}, which the other end has",
-        lack.place,
+        f"the buffer lacks {_names(elements)}, which the other end has",
+        end.place,
         f"lacks {it}",
-        (*lack.others, *related),
+        (*_missing_at_other_end(elements), *related),
         f"add {added}{to}, or delete {it} at the other end",
-        lacks=lack.places,
-    )
-
-
-def _two_lists(here: _Lack, there: _Lack) -> Diagnostic:
-    """Each end has what the other lacks: a different name, or the elements of another buffer."""
-    return Diagnostic(
-        "E0404",
-        f"the buffer lacks {here.names}, and its other end lacks {there.names}",
-        here.place,
-        f"has {there.names} instead",
-        (*here.others, Related(there.place, "the other end")),
-        "give both ends the same elements; perhaps one end has those of another buffer",
-        lacks=here.places + there.places,
+        lacks=end.places_of(elements),
     )
 
 
 def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
     """A device of which only one side is connected; one without any is `devices_used`'s matter."""
-    wires = facts.wires.at(device.qualified_name)
-    contested = device.qualified_name in facts.wires.contested
+    wires = facts.wires.wires_to(device.qualified_name)
+    contested = device.qualified_name in facts.wires.shared_devices
     if not wires or contested or any(w.subsystem.qualified_name in facts.broken for w in wires):
         return
     subsystem, port = wires[0].subsystem, wires[0].port

@@ -14,8 +14,8 @@ from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
 from specc.model.fsm import State
-from specc.model.system import Device, Element, Subsystem
-from specc.model.types import Opaque, Type
+from specc.model.system import Element, Subsystem
+from specc.model.types import Opaque, Type, nested_types
 from specc.source import Place
 
 # All periods are whole multiples of a base tick, and the timeline repeats within reason.
@@ -94,7 +94,7 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
 
     Whether the next value overtakes a declared event is found out when machines are explored.
     """
-    for reader, node, element in _asked(facts):
+    for reader, node, element in _inputs_tested_for_arrival(facts):
         source = _source(node, facts) if reader in facts.rates.timed else None
         if source is None or source[0] <= reader.rate_hz or element.event:
             continue
@@ -114,7 +114,7 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _asked(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
+def _inputs_tested_for_arrival(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
     """The elements of which it matters to their readers whether a new value has come."""
     asked = {s.qualified_name: (s, inputs_tested_for_arrival(s)) for s in facts.subsystems}
     for node, element in facts.inputs():
@@ -129,7 +129,7 @@ def _source(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
         case Sent(sender=sender, silent_state=State()):
             return sender.rate_hz, sender.place.below("rate")
         case Measured(is_sporadic=False, device=device) as measured if measured.period_s:
-            unfit = (misfit.bound.binding for misfit in facts.rates.conflicts)
+            unfit = (conflict.bound.binding for conflict in facts.rates.conflicts)
             if (device, node.element) not in ((b.device, b.element) for b in unfit):
                 return 1 / measured.period_s, measured.place
     return None
@@ -144,8 +144,9 @@ def _ms(rate: Fraction) -> str:
 
 def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
     """W0418, where the age is not limited either; a sender that is faster is seen in any period."""
-    for reader, node, element in _asked(facts):
-        sender = _sender(node, facts)
+    for reader, node, element in _inputs_tested_for_arrival(facts):
+        sent = facts.ages.sources.origin(node)
+        sender = sent.sender if isinstance(sent, Sent) and sent.silent_state is None else None
         if sender is None or element.max_age_s is not None:
             continue
         ratio = reader.rate_hz / sender.rate_hz
@@ -165,12 +166,6 @@ def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _sender(node: InputNode, facts: Facts) -> Subsystem | None:
-    """Who sends an element in every period."""
-    sent = facts.ages.sources.origin(node)
-    return sent.sender if isinstance(sent, Sent) and sent.silent_state is None else None
-
-
 def _with_rate(subsystem: Subsystem) -> Related:
     words = f"`{subsystem.qualified_name}`, {_rate(subsystem)}"
     return Related(subsystem.place.below("rate"), words)
@@ -186,13 +181,17 @@ def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
     for node, element in _bounded(facts):
         oldest, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(oldest, AgeChain) and allowed is not None and oldest.age_s > allowed:
+            scale = 1000
+            while oldest.age_s * scale < 100 and (oldest.age_s * scale).denominator != 1:
+                scale *= 10
+            enough = in_ms(Fraction(ceil(oldest.age_s * scale), scale))
             yield Diagnostic(
                 "E0410",
                 f"`{node.short}` can be {in_ms(oldest.age_s)} old",
                 element.place.below("max_age"),
                 f"may be at most {in_ms(allowed)} old",
                 tuple(_way(oldest, facts)),
-                f"{_shorten(oldest, facts)}, which adds most, or allow {_at_least(oldest.age_s)}",
+                f"{_shorten(oldest, facts)}, which adds most, or allow {enough}",
             )
 
 
@@ -227,14 +226,6 @@ def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
         yield Related(reader.place.below("rate"), words)
 
 
-def _at_least(age_s: Fraction) -> str:
-    """A duration that is not less and has few digits."""
-    scale = 1000
-    while age_s * scale < 100 and (age_s * scale).denominator != 1:
-        scale *= 10
-    return in_ms(Fraction(ceil(age_s * scale), scale))
-
-
 def _shorten(oldest: AgeChain, facts: Facts) -> str:
     """What would make the longest step of the way shorter."""
     steps: list[tuple[Fraction, str]] = []
@@ -258,8 +249,8 @@ def ages_known(facts: Facts) -> Iterator[Diagnostic]:
     for node, element in _bounded(facts):
         oldest = facts.ages.oldest(node)
         first = oldest.steps()[0].node if isinstance(oldest, AgeChain) else None
-        kept = facts.ages.sources.through_memory(first) if first else ()
-        memory = next((name for name, source in kept if facts.ages.is_measured(source)), "")
+        sources = facts.ages.sources.through_memory(first) if first else ()
+        memory = next((name for name, source in sources if facts.ages.is_measured(source)), "")
         if memory and not facts.ages.is_measured(node):
             yield Diagnostic(
                 "W0415",
@@ -284,26 +275,28 @@ _WAYS_OUT = {
 def ages_limited(facts: Facts) -> Iterator[Diagnostic]:
     """W0416."""
     for node, element in _bounded(facts):
-        held, allowed = facts.ages.oldest(node), element.max_age_s
-        if isinstance(held, UnboundedAge) and allowed is not None:
+        oldest, allowed = facts.ages.oldest(node), element.max_age_s
+        if isinstance(oldest, UnboundedAge) and allowed is not None:
             yield Diagnostic(
                 "W0416",
                 f"nothing limits the age of `{node.short}`",
                 element.place.below("max_age"),
                 f"may be at most {in_ms(allowed)} old",
-                tuple(_silence(held, node)),
-                _WAYS_OUT[type(held.source)],
+                tuple(_silence(oldest, node)),
+                _WAYS_OUT[type(oldest.source)],
             )
 
 
-def _silence(held: UnboundedAge, node: InputNode) -> Iterator[Related]:
-    source = held.source
+def _silence(unbounded: UnboundedAge, node: InputNode) -> Iterator[Related]:
+    source = unbounded.source
     if isinstance(source, Measured):
-        name = f"{source.device}.{held.node.element}"
+        name = f"{source.device}.{unbounded.node.element}"
         yield Related(source.place, f"`{name}` may have no new sample for an unlimited time")
     elif source.silent_state is not None:
         sender = source.sender.qualified_name
-        whose = "it" if held.node == node else f"`{held.node}`, from which it is computed,"
+        whose = (
+            "it" if unbounded.node == node else f"`{unbounded.node}`, from which it is computed,"
+        )
         yield Related(source.silent_state.place, f"`{sender}` does not send {whose} in this state")
 
 
@@ -312,13 +305,19 @@ def _silence(held: UnboundedAge, node: InputNode) -> Iterator[Related]:
 
 def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
     """E0509."""
-    for misfit in facts.rates.conflicts:
-        rate, tick = misfit.rate_hz, misfit.tick_s
-        place = misfit.bound.binding.place.below("rate")
-        if not misfit.readers and tick is not None:
+    for conflict in facts.rates.conflicts:
+        rate, tick = conflict.rate_hz, conflict.tick_s
+        place = conflict.bound.binding.place.below("rate")
+        if not conflict.readers and tick is not None:
             message = f"its period is not a whole number of base ticks of {float(tick):g} s"
-            yield Diagnostic("E0509", message, place, help=_fitting(tick, rate))
-        for reader in misfit.readers:
+            ticks = max(1, round(1 / rate / tick))
+            yield Diagnostic(
+                "E0509",
+                message,
+                place,
+                help=f"the nearest period that fits is {float(1000 * ticks * tick):g} ms",
+            )
+        for reader in conflict.readers:
             yield Diagnostic(
                 "E0509",
                 f"{float(rate):g} Hz does not fit the {_rate(reader)} of `{reader.qualified_name}`",
@@ -326,11 +325,6 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
                 related=(Related(reader.place.below("rate"), "reads it at this rate"),),
                 help="make one rate a whole multiple of the other",
             )
-
-
-def _fitting(tick: Fraction, rate: Fraction) -> str:
-    ticks = max(1, round(1 / rate / tick))
-    return f"the nearest period that fits is {float(1000 * ticks * tick):g} ms"
 
 
 # A step is over before the next one is due.
@@ -357,33 +351,23 @@ def budgets_fit(facts: Facts) -> Iterator[Diagnostic]:
 def values_cross(facts: Facts) -> Iterator[Diagnostic]:
     """W0419, for each type without a codec, where it crosses first."""
     for subsystem in facts.rates.timed:
-        if _is_apart(subsystem, facts):
-            told: set[str] = set()
-            for name, type_, place in _crossing(subsystem, facts):
-                for opaque in _uncodable(type_):
-                    if opaque.name not in told:
-                        told.add(opaque.name)
-                        yield _finding(subsystem, name, opaque, place)
-
-
-def _finding(subsystem: Subsystem, name: str, opaque: Opaque, place: Place) -> Diagnostic:
-    return Diagnostic(
-        "W0419",
-        f"values of `{opaque.name}` cannot cross to the process of `{subsystem.qualified_name}`",
-        place,
-        f"`{name}` has values of an opaque type without a codec",
-        (
-            Related(
-                subsystem.place.below("budget"), "computes in a process of its own in real time"
-            ),
-        ),
-        f"give `{opaque.name}` a `codec`, or the subsystem no `budget`",
-    )
-
-
-def _is_apart(subsystem: Subsystem, facts: Facts) -> bool:
-    """Whether its budget is longer than the base tick, in which all others have to be done."""
-    return subsystem.budget_s is not None and subsystem.budget_s > facts.rates.tick_s
+        if subsystem.budget_s is None or subsystem.budget_s <= facts.rates.tick_s:
+            continue
+        first: dict[str, tuple[str, Place]] = {}
+        for name, type_, place in _crossing(subsystem, facts):
+            for part in nested_types([type_]):
+                if isinstance(part, Opaque) and not part.codec:
+                    first.setdefault(part.name, (name, place))
+        words = "computes in a process of its own in real time"
+        for opaque, (name, place) in first.items():
+            yield Diagnostic(
+                "W0419",
+                f"values of `{opaque}` cannot cross to the process of `{subsystem.qualified_name}`",
+                place,
+                f"`{name}` has values of an opaque type without a codec",
+                (Related(subsystem.place.below("budget"), words),),
+                f"give `{opaque}` a `codec`, or the subsystem no `budget`",
+            )
 
 
 def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, Place]]:
@@ -398,14 +382,6 @@ def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, P
             yield memory.name, memory.type, memory.place
 
 
-def _uncodable(type_: Type) -> Iterator[Opaque]:
-    """The opaque types without a codec among the parts of a type."""
-    if isinstance(type_, Opaque) and not type_.codec:
-        yield type_
-    for inner in type_.parts:
-        yield from _uncodable(inner)
-
-
 # An agent may be silent for some time before a device gets its safe outputs.
 
 
@@ -415,26 +391,26 @@ def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
         if device.silence_s is None or device.qualified_name in facts.broken:
             continue
         if device.safe:
-            yield from _too_short(device, facts)
+            assert device.silence_s is not None
+            for subsystem in (
+                wire.subsystem for wire in facts.wires.wires_to(device.qualified_name, "y")
+            ):
+                period_s = 1 / subsystem.rate_hz
+                if device.silence_s <= period_s:
+                    yield Diagnostic(
+                        "E0415",
+                        f"a silence of {in_ms(device.silence_s)} is not longer than the period of "
+                        f"`{subsystem.qualified_name}`, {in_ms(period_s)}",
+                        device.place.below("silence"),
+                        related=(
+                            Related(subsystem.place.below("rate"), "which commands the device"),
+                        ),
+                        help=f"`silence: {in_ms(2 * period_s)}` bears one period that is skipped",
+                    )
         else:
             yield Diagnostic(
                 "E0416",
                 f"`{device.qualified_name}` has no safe output that it could get after a silence",
                 device.place.below("silence"),
                 help="declare one, `x: {u: {type: ..., safe: ...}}`, or delete `silence`",
-            )
-
-
-def _too_short(device: Device, facts: Facts) -> Iterator[Diagnostic]:
-    assert device.silence_s is not None
-    for subsystem in (wire.subsystem for wire in facts.wires.at(device.qualified_name, "y")):
-        period_s = 1 / subsystem.rate_hz
-        if device.silence_s <= period_s:
-            yield Diagnostic(
-                "E0415",
-                f"a silence of {in_ms(device.silence_s)} is not longer than the period of "
-                f"`{subsystem.qualified_name}`, {in_ms(period_s)}",
-                device.place.below("silence"),
-                related=(Related(subsystem.place.below("rate"), "which commands the device"),),
-                help=f"`silence: {in_ms(2 * period_s)}` bears one period that is skipped",
             )

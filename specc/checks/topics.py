@@ -16,7 +16,7 @@ from specc.analysis.ros2 import (
 )
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
-from specc.model.binding import PLANT
+from specc.model.system import PLANT
 from specc.model.types import Vector
 from specc.source import Place
 
@@ -49,14 +49,8 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     if bound.is_commanded and binding.max_gap_s is not None:
         why = f"`{name}` is commanded: `max_gap` is for what a device reports"
         return why, "delete `max_gap`"
-    if binding.tf:
-        return _wrong_tf(bound)
-    return _wrong_action(bound) if binding.action else _wrong_topic(bound)
-
-
-def _wrong_tf(bound: BoundElement) -> tuple[str, str] | None:
-    """What is wrong with a binding to a transform."""
-    name, binding = bound.element.name, bound.binding
+    if not binding.tf:
+        return _wrong_action(bound) if binding.action else _wrong_topic(bound)
     if bound.is_commanded:
         return f"`{name}` is commanded, and transforms are only read", "publish a pose on a topic"
     others = ("topic", "action", "message", "part", "qos", "joints", "through")
@@ -132,11 +126,11 @@ def goals_given_back(facts: Facts) -> Iterator[Diagnostic]:
 def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0511, E0521; a binding of the wrong kind is `topics_fit`'s matter."""
     for bound in _topics(facts):
-        misfit = part_of(bound.binding, bound.element.type, commanded=bound.is_commanded)
-        if isinstance(misfit, MessageTypeMismatch):
+        mismatch = part_of(bound.binding, bound.element.type, commanded=bound.is_commanded)
+        if isinstance(mismatch, MessageTypeMismatch):
             place = _place(bound)
             yield Diagnostic(
-                misfit.code, misfit.message, place, related=(_type(bound),), help=misfit.help
+                mismatch.code, mismatch.message, place, related=(_type(bound),), help=mismatch.help
             )
 
 
@@ -168,11 +162,14 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
         part = part_of(bound.binding, bound.element.type, commanded=bound.is_commanded)
         if isinstance(part, MessageTypeMismatch):
             continue
+        reason = f"messages of type {short(bound.binding.message)} say which frame they are in"
+        if bound.binding.tf:
+            reason = "tf2 has its own names of frames"
         for at, frame in frames_of(part, bound.element.type):
             if at and frame and frame not in known:
                 yield Diagnostic(
                     "E0522",
-                    f"{_said(bound)}, and frame `{frame}` has no name in ROS",
+                    f"{reason}, and frame `{frame}` has no name in ROS",
                     _place(bound),
                     related=(_type(bound),),
                     help=f"say under `ros2:` what it is called: `frames: {{{frame}: NAME}}`",
@@ -184,9 +181,9 @@ def published_known(facts: Facts) -> Iterator[Diagnostic]:
     plant = facts.system.plant
     for published in plant.published if plant else ():
         found: object = MessageTypeMismatch(
-            "E0523",
             "nobody can watch it: there is no node of ROS 2",
             "say under `plant` which node there is: `ros2: {node: NAME}`, or delete it",
+            "E0523",
         )
         if plant is not None and plant.ros2 is not None:
             found = published_value(published, facts.system)
@@ -202,12 +199,6 @@ def _topics(facts: Facts) -> Iterator[BoundElement]:
 
 def _place(bound: BoundElement) -> Place:
     return bound.binding.place.below("tf" if bound.binding.tf else "type")
-
-
-def _said(bound: BoundElement) -> str:
-    if bound.binding.tf:
-        return "tf2 has its own names of frames"
-    return f"messages of type {short(bound.binding.message)} say which frame they are in"
 
 
 def _type(bound: BoundElement) -> Related:

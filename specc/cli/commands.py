@@ -144,7 +144,6 @@ def lsp(options: Namespace) -> int:
 
 def run_import(options: Namespace) -> int:
     """Import, print or write the specification, and report what is not in it."""
-    from specc.tools.fmt import format_text
     from specc.tools.importers import import_fabric, import_scxml
 
     if options.source == "fabric":
@@ -158,11 +157,10 @@ def run_import(options: Namespace) -> int:
         return code
     if options.out and os.path.realpath(options.out) in map(os.path.realpath, options.files):
         raise Refused(f"{options.out} is what is imported; name another file with --out")
-    text = format_text(made.text)
     if options.out is None:
-        streams.print_output(text)
+        streams.print_output(made.text)
     else:
-        _save(text, options.out, options.force)
+        _save(made.text, options.out, options.force)
     return 0
 
 

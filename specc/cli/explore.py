@@ -17,7 +17,7 @@ from specc.cli.recorded_spec import recorded_texts
 from specc.cli.recordings import call_runtime
 from specc.diagnostics.report import report
 from specc.lang.show import show
-from specc.model.requirement import Requirement, reach_s
+from specc.model.requirement import Requirement, horizon_s
 from specc.refusal import Refused, reason_of
 
 if TYPE_CHECKING:
@@ -262,7 +262,7 @@ def _record(
     # A monitor has to see that what is required does not come.
     every = built.result.system.requirements
     required = [r for r in every if (r.that, r.place) == finding.identity[1:]]
-    ahead_s = max((float(reach_s(each.formula)) for each in required), default=0.0)
+    ahead_s = max((float(horizon_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)
     duration_s = float(way.time_s) + after_s
     became = call_runtime("rehearsal", "record", rehearsal, found, duration_s, options)

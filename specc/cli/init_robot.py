@@ -41,8 +41,7 @@ from specc.tools.starting import (
     not_held,
     receptors,
 )
-from specc.tools.starting.graph import LISTENED, RosGraph, graph_from
-from specc.tools.starting.proposal import Devices, proposal
+from specc.tools.starting.ros2 import LISTENED, Devices, RosGraph, graph_from, proposal
 
 PLANTS = "plants"
 _MOST_SHOWN = 5

@@ -142,7 +142,7 @@ def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]
     """What in the specification is responsible: the row, and the condition or the assignment."""
     d = difference
     for row in subsystem.transitions:
-        if row.words == d.row:
+        if row.label == d.row:
             yield "row", row.place
     state = next((s for s in subsystem.states if s.name == d.state), None)
     if d.condition and state is not None:

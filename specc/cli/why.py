@@ -183,13 +183,13 @@ class _Answer:
                 yield f"    rows of {kind}: {why}: {truncate(named, _LONGEST_MESSAGE)}"
             return
         for row in rows:
-            holds = None if taken is None else row.words == taken
-            if row.remainder:
+            holds = None if taken is None else row.label == taken
+            if row.is_otherwise:
                 others = "no other row applies" if holds else "another row applies"
                 truth = "else" if holds is None else f"{holds}, for {others}"
-                yield f"    row {row.words}: {truth}"
+                yield f"    row {row.label}: {truth}"
             else:
-                yield from self._condition(f"row {row.words}", row.condition, moment, holds)
+                yield from self._condition(f"row {row.label}", row.condition, moment, holds)
 
     def _condition(
         self, words: str, condition: Condition, moment: Moment, recorded: bool | None
@@ -227,7 +227,7 @@ class _Answer:
                 yield f"    {_seconds(begin_s):>9}  {row}{more}"
 
     def _row_at(self, subsystem: Subsystem, text: str) -> str:
-        named = (row.place for row in subsystem.transitions if row.words == text)
+        named = (row.place for row in subsystem.transitions if row.label == text)
         return next(map(self._at, named), "")
 
     def _at(self, place: Place) -> str:

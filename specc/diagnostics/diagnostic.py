@@ -105,6 +105,15 @@ def merge_duplicates(found: Iterable[Diagnostic], agents: Collection[str]) -> li
     return [_one_of(group, names) for group in groups.values()]
 
 
+def first_at_each_place(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """Of the findings at one place the first."""
+    places = set[Place]()
+    for finding in found:
+        if finding.primary not in places:
+            places.add(finding.primary)
+            yield finding
+
+
 def _one_of(group: list[Diagnostic], names: re.Pattern[str]) -> Diagnostic:
     first = group[0]
     said = set(names.findall(first.message))

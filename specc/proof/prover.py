@@ -45,7 +45,7 @@ class Prover:
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
         known = lets, {**constants, **own}, always_present
-        period_s = 1 / subsystem.rate_hz if subsystem.rated else None
+        period_s = 1 / subsystem.rate_hz if subsystem.has_rate else None
         self._translator = Translator(*known, period_s)
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
@@ -232,7 +232,7 @@ class Prover:
     def _context(self, behaviour: Behaviour, cause: Cause) -> tuple[Formula, ...]:
         """What holds when a behaviour has ended by a cause."""
         negation = self._translator.make.negation
-        asked = ((self._formula(when), held) for when, held in behaviour.ended(cause))
+        asked = ((self._formula(when), held) for when, held in behaviour.facts_after(cause))
         return tuple(formula if held else negation(formula) for formula, held in asked)
 
     @cached_property

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import ExprError, parse_type
 from specc.lang.packages import PACKAGES
-from specc.model.binding import PLANT
 from specc.model.expr import Call
+from specc.model.fsm import Trace
 from specc.model.requirement import Requirement
-from specc.model.system import Agent, Constant, Operator, Plant, System
+from specc.model.system import PLANT, Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
-from specc.model.trace import Trace
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.agents import AgentResolver
-from specc.resolve.context import CommandLineValues, Findings, SourceValue
+from specc.resolve.context import Findings, SetValues, YamlNode
 from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.elements import check_interfaces
 from specc.resolve.expansion import groups_of
@@ -27,10 +26,10 @@ from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.readings import World
 from specc.resolve.requirements import FormulaResolver, Lets
 from specc.resolve.reuse import Setting, is_agent
-from specc.resolve.simulation import disturbances_of, resolve_plant, resolve_task, why_untimely
+from specc.resolve.simulation import resolve_plant, resolve_task, why_untimely
 from specc.resolve.uses import definitions_of, named_in_agents, types_named
 from specc.schema.files import AgentDef
-from specc.source import relative_path
+from specc.source import beside, relative_path
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "is_certain", "resolve", "resolve_alone"]
 
@@ -62,8 +61,8 @@ def resolve(
     load: Load,
     findings: Findings,
     reach: AllowedPaths = ANYWHERE,
-    instead: Mapping[str, SourceValue] | None = None,
-    stop_when: SourceValue | None = None,
+    instead: Mapping[str, YamlNode] | None = None,
+    stop_when: YamlNode | None = None,
 ) -> Resolved:
     """Resolve the system of `file`; other files come through `load`.
 
@@ -74,7 +73,7 @@ def resolve(
     _report_lacking(file, findings)
     groups = groups_of(spec.agents, file.top["agents"])
     copies = {agent: group for group, of in groups.items() for agent in of.values()}
-    given = CommandLineValues(instead or {}, copies)
+    given = SetValues(instead or {}, copies)
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach, given)
     library.agents, library.groups = tuple(spec.agents), groups
     definitions = replace(library, shared=True).definitions(file)
@@ -89,13 +88,16 @@ def resolve(
     check_interfaces(known, findings)
     requirements = formulas.requirements(spec.require, file.top["require"])
     named = types_named(findings, file.path)
+    operators: dict[str, Operator] = {}
+    for operator in (each for used in known for each in used.operators.values()):
+        operators.setdefault(operator.name, operator)
     system = System(
         spec.system or "",
         spec.title,
         os.path.basename(file.path),
         tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
         types_in(known),
-        _operators(known),
+        tuple(operators.values()),
         tuple(definitions.constants.values()),
         tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
@@ -133,8 +135,10 @@ def _plant(file: Loaded, library: Library, definitions: Definitions) -> Plant | 
     definition, top, findings = file.spec.plant, file.top, library.findings
     if definition is None:
         return None
-    model = _relative(library, file, definition.model) if definition.model else ""
-    plant = resolve_plant(definition, top["plant"], model, findings, definitions)
+    model = definition.model
+    if model:
+        model = relative_path(beside(file.path, model), library.base)
+    plant = resolve_plant(definition, top["plant"], model, Expressions(findings, definitions))
     if plant.observed and PLANT in file.spec.agents:
         findings.report(
             "E0205",
@@ -161,34 +165,28 @@ def _world(
 
 def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> Task | None:
     """The task, if there is one, with the disturbances and the `formulas` that they wait for."""
-    definition, where = file.spec.task, file.top["task"]
+    definition = file.spec.task
     if definition is None:
         return None
-    findings, known = formulas.expressions.findings, formulas.expressions.definitions
-    wrong, given = resolver.broken | resolver.faulty, resolver.library.given
-    task = resolve_task(
-        definition, where, tuple(formulas.world.agents), findings, wrong, known, given
+    known = formulas.expressions
+    return resolve_task(
+        definition,
+        file.top["task"],
+        tuple(formulas.world.agents),
+        resolver.broken | resolver.faulty,
+        Expressions(known.findings, known.definitions),
+        resolver.library.given,
+        lambda text, at: formulas.requirement(text, "", at),
     )
 
-    def condition(text: str, at: SourceValue) -> Requirement | None:
-        return formulas.requirement(text, "", at)
 
-    disturbed = disturbances_of(definition.disturb, where["disturb"], condition, findings, known)
-    return replace(task, disturbances=disturbed)
-
-
-def _stop(formulas: FormulaResolver, at: SourceValue) -> Requirement | None:
+def _stop(formulas: FormulaResolver, at: YamlNode) -> Requirement | None:
     """The formula that ends a run; None after reporting an error."""
     found = formulas.requirement(str(at.raw), "", at)
     if found is not None and (wrong := why_untimely(found, "a run", "end")):
         message, way = wrong
         formulas.expressions.findings.report("E0335", message, at.place, help=way)
     return found
-
-
-def _relative(library: Library, file: Loaded, path: str) -> str:
-    """A path in a file, from the folder of the specification."""
-    return relative_path(library.beside(file, path), library.base)
 
 
 def _agents(
@@ -207,13 +205,6 @@ def _agents(
         for name, item in file.spec.agents.items()
     ]
     return tuple(a for a in found if a is not None), resolver
-
-
-def _operators(known: list[Definitions]) -> tuple[Operator, ...]:
-    merged: dict[str, Operator] = {}
-    for operator in (each for definitions in known for each in definitions.operators.values()):
-        merged.setdefault(operator.name, operator)
-    return tuple(merged.values())
 
 
 _NEEDS_USER = ("E04", "E05", "O04", "O05", "O0601", "W04", "W05")
@@ -239,12 +230,31 @@ def resolve_alone(
     definitions = library.start(file, frames)
     given = _parameters(file, definitions, findings)
     library.complete(definitions, file, given)
-    setting = Setting(file, definitions, given)
-    agent, resolver = _described(file, library, setting, findings)
-    check_interfaces((setting.definitions, *resolver.instances), findings)
+    agent, resolver = _described(file, library, Setting(file, definitions, given), findings)
+    check_interfaces((definitions, *resolver.instances), findings)
     found = findings.diagnostics
     found[:] = [d for d in found if not d.code.startswith(_NEEDS_USER)]
-    return _system(agent, setting.definitions), resolver
+    # Functions that nobody knows give the parameters their values.
+    parameters = [
+        Operator(c.value.operator, (), c.value.type, "", "", Trace(), c.place)
+        for subsystem in agent.subsystems
+        for c in subsystem.constants
+        if isinstance(c.value, Call)
+    ]
+    system = System(
+        name="",
+        title="",
+        file="",
+        frames=tuple(sorted(definitions.frame_titles.items())),
+        types=types_in((definitions,)),
+        operators=(*definitions.operators.values(), *parameters),
+        constants=tuple(definitions.constants.values()),
+        files=tuple(sorted(definitions.files.values())),
+        agents=(agent,),
+        plant=None,
+        task=None,
+    )
+    return system, resolver
 
 
 def is_certain(diagnostic: Diagnostic, path: str) -> bool:
@@ -278,7 +288,7 @@ def _described(
     seen: set[str] = set()
     while control and control.use and user.path not in seen:
         seen.add(user.path)
-        used = library.load(library.beside(user, control.use), where["use"])
+        used = library.load(beside(user.path, control.use), where["use"])
         control = used.spec.subsystem if used else None
         user, where = (used, used.top["subsystem"]) if used else (user, where)
     peers = tuple(dict.fromkeys((*control.x, *control.y))) if control else ()
@@ -293,28 +303,3 @@ def _described(
     where = top["subsystem"]
     subsystem = resolver.subsystem("", "c", "control", around, spec.subsystem, where, ends, setting)
     return replace(nobody, subsystems=(subsystem,) if subsystem else ()), resolver
-
-
-def _system(agent: Agent, known: Definitions) -> System:
-    return System(
-        name="",
-        title="",
-        file="",
-        frames=tuple(sorted(known.frame_titles.items())),
-        types=types_in((known,)),
-        operators=(*known.operators.values(), *_unknown(agent)),
-        constants=tuple(known.constants.values()),
-        files=tuple(sorted(known.files.values())),
-        agents=(agent,),
-        plant=None,
-        task=None,
-    )
-
-
-def _unknown(agent: Agent) -> Iterator[Operator]:
-    """The functions that give the parameters their values."""
-    for constant in (c for subsystem in agent.subsystems for c in subsystem.constants):
-        if isinstance(constant.value, Call):
-            yield Operator(
-                constant.value.operator, (), constant.value.type, "", "", Trace(), constant.place
-            )

@@ -11,9 +11,9 @@ from math import isfinite
 from typing import Any, Literal
 
 from specc.diagnostics import Diagnostic, Related, is_typo, nearest, rename_fix, sole_correction
-from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
+from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, joined_help
 from specc.model.expr import Expr, Unknown
-from specc.model.trace import Trace
+from specc.model.fsm import Trace
 from specc.model.types import Real, Type
 from specc.model.units import DIMENSIONLESS, UnitError, parse_unit
 from specc.read import AllowedPaths
@@ -25,30 +25,30 @@ from specc.source import Place, Route
 
 
 @dataclass(frozen=True, slots=True)
-class SourceValue:
+class YamlNode:
     """A value in a file: its route and what the YAML has there."""
 
     file: str
     route: Route
     raw: object
 
-    def __getitem__(self, key: str | int) -> SourceValue:
+    def __getitem__(self, key: str | int) -> YamlNode:
         raw, value = self.raw, None
         if isinstance(raw, dict):
             value = raw.get(key)
         elif isinstance(raw, list) and isinstance(key, int) and key < len(raw):
             value = raw[key]
-        return SourceValue(self.file, route_below(raw, key, self.route), value)
+        return YamlNode(self.file, route_below(raw, key, self.route), value)
 
     @property
     def mapping(self) -> dict[str, Any]:
         """A copy of the mapping that stands here; empty if there is none."""
         return dict(self.raw) if isinstance(self.raw, dict) else {}
 
-    def with_content(self, raw: Mapping[str, Any]) -> SourceValue:
+    def with_content(self, raw: Mapping[str, Any]) -> YamlNode:
         """The same place with other contents, of which some may come from elsewhere as before."""
         routes = self.raw.routes if isinstance(self.raw, Desugared) else {}
-        return SourceValue(self.file, self.route, Desugared(raw, routes))
+        return YamlNode(self.file, self.route, Desugared(raw, routes))
 
     @property
     def place(self) -> Place:
@@ -68,19 +68,19 @@ class Meaning:
     `places` are those of the definitions in force, by kind and name, `home` is the subsystem.
     """
 
-    where: SourceValue
+    where: YamlNode
     text: str
     scope: Scope
     expr: Expr | None
     places: Mapping[str, Place]
-    home: SourceValue | None = None
+    home: YamlNode | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class TypeText:
     """The text of a type, of a signature or of an interface with its arguments, in its scope."""
 
-    where: SourceValue
+    where: YamlNode
     form: Literal["type", "signature", "interface"]
     text: str
     names: TypeNames
@@ -127,7 +127,7 @@ class Findings:
     def use(
         self,
         of: Place | None,
-        at: SourceValue,
+        at: YamlNode,
         *below: str | int,
         part: Literal["key", "value"] = "value",
         start: int | None = None,
@@ -152,7 +152,7 @@ class Findings:
 
     def expression_error(
         self,
-        where: SourceValue,
+        where: YamlNode,
         error: ExprError,
         target: Related | None = None,
         lacks: Place | None = None,
@@ -169,17 +169,16 @@ class Findings:
         related = tuple(Related(origin.place, origin.words) for origin in error.origins)
         if target is not None and error.expected is not None:
             related += (target,)
-        found = Diagnostic(
-            error.code, error.message, place, "", related, error.help, lacks=_all(lacks)
-        )
+        missing = (lacks,) if lacks else ()
+        found = Diagnostic(error.code, error.message, place, "", related, error.help, lacks=missing)
         self._add(replace(found, fix=rename_fix(place, error.wrong, error.repair)))
 
-    def report_outside(self, reach: AllowedPaths, path: str, where: SourceValue) -> None:
+    def report_outside(self, reach: AllowedPaths, path: str, where: YamlNode) -> None:
         """Report a file that a specification may not name."""
         message = f"the file lies outside the project: {path}"
         self.report("E0021", message, where.place, help=reach.hint_to_allow(path))
 
-    def report_escape(self, reach: AllowedPaths, folder: str, where: SourceValue) -> None:
+    def report_escape(self, reach: AllowedPaths, folder: str, where: YamlNode) -> None:
         """Report a folder from which a link leads to what a specification may not name."""
         try:
             link = reach.escaping_link(folder)
@@ -208,7 +207,7 @@ class Findings:
         may_come = what in _MAY_COME and (what != "agent" or name.isidentifier())
         if may_come and not is_typo(name, names):
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
-            way = or_else(_MAY_COME[what], help if names else "")
+            way = joined_help(_MAY_COME[what], help if names else "")
             if what.endswith("condition") and not name.isidentifier():
                 way = "give it a name under `conditions:`, and write that name here"
                 way = way if what.startswith("initial") else f"write `{{when: ...}}`, or {way}"
@@ -217,7 +216,7 @@ class Findings:
         fix = rename_fix(place, name, sole_correction(name, nearest(name, names)))
         message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
         self.diagnostics.append(
-            Diagnostic(code, message, place, "", (), help, fix, lacks=_all(lacks))
+            Diagnostic(code, message, place, "", (), help, fix, lacks=(lacks,) if lacks else ())
         )
         return False
 
@@ -226,12 +225,12 @@ class Findings:
     ) -> None:
         """Report a part that something refers to and that may still come."""
         message = f"{part} is not there yet"
-        self._add(Diagnostic("O0205", message, place, help=help, lacks=_all(lacks)))
+        self._add(Diagnostic("O0205", message, place, help=help, lacks=(lacks,) if lacks else ()))
 
     def _add(self, found: Diagnostic) -> None:
         """Add a diagnostic; a missing part is reported once, with everything that refers to it."""
         if found.code == "O0205":
-            index = self._lacking.setdefault(_part(found), len(self.diagnostics))
+            index = self._lacking.setdefault(_missing_part(found), len(self.diagnostics))
             if index < len(self.diagnostics):
                 earlier = self.diagnostics[index]
                 more = (Related(found.primary, "needed here as well"),)
@@ -267,26 +266,19 @@ _MAY_COME = {
 _MOST_RELATED = 4
 
 
-def _all(place: Place | None) -> tuple[Place, ...]:
-    return (place,) if place else ()
-
-
-def _part(finding: Diagnostic) -> object:
-    """What is not there: a part of one subsystem or of the whole file."""
+def _missing_part(finding: Diagnostic) -> object:
+    """What is not there: a part of the whole file, of one subsystem or of a section."""
     place, message = finding.primary, finding.message
-    of = () if message.startswith(_OF_A_FILE) else _owner(place.route)
-    return place.file, message, of
+    if message.startswith(_OF_A_FILE):
+        return place.file, message, ()
+    route = place.route
+    above = {"agents": 2, "agent": 1}.get(str(route[0]) if route else "", 0)
+    depth = 1 if not above or route[above : above + 1] == ("control",) else 2
+    return place.file, message, route[: above + depth]
 
 
 _OF_A_FILE = ("frame ", "type ", "interface ", "field ", "member ", "operator ")
 """How findings begin that miss what is one for a whole file."""
-
-
-def _owner(route: Route) -> Route:
-    """The subsystem that a route leads into, or the section of the file."""
-    above = {"agents": 2, "agent": 1}.get(str(route[0]) if route else "", 0)
-    depth = 1 if not above or route[above : above + 1] == ("control",) else 2
-    return route[: above + depth]
 
 
 def suggest(name: str, known: list[str]) -> str:
@@ -302,14 +294,10 @@ def suggest(name: str, known: list[str]) -> str:
 
 def trace_of(part: Traced) -> Trace:
     """Where in the paper a part comes from."""
-    told = part.eq, part.table, part.fig
-    return Trace(*told) if any(told) else _UNTRACED
+    return Trace(part.eq, part.table, part.fig)
 
 
-_UNTRACED = Trace()
-
-
-def unknown_at(where: SourceValue, type_: Type) -> Unknown:
+def unknown_at(where: YamlNode, type_: Type) -> Unknown:
     """A distinct value for every place, so that no two of them count as the same."""
     return Unknown("/".join(map(str, where.route)), type=type_)
 
@@ -322,7 +310,7 @@ _DURATION = re.compile(r"\s*(\d{1,12}(?:\.\d{1,12})?)\s+([a-z]+)\s*", re.ASCII)
 
 
 def duration_in(
-    definition: object, where: SourceValue, key: str, findings: Findings
+    definition: object, where: YamlNode, key: str, findings: Findings
 ) -> Fraction | None:
     """Seconds that a definition says under a key, as `20 ms` or `0.5 s`.
 
@@ -381,28 +369,19 @@ def in_unit(text: str, unit: str) -> str:
     return text if found is None or found[1] else f"{text.strip()}[{unit}]"
 
 
-def _unit(written: str, declared: Type | None) -> str:
-    """The unit in which a value is written, else that of the type it is declared with."""
-    found = quantity(written)
-    if found is not None and found[1]:
-        return found[1]
-    has_unit = isinstance(declared, Real) and declared.unit != DIMENSIONLESS
-    return str(declared.unit) if isinstance(declared, Real) and has_unit else ""
-
-
 @dataclass(eq=False, slots=True)
-class CommandLineValues:
+class SetValues:
     """`texts` are those of the command line, by the names of what they are values of.
 
     `copies` has the agents of each `for` with the name of them all, `units` everything that can be
     given, each with the unit of a number without one.
     """
 
-    texts: Mapping[str, SourceValue] = field(default_factory=dict)
+    texts: Mapping[str, YamlNode] = field(default_factory=dict)
     copies: Mapping[str, str] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
 
-    def of(self, name: str, written: str, declared: Type | None = None) -> SourceValue | None:
+    def of(self, name: str, written: str, declared: Type | None = None) -> YamlNode | None:
         """The text to take instead of what a file has for a name, if there is one.
 
         Parameters of copies have a name that is their own, and one that they share.
@@ -412,7 +391,11 @@ class CommandLineValues:
             return None
         agent, dot, rest = name.partition(".")
         shared = f"{self.copies.get(agent, agent)}{dot}{rest}"
-        self.units[name] = unit = _unit(written, declared)
+        number = quantity(written)
+        unit = number[1] if number else ""
+        if not unit and isinstance(declared, Real) and declared.unit != DIMENSIONLESS:
+            unit = str(declared.unit)
+        self.units[name] = unit
         self.units.setdefault(shared, unit)
         found = self.texts.get(name) or self.texts.get(shared)
         return found and replace(found, raw=in_unit(str(found.raw), unit))
@@ -421,9 +404,6 @@ class CommandLineValues:
         """Report names that are those of nothing."""
         for name, where in self.texts.items():
             if name not in self.units:
-                code, what = _DOTTED if "." in name else _PLAIN
+                code, what = ("E0210", "parameter") if "." in name else ("E0201", "constant")
                 known = [other for other in self.units if ("." in other) == ("." in name)]
                 findings.unknown(code, what, name, known, where.key)
-
-
-_PLAIN, _DOTTED = ("E0201", "constant"), ("E0210", "parameter")

@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import Literal
 
 from specc.diagnostics import Related
-from specc.lang import FOLLOW_UP, TYPE_WORDS, Declared, ExprError, parse_interface
+from specc.lang import FOLLOW_UP, TYPE_WORDS, Declaration, ExprError, parse_interface
 from specc.lang.types import MakeType
-from specc.model.expr import Call, Expr, FileRef, MemoryRef, constants_in, walk
-from specc.model.system import Element, Safe, Shared
+from specc.model.expr import Call, Expr, FileRef, MemoryRef, constant_names, walk
+from specc.model.system import Element, InterfaceRef, SafeOutput
 from specc.model.types import Frame, Type
 from specc.reachable import reachable
-from specc.resolve.context import Findings, SourceValue, TypeText, duration_in, trace_of
+from specc.resolve.context import Findings, TypeText, YamlNode, duration_in, trace_of
 from specc.resolve.definitions import Definitions, Interface
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
@@ -22,7 +22,7 @@ from specc.schema.subsystem import BufferDef, ElementDef, InputDef, ReceivedDef,
 
 
 def resolve_elements(
-    elements: Mapping[str, ElementDef], where: SourceValue, expressions: Expressions
+    elements: Mapping[str, ElementDef], where: YamlNode, expressions: Expressions
 ) -> tuple[Element, ...]:
     """The elements of one buffer; one whose type is wrong is left out and marked as broken."""
     found = []
@@ -34,7 +34,9 @@ def resolve_elements(
             continue
         init = None
         if definition.init is not None:
-            scope = replace(constant_scope(expressions.definitions), later=expressions.later)
+            scope = replace(
+                constant_scope(expressions.definitions), uninitialized=expressions.later
+            )
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
         is_received = isinstance(definition, ReceivedDef)
@@ -51,7 +53,7 @@ def resolve_elements(
 def with_safe(
     accepted: tuple[Element, ...],
     definition: DeviceDef,
-    where: SourceValue,
+    where: YamlNode,
     reported: tuple[Element, ...],
     expressions: Expressions,
 ) -> tuple[Element, ...]:
@@ -64,28 +66,26 @@ def with_safe(
             found.append(element)
             continue
         at = where[element.name]["safe"]
-        safe = _safe(declared, at, element, reported, expressions)
-        found.append(replace(element, safe=safe))
+        found.append(replace(element, safe=_safe(declared, at, element, reported, expressions)))
     return tuple(found)
 
 
 def _safe(
     declared: SafeDef,
-    at: SourceValue,
+    at: YamlNode,
     element: Element,
     reported: tuple[Element, ...],
     expressions: Expressions,
-) -> Safe | None:
+) -> SafeOutput | None:
     constants = constant_scope(expressions.definitions)
-    scope = replace(constants, memory={e.name: Declared(e.type, e.place) for e in reported})
+    scope = replace(constants, memory={e.name: Declaration(e.type, e.place) for e in reported})
     here = at["is"]
     value = expressions.value(here, declared.value, scope, element.type, element.place)
     otherwise = None
     if declared.otherwise is not None:
         there = at["otherwise"]
-        otherwise = expressions.value(
-            there, declared.otherwise, constants, element.type, element.place
-        )
+        wanted = element.type, element.place
+        otherwise = expressions.value(there, declared.otherwise, constants, *wanted)
         if otherwise is not None and _may_fail(otherwise, expressions):
             message = "this is sent if `safe` fails, so it must not be able to fail itself"
             help_text = "write numbers, or constants that no operator computes"
@@ -94,17 +94,16 @@ def _safe(
         message = f"`safe` of `{element.name}` may fail, and nothing says what is sent then"
         help_text = "add `otherwise:` with a constant: `safe: {is: ..., otherwise: ...}`"
         expressions.findings.report("E0412", message, here.place, help=help_text)
-    return Safe(value, otherwise, at.key) if value is not None else None
+    return SafeOutput(value, otherwise, at.key) if value is not None else None
 
 
 def _may_fail(value: Expr, expressions: Expressions) -> bool:
     """Whether it calls an operator, reads a file, or asks for what may never have been reported."""
     constants = expressions.definitions.constants
-
-    def used(part: Expr) -> list[str]:
-        return [name for name in constants_in(part) if name in constants]
-
-    names = reachable(used(value), lambda name: used(constants[name].value))
+    names = reachable(
+        (name for name in constant_names(value) if name in constants),
+        lambda name: [n for n in constant_names(constants[name].value) if n in constants],
+    )
     parts = (value, *(constants[name].value for name in names))
     return any(isinstance(node, Call | FileRef | MemoryRef) for p in parts for node in walk(p))
 
@@ -132,8 +131,8 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
 
 
 def all_elements(
-    buffer: BufferDef, at: SourceValue, direction: Literal["x", "y"], expressions: Expressions
-) -> tuple[tuple[Element, ...], Shared | None]:
+    buffer: BufferDef, at: YamlNode, direction: Literal["x", "y"], expressions: Expressions
+) -> tuple[tuple[Element, ...], InterfaceRef | None]:
     """The elements of a buffer: those of its interface, if that is known, and its own."""
     found = resolve_elements(buffer.elements, at, expressions)
     if buffer.interface is None:
@@ -144,27 +143,17 @@ def all_elements(
     interface, shared = used
     if direction == "y":
         shared = tuple(replace(element, init=None, max_age_s=None) for element in shared)
-    _report_twice(found, shared, expressions)
-    return (*shared, *found), Shared(buffer.interface, interface.where.key)
-
-
-def _report_twice(
-    own: tuple[Element, ...], shared: tuple[Element, ...], expressions: Expressions
-) -> None:
-    """Elements of a buffer that its interface has already."""
     first = {element.name: element.place for element in shared}
-    for element in own:
-        if element.name in first:
-            message = f"the interface has an element `{element.name}` already"
-            related = (Related(first[element.name], "first defined here"),)
-            help_text = "delete or rename one of the two"
-            expressions.findings.report(
-                "E0205", message, element.place, related=related, help=help_text
-            )
+    for element in (element for element in found if element.name in first):
+        message = f"the interface has an element `{element.name}` already"
+        related = (Related(first[element.name], "first defined here"),)
+        help = "delete or rename one of the two"
+        expressions.findings.report("E0205", message, element.place, related=related, help=help)
+    return (*shared, *found), InterfaceRef(buffer.interface, interface.where.key)
 
 
 def _elements_of(
-    text: str, where: SourceValue, expressions: Expressions
+    text: str, where: YamlNode, expressions: Expressions
 ) -> tuple[Interface, tuple[Element, ...]] | None:
     """The interface that a buffer names at `where` and its elements, or None after reporting."""
     definitions, findings = expressions.definitions, expressions.findings
@@ -211,24 +200,21 @@ def _elements(
 ) -> tuple[Element, ...]:
     """Its elements for frames and types; a type that is None is not known."""
     definition, around = interface.definition, interface.definitions
-    local = replace(
-        around,
-        frames=around.frames | dict(zip(definition.frames, frames, strict=True)),
-        types=around.types
-        | {name: _given(name, type_) for name, type_ in zip(definition.types, types, strict=True)},
-    )
+    own = dict(zip(definition.frames, frames, strict=True))
+    makers = {n: _maker(n, type_) for n, type_ in zip(definition.types, types, strict=True)}
+    local = replace(around, frames=around.frames | own, types=around.types | makers)
     expressions = Expressions(findings, local, broken)
     return resolve_elements(definition.elements, interface.where, expressions)
 
 
-def _given(name: str, type_: Type | None) -> MakeType:
+def _maker(name: str, type_: Type | None) -> MakeType:
     """What makes the type that a parameter stands for."""
 
-    def made(frames: tuple[Frame, ...]) -> Type:
+    def make(frames: tuple[Frame, ...]) -> Type:
         if frames:
             raise ExprError(f"`{name}` takes no frames", 0, 0, f"write `{name}`", "E0306")
         if type_ is None:
             raise ExprError(f"`{name}` is not known", 0, 0, code=FOLLOW_UP)
         return type_
 
-    return made
+    return make

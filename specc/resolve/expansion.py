@@ -1,7 +1,8 @@
-"""What goes through a subsystem in every period: it has one state and nothing to decide.
+"""Short ways to write subsystems that depend on others: peers of a group, and `through`.
 
-It is expanded into a function, a behaviour and a state, and where it passes all on, into buffers
-like those of its device; whatever comes after sees an ordinary subsystem.
+A buffer or target for a group of peers becomes one for each member. `through` becomes a function, a
+behaviour and a state, and where it passes all on, buffers like those of its device. What comes
+after sees an ordinary subsystem.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ from typing import Any
 from specc.lang import ExprError, Members, parse_syntax
 from specc.lang.parse import nodes_of
 from specc.model.system import SubsystemKind
-from specc.resolve.context import Findings, SourceValue
+from specc.resolve.context import Findings, YamlNode
 from specc.resolve.definitions import Groups, Interface
 from specc.resolve.ends import devices_of, used_by, word_of
-from specc.schema.desugar import Desugared, desugar, route_below
-from specc.schema.files import AgentDef, DeviceDef
+from specc.schema.desugar import Desugared, desugar
+from specc.schema.files import AgentDef
 from specc.schema.subsystem import (
     BufferDef,
     CommandDef,
@@ -27,9 +28,15 @@ from specc.schema.subsystem import (
     InputDef,
     SubsystemDef,
 )
+from specc.source import Route
+
+NAME = "through"
+"""Of the key, and of the function, the behaviour and the state that it stands for."""
+_MACHINE_KEYS = ("conditions", "functions", "behaviours", "states", "initial_state", "transitions")
+_HEAD = re.compile(r"\w+")
 
 
-def groups_of(parts: Mapping[str, Any], where: SourceValue) -> Groups:
+def groups_of(parts: Mapping[str, Any], where: YamlNode) -> Groups:
     """The groups among agents, or among virtual effectors and receptors, which stand at `where`."""
     found: Groups = {}
     routes = where.raw.routes if isinstance(where.raw, Desugared) else {}
@@ -40,32 +47,6 @@ def groups_of(parts: Mapping[str, Any], where: SourceValue) -> Groups:
     return found
 
 
-def with_members(
-    definition: SubsystemDef, where: SourceValue, groups: Groups
-) -> tuple[SubsystemDef, SourceValue, Groups]:
-    """A subsystem with a buffer for each member of the groups that it names, and those groups."""
-    named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
-    if not named or not isinstance(where.raw, dict):
-        return definition, where, {}
-    raw, sides = where.mapping, {}
-    for side in ("x", "y"):
-        buffers, at = getattr(definition, side), where[side]
-        if isinstance(at.raw, dict):
-            pairs = list(_pairs(buffers, named))
-            made = {name: at.raw[key] for key, name in pairs}
-            routes = {name: route_below(at.raw, key, at.route) for key, name in pairs}
-            raw[side] = Desugared(made, routes)
-            sides[side] = {name: buffers[key] for key, name in pairs}
-    return definition.model_copy(update=sides), where.with_content(raw), named
-
-
-def _pairs(names: Mapping[str, object], groups: Groups) -> Iterator[tuple[str, str]]:
-    """Each name with itself, or with each member of the group that it names."""
-    for name in names:
-        for member in groups[name].values() if name in groups else (name,):
-            yield name, member
-
-
 def targets_of(target: str, groups: Mapping[str, Members]) -> list[str]:
     """The targets that `y.group.element` stands for; any other target is itself."""
     match target.split(".") if groups else ():
@@ -74,25 +55,59 @@ def targets_of(target: str, groups: Mapping[str, Members]) -> list[str]:
     return [target]
 
 
-NAME = "through"
-"""Of the key, and of the function, the behaviour and the state that it stands for."""
-_MACHINE_KEYS = ("conditions", "functions", "behaviours", "states", "initial_state", "transitions")
-_HEAD = re.compile(r"\w+")
+_SourcedBuffer = tuple[BufferDef, Any, Route]
+"""A buffer with its data and where they stand."""
 
 
-# Buffers like those of the device.
+def _with_buffers(
+    definition: SubsystemDef, where: YamlNode, sides: Mapping[str, Mapping[str, _SourcedBuffer]]
+) -> tuple[SubsystemDef, YamlNode]:
+    """The subsystem with these buffers in place of its own."""
+    raw = where.mapping
+    for side, buffers in sides.items():
+        routes = {peer: route for peer, (_, _, route) in buffers.items()}
+        raw[side] = Desugared({peer: data for peer, (_, data, _) in buffers.items()}, routes)
+    defined = {
+        side: {peer: buffer for peer, (buffer, _, _) in buffers.items()}
+        for side, buffers in sides.items()
+    }
+    return definition.model_copy(update=defined), where.with_content(raw)
 
 
-def with_buffers(
+def _buffers(definition: SubsystemDef, where: YamlNode, side: str) -> dict[str, _SourcedBuffer]:
+    """The buffers that a subsystem declares on a side."""
+    at = where[side]
+    return {p: (b, at[p].raw, at[p].route) for p, b in getattr(definition, side).items()}
+
+
+def with_members(
+    definition: SubsystemDef, where: YamlNode, groups: Groups
+) -> tuple[SubsystemDef, YamlNode, Groups]:
+    """A subsystem with a buffer for each member of the groups that it names, and those groups."""
+    named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
+    if not named:
+        return definition, where, {}
+    sides = {
+        side: {
+            member: buffer
+            for peer, buffer in _buffers(definition, where, side).items()
+            for member in (named[peer].values() if peer in named else (peer,))
+        }
+        for side in ("x", "y")
+    }
+    return *_with_buffers(definition, where, sides), named
+
+
+def with_device_buffers(
     definition: SubsystemDef,
-    where: SourceValue,
+    where: YamlNode,
     kind: SubsystemKind,
     name: str,
     around: AgentDef,
-    agent: SourceValue,
+    agent: YamlNode,
     interfaces: Mapping[str, Interface],
     findings: Findings,
-) -> tuple[SubsystemDef, SourceValue]:
+) -> tuple[SubsystemDef, YamlNode]:
     """A virtual effector or receptor with the buffers that it has because it passes all on.
 
     They have what its device accepts and reports, to both sides. `agent` is where the agent stands.
@@ -105,54 +120,53 @@ def with_buffers(
         _report_device(used, definition, where, f"real {word}", findings)
         return definition, where
     device, at = devices[used[0]], agent[f"real_{word}s"][used[0]]
-    reported = set(_names(device.y, interfaces))
-    buffers = dict(_like(device, at, word[0].upper(), reported))
-    return _completed(definition, where, buffers, used[0])
+    reported, letter = set(_names(device.y, interfaces)), word[0].upper()
+    sides = {side: _buffers(definition, where, side) for side in ("x", "y")}
+    own = {side: set(buffers) for side, buffers in sides.items()}
+    for buffer, here, source, target in (
+        (device.x, at["x"], "c", letter),
+        (device.y, at["y"], letter, "c"),
+    ):
+        if not buffer.elements and not buffer.interface:
+            continue
+        for side, peer in (("x", source), ("y", target)):
+            if peer in own[side] or (peer != "c" and used[0] in own[side]):
+                continue
+            copy = _like(buffer, reported if side == "x" else None)
+            sides[side][peer] = copy, here.raw, here.route
+    return _with_buffers(definition, where, sides)
 
 
 def _report_device(
-    used: Collection[str],
-    definition: SubsystemDef,
-    where: SourceValue,
-    word: str,
-    findings: Findings,
+    used: Collection[str], definition: SubsystemDef, where: YamlNode, word: str, findings: Findings
 ) -> None:
     """Report that there is no device, or no single one, to take missing buffers from."""
     if definition.x or definition.y:
         return
     place = where[NAME].place
     if len(used) == 1:
-        (name,) = used
-        findings.report_missing(
-            f"{word} `{name}`", place, "add it to the agent, or name it in `uses:`"
-        )
+        help_text = "add it to the agent, or name it in `uses:`"
+        findings.report_missing(f"{word} `{next(iter(used))}`", place, help_text)
         return
     message = f"`{NAME}: identity` takes its buffers from one {word}, and {len(used)} are used"
-    help_text = "write `x` and `y`, or change `uses`"
-    findings.report("E0104", message, place, help=help_text)
+    findings.report("E0104", message, place, help="write `x` and `y`, or change `uses`")
 
 
-_Buffers = Mapping[tuple[str, str], tuple[BufferDef, SourceValue]]
-"""Side and peer -> a buffer, and where its elements are declared."""
+def _like(buffer: BufferDef, reported: Collection[str] | None) -> BufferDef:
+    """A buffer for what a device accepts or has `reported`; None stands for outputs.
 
-
-def _like(
-    device: DeviceDef, at: SourceValue, letter: str, reported: Collection[str]
-) -> Iterator[tuple[tuple[str, str], tuple[BufferDef, SourceValue]]]:
-    ways = ((device.x, at["x"], "c", letter), (device.y, at["y"], letter, "c"))
-    for buffer, here, source, target in ways:
-        if buffer.elements or buffer.interface:
-            yield ("x", source), (_received(buffer, reported), here)
-            yield ("y", target), (_sent(buffer), here)
-
-
-def _received(buffer: BufferDef, reported: Collection[str]) -> BufferDef:
-    """A buffer of inputs: before the first command, the device is to get what is safe."""
+    Before the first command, the device is to get what is safe.
+    """
+    is_input = reported is not None
+    kind = InputDef if is_input else ElementDef
     elements = {
-        name: InputDef.model_construct(type=item.type, title=item.title, init=_safe(item, reported))
+        name: kind.model_construct(
+            type=item.type, title=item.title, init=_safe(item, reported or ()) if is_input else None
+        )
         for name, item in buffer.elements.items()
     }
-    return InputBufferDef.model_construct(interface=buffer.interface, elements=elements)
+    model = InputBufferDef if is_input else BufferDef
+    return model.model_construct(interface=buffer.interface, elements=elements)
 
 
 def _safe(item: ElementDef, reported: Collection[str]) -> str | None:
@@ -177,43 +191,12 @@ def _named(text: str) -> set[str]:
     return {node.id for node in nodes if isinstance(node, ast.Name) and id(node) not in known}
 
 
-def _sent(buffer: BufferDef) -> BufferDef:
-    elements = {
-        name: ElementDef.model_construct(type=item.type, title=item.title)
-        for name, item in buffer.elements.items()
-    }
-    return BufferDef.model_construct(interface=buffer.interface, elements=elements)
-
-
-def _completed(
-    definition: SubsystemDef, where: SourceValue, buffers: _Buffers, device: str
-) -> tuple[SubsystemDef, SourceValue]:
-    """The subsystem with those of the buffers that it does not have."""
-    raw, sides = where.mapping, {}
-    for side in ("x", "y"):
-        own, at = getattr(definition, side), where[side]
-        new = {
-            peer: buffers[side, peer]
-            for direction, peer in buffers
-            if direction == side and peer not in own and (peer == "c" or device not in own)
-        }
-        sides[side] = own | {peer: buffer for peer, (buffer, _) in new.items()}
-        routes = {peer: route_below(at.raw, peer, at.route) for peer in own}
-        routes |= {peer: here.route for peer, (_, here) in new.items()}
-        parts = {peer: here.raw for peer, (_, here) in new.items()}
-        raw[side] = Desugared(at.mapping | parts, routes)
-    return definition.model_copy(update=sides), where.with_content(raw)
-
-
-# One function, one behaviour, one state.
-
-
 def with_machine(
     definition: SubsystemDef,
-    where: SourceValue,
+    where: YamlNode,
     interfaces: Mapping[str, Interface],
     findings: Findings,
-) -> tuple[SubsystemDef, SourceValue]:
+) -> tuple[SubsystemDef, YamlNode]:
     """A subsystem with the machine that `through` stands for, if it has that."""
     through, here = definition.through, where[NAME]
     if through is None:
@@ -223,7 +206,12 @@ def with_machine(
             message = f"`{key}` has no effect: `{NAME}` says all that the subsystem does"
             help_text = f"delete one of the two; `{NAME}` is for a subsystem with one state"
             findings.report("E0104", message, where[key].key, help=help_text)
-    passed = dict(_passed_on(definition, interfaces)) if through.rule else {}
+    passed: dict[str, str] = {}
+    for peer, buffer in definition.y.items() if through.rule else ():
+        sources = [other for other in definition.x if (other == "c") != (peer == "c")]
+        if len(sources) == 1:
+            names = _names(buffer, interfaces)
+            passed |= {f"y.{peer}.{name}": f"x.{sources[0]}.{name}" for name in names}
     parts: dict[str, Any] = {
         "functions": passed,
         "behaviours": {"functions": [NAME], "terminal": "never"},
@@ -237,17 +225,6 @@ def with_machine(
     definition = definition.model_copy(update={key: getattr(machine, key) for key in new})
     rest = {key: value for key, value in where.mapping.items() if key not in _MACHINE_KEYS}
     return definition, where.with_content(rest | new)
-
-
-def _passed_on(
-    definition: SubsystemDef, interfaces: Mapping[str, Interface]
-) -> Iterator[tuple[str, str]]:
-    """Every output with the input of its name on the other side, if there is one buffer there."""
-    for peer, buffer in definition.y.items():
-        sources = [other for other in definition.x if (other == "c") != (peer == "c")]
-        if len(sources) == 1:
-            for name in _names(buffer, interfaces):
-                yield f"y.{peer}.{name}", f"x.{sources[0]}.{name}"
 
 
 def _names(buffer: BufferDef, interfaces: Mapping[str, Interface]) -> Iterator[str]:

@@ -10,7 +10,6 @@ from typing import Any, Literal
 from specc.lang import (
     RESERVED,
     TYPE_WORDS,
-    Declared,
     ExprError,
     Scope,
     members_of,
@@ -21,10 +20,10 @@ from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
 from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.context import (
-    CommandLineValues,
     Findings,
-    SourceValue,
+    SetValues,
     TypeText,
+    YamlNode,
     file_hint,
     trace_of,
 )
@@ -48,14 +47,14 @@ class Loaded:
 
     path: str
     spec: SpecFile
-    top: SourceValue
+    top: YamlNode
 
 
 _Section = Literal["frames", "types", "operators", "files", "constants", "interfaces"]
 _WORDS = {"types": TYPE_WORDS, "operators": RESERVED}
 """Names that a specification does not give."""
 
-Load = Callable[[str, SourceValue | None], Loaded | None]
+Load = Callable[[str, YamlNode | None], Loaded | None]
 """Reads and shapes a file, reporting what is wrong at the place that names it."""
 
 
@@ -70,7 +69,7 @@ class Library:
     base: str
     findings: Findings
     reach: AllowedPaths = ANYWHERE
-    given: CommandLineValues = field(default_factory=CommandLineValues)
+    given: SetValues = field(default_factory=SetValues)
     shared: bool = False
     agents: tuple[str, ...] = ()
     """Names of all agents of the system, some of which are `groups`."""
@@ -108,7 +107,9 @@ class Library:
         own.places |= {f"parameter {n}": parameters[n].key for n in file.spec.parameters}
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         self._use_others(file, own)
-        self._frames(file, own)
+        for name, title, _ in self._unclashing("frames", file, own):
+            own.frames.setdefault(name, name)
+            own.frame_titles[own.frames[name]] = title
         self._types(file, own)
         for name, text in file.spec.parameters.items():
             note = TypeText(parameters[name], "type", text, own.names(), own.places)
@@ -127,16 +128,13 @@ class Library:
         self._files(file, own)
         self._operators(file, own)
         self._constants(file, own)
-        self._interfaces(file, own)
-
-    def beside(self, file: Loaded, relative: str) -> str:
-        """Path of a file that `file` names, relative to the working directory."""
-        return beside(file.path, relative)
+        for name, definition, where in self._unclashing("interfaces", file, own):
+            own.interfaces[name] = Interface(definition, where, own)
 
     def _use_others(self, file: Loaded, own: Definitions) -> None:
         for index, relative in enumerate(file.spec.use):
             where = file.top["use"][index]
-            path = self.beside(file, relative)
+            path = beside(file.path, relative)
             if len(self._using) >= MAX_DEPTH:
                 message = f"files use files more than {MAX_DEPTH} levels deep"
                 self.findings.report("E0016", message, where.place, help="use them side by side")
@@ -161,7 +159,7 @@ class Library:
 
     def _unclashing(
         self, section: _Section, file: Loaded, own: Definitions
-    ) -> Iterator[tuple[str, Any, SourceValue]]:
+    ) -> Iterator[tuple[str, Any, YamlNode]]:
         """The definitions of a section whose names are free; others are reported.
 
         A description has them again each time that it is used. Where the allowance for that is used
@@ -181,11 +179,6 @@ class Library:
             elif own.claim(kind, name, where.key, self.findings):
                 yield name, definition, where
 
-    def _frames(self, file: Loaded, own: Definitions) -> None:
-        for name, title, _ in self._unclashing("frames", file, own):
-            own.frames.setdefault(name, name)
-            own.frame_titles[own.frames[name]] = title
-
     def _types(self, file: Loaded, own: Definitions) -> None:
         makers = []
         for name, definition, where in self._unclashing("types", file, own):
@@ -197,10 +190,10 @@ class Library:
 
     def _files(self, file: Loaded, own: Definitions) -> None:
         for name, relative, where in self._unclashing("files", file, own):
-            path = self.beside(file, relative)
+            path = beside(file.path, relative)
             own.files[name] = (
                 self._unique_name("file", name, path, where.key, own),
-                self._relative_to_system(path),
+                relative_path(path, self.base),
             )
             if not self.reach.contains(path):
                 self.findings.report_outside(self.reach, path, where)
@@ -262,43 +255,32 @@ class Library:
         known = self._names_by_meaning.setdefault(f"{kind} {name}", {})
         found = known.get((at, sizes)) or known.get(means)
         if found is None:
-            found = name if not (known or sizes) else f"{name}@{self._relative_to_system(at.file)}"
+            found = name if not (known or sizes) else f"{name}@{relative_path(at.file, self.base)}"
             found += f"#{sizes}" if sizes else ""
         known[at, sizes] = known[means] = found
         return found
 
-    def _relative_to_system(self, path: str) -> str:
-        """A path relative to the folder of the system, alike on all machines."""
-        return relative_path(path, self.base)
-
-    def _interfaces(self, file: Loaded, own: Definitions) -> None:
-        for name, definition, where in self._unclashing("interfaces", file, own):
-            own.interfaces[name] = Interface(definition, where, own)
-
     def _constants(self, file: Loaded, own: Definitions) -> None:
         expressions = Expressions(self.findings, own)
         below = set(file.spec.constants) - own.constants.keys() - own.broken
-        around = replace(constant_scope(own), below=below)
+        around = replace(constant_scope(own), later_constants=below)
         for name, definition, where in self._unclashing("constants", file, own):
-            scope = replace(around, constants=_declared(own))
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
-            value = expressions.value(where["is"], definition.value, scope, wanted)
+            value = expressions.value(where["is"], definition.value, around, wanted)
             place = where.key
             other = self.given.of(name, definition.value, wanted) if self.shared else None
             if value is not None and other is not None:
-                value = expressions.value(other, str(other.raw), scope, value.type, place)
+                value = expressions.value(other, str(other.raw), around, value.type, place)
                 place = other.key
             below.discard(name)
             if value is None:
                 own.broken.add(name)
-            else:
-                set_ = self._set(name, file)
-                own.add(set_ or Constant(name, value, definition.title, place))
-
-    def _set(self, name: str, file: Loaded) -> Constant | None:
-        """A constant that the command line gives, of a file used for its definitions, too."""
-        known = self._known.get(file.path) if not self.shared and name in self.given.texts else None
-        return known.constants.get(name) if known else None
+                continue
+            # A file that is used for its definitions, too, has what the command line gives.
+            is_set = not self.shared and name in self.given.texts
+            known = self._known.get(file.path) if is_set else None
+            constant = known.constants.get(name) if known else None
+            own.add(constant or Constant(name, value, definition.title, place))
 
 
 _NAMES_OF_A_PART = 8
@@ -316,24 +298,12 @@ def _parts(definition: object) -> int:
 
 def constant_scope(definitions: Definitions) -> Scope:
     """What a constant may name: earlier constants, operators, enum members and files."""
+    makers = [maker for maker in definitions.types.values() if isinstance(maker, TypeMaker)]
+    enums = (maker.enum() for maker in makers)
     return Scope(
-        constants=_declared(definitions),
-        enums=enum_members(definitions),
+        constants=definitions.declared,
+        enums=members_of(enum for enum in enums if isinstance(enum, Enum)),
         files={name: known for name, (known, _) in definitions.files.items()},
         operators=definitions.operators,
         has_points=definitions.has_points,
     )
-
-
-def _declared(definitions: Definitions) -> Mapping[str, Declared]:
-    """The constants that are there now."""
-    return definitions.earlier(lambda c: Declared(c.value.type, c.place, c.value))
-
-
-def enum_members(definitions: Definitions) -> dict[str, tuple[Enum, ...]]:
-    """Member -> the declared enums that have it."""
-    makers = [maker for maker in definitions.types.values() if isinstance(maker, TypeMaker)]
-    return members_of(made for maker in makers if isinstance(made := maker.enum(), Enum))
-
-
-__all__ = ["Library", "Load", "Loaded", "constant_scope", "enum_members"]

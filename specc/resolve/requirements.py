@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import copy
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -12,10 +13,19 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar, cast
 
 from specc.diagnostics import Related
-from specc.lang import FOLLOW_UP, RESERVED, Declared, ExprError, ExprErrors, Scope, check, spread
-from specc.lang.errors import each
+from specc.lang import (
+    FOLLOW_UP,
+    RESERVED,
+    Declaration,
+    ExprError,
+    ExprErrors,
+    Scope,
+    check,
+    expand_groups,
+)
+from specc.lang.errors import collect
 from specc.lang.parse import DEEPEST, names_in, nodes_of, span
-from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
+from specc.lang.syntax import TIMED, USAGE, parse_formula, refuse_misspelling
 from specc.limits import MAX_SPAN_S
 from specc.model.expr import Expr, Logic, Offsets, has_unknown
 from specc.model.requirement import (
@@ -26,13 +36,13 @@ from specc.model.requirement import (
     Temporal,
     TemporalFormula,
     TickCondition,
-    reach_s,
+    horizon_s,
     span_of,
 )
 from specc.model.requirement import expressions as expressions_in
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
-from specc.resolve.context import Findings, Meaning, SourceValue, Use
+from specc.resolve.context import Findings, Meaning, Use, YamlNode
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
 from specc.resolve.readings import Names, World, formula_error
@@ -41,7 +51,7 @@ from specc.source import Place
 
 MOST_NODES = 5000
 """Parts of a formula in which all names are written out."""
-ReadLet = Callable[[str, str, SourceValue], FormulaLet | None]
+ReadLet = Callable[[str, str, YamlNode], FormulaLet | None]
 """Resolves a let by its name and text, or None after reporting."""
 
 
@@ -57,11 +67,7 @@ class Lets:
         """Those without errors, in order of dependence."""
 
     def define(
-        self,
-        items: Mapping[str, FormulaLetDef],
-        where: SourceValue,
-        findings: Findings,
-        read: ReadLet,
+        self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings, read: ReadLet
     ) -> None:
         """Read them, each after those that it names."""
         for name in items:
@@ -73,7 +79,8 @@ class Lets:
             if made is not None:
                 self.found.append(made)
                 try:
-                    self._trees[name], self._sizes[name] = self._read(text)
+                    tree = self.written_out(parse_formula(text))
+                    self._trees[name], self._sizes[name] = tree, len(nodes_of(tree))
                 except ExprError as error:  # nothing more is read in this run
                     findings.expression_error(at, error)
 
@@ -95,23 +102,22 @@ class Lets:
             return tree
         writer = _Writer(self._trees, self.places, {} if uses is None else uses)
         found: ast.expr = writer.visit(tree)
-        if _is_deep(found):
+        level: list[ast.AST] = [found]
+        for _ in range(DEEPEST):
+            level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if level:
             message = f"with its names written out, this is nested more than {DEEPEST} deep"
             raise formula_error(tree, message, "say less in one formula", "E0303")
         return found
 
-    def _read(self, text: str) -> tuple[ast.expr, int]:
-        tree = self.written_out(parse_formula(text))
-        return tree, len(nodes_of(tree))
-
     def _ordered(
-        self, items: Mapping[str, FormulaLetDef], where: SourceValue, findings: Findings
+        self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings
     ) -> tuple[str, ...]:
-        numbers = {name: number for number, name in enumerate(items)}
-        uses = {
-            name: sorted(_named(item.value) & items.keys(), key=numbers.__getitem__)
-            for name, item in items.items()
-        }
+        uses: dict[str, list[str]] = {name: [] for name in items}
+        for name, item in items.items():
+            with suppress(ExprError):
+                names = names_in(parse_formula(item.value))
+                uses[name] = [other for other in items if other in names]
         while True:
             try:
                 return tuple(TopologicalSorter(uses).static_order())
@@ -124,20 +130,6 @@ class Lets:
                 self._trees |= dict.fromkeys(cycle)
                 rest = [name for name in uses if name not in cycle]
                 uses = {name: [n for n in uses[name] if n in rest] for name in rest}
-
-
-def _is_deep(tree: ast.AST) -> bool:
-    level = [tree]
-    for _ in range(DEEPEST):
-        level = [child for node in level for child in ast.iter_child_nodes(node)]
-    return bool(level)
-
-
-def _named(text: str) -> set[str]:
-    try:
-        return names_in(parse_formula(text))
-    except ExprError:
-        return set()
 
 
 class _Writer(ast.NodeTransformer):
@@ -228,18 +220,24 @@ class FormulaResolver:
     lets: Lets
 
     def requirements(
-        self, definitions: Sequence[RequirementDef], where: SourceValue
+        self, definitions: Sequence[RequirementDef], where: YamlNode
     ) -> tuple[Requirement, ...]:
         """The requirements without errors; errors in others are reported."""
-        _report_same_names(definitions, where, self.expressions)
+        findings, first = self.expressions.findings, dict[str, YamlNode]()
+        for item, at in [(item, where[i]["name"]) for i, item in enumerate(definitions)]:
+            if item.name is not None and first.setdefault(item.name, at) is not at:
+                message = f"requirement `{item.name}` is defined twice"
+                related = (Related(first[item.name].place, "the other one"),)
+                help = "give one of the two another name"
+                findings.report("E0205", message, at.place, related=related, help=help)
         found = []
         for i, item in enumerate(definitions):
             inside = self.with_lets(item.let, where[i]["let"]) if item.let else self
-            name = item.name or ""
-            found.append(inside.requirement(item.that, item.because, where[i]["that"], name))
+            that = where[i]["that"]
+            found.append(inside.requirement(item.that, item.because, that, item.name or ""))
         return tuple(each for each in found if each is not None)
 
-    def with_lets(self, items: Mapping[str, FormulaLetDef], where: SourceValue) -> FormulaResolver:
+    def with_lets(self, items: Mapping[str, FormulaLetDef], where: YamlNode) -> FormulaResolver:
         """A copy that knows these names as well."""
         lets, findings = Lets(self.lets), self.expressions.findings
         constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
@@ -258,7 +256,7 @@ class FormulaResolver:
         return inside
 
     def requirement(
-        self, text: str, because: str, at: SourceValue, name: str = ""
+        self, text: str, because: str, at: YamlNode, name: str = ""
     ) -> Requirement | None:
         """The requirement of a text; None after reporting an error."""
         reader = _RequirementReader(text, self)
@@ -270,7 +268,7 @@ class FormulaResolver:
         readings, names = tuple(reader.readings.values()), reader.names
         return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
-    def _named(self, name: str, text: str, at: SourceValue) -> FormulaLet | None:
+    def _named(self, name: str, text: str, at: YamlNode) -> FormulaLet | None:
         """What a let stands for; None after reporting an error."""
         reader = _RequirementReader(text, self)
         found = self._resolved(reader, at, reader.named)
@@ -285,7 +283,7 @@ class FormulaResolver:
         return FormulaLet(name, said, None, names, place)
 
     def _resolved(
-        self, reader: _RequirementReader, at: SourceValue, read: Callable[[], T]
+        self, reader: _RequirementReader, at: YamlNode, read: Callable[[], T]
     ) -> T | None:
         try:
             return read()
@@ -297,39 +295,20 @@ class FormulaResolver:
         return None
 
     def _note(
-        self, reader: _RequirementReader, at: SourceValue, found: TemporalFormula | Expr
+        self, reader: _RequirementReader, at: YamlNode, found: TemporalFormula | Expr
     ) -> None:
         """Note the meaning of a text, for editors."""
         if isinstance(found, TickCondition | BoolOp | Temporal):
-            parts = tuple(expressions_in(found))
+            parts = tuple(dict.fromkeys(expressions_in(found)))
         else:
             parts = (found,)
-        parts = tuple(dict.fromkeys(parts))
         whole = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
         self._meaning(reader, at, whole)
 
-    def _meaning(self, reader: _RequirementReader, at: SourceValue, expr: Expr | None) -> None:
+    def _meaning(self, reader: _RequirementReader, at: YamlNode, expr: Expr | None) -> None:
         findings, places = self.expressions.findings, self.expressions.definitions.places
         findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
         findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
-
-
-def _report_same_names(
-    definitions: Sequence[RequirementDef], where: SourceValue, expressions: Expressions
-) -> None:
-    first: dict[str, SourceValue] = {}
-    for i, item in enumerate(definitions):
-        if item.name is None:
-            continue
-        at = where[i]["name"]
-        if first.setdefault(item.name, at) is not at:
-            expressions.findings.report(
-                "E0205",
-                f"requirement `{item.name}` is defined twice",
-                at.place,
-                related=(Related(first[item.name].place, "the other one"),),
-                help="give one of the two another name",
-            )
 
 
 class _RequirementReader:
@@ -357,7 +336,7 @@ class _RequirementReader:
         lasts = _operator(tree) == "always"
         inner = self._arguments(tree, 1)[0] if lasts else tree
         formula = self._formula(inner)
-        if (reach := reach_s(formula)) > MAX_SPAN_S:
+        if (reach := horizon_s(formula)) > MAX_SPAN_S:
             message = f"it is known {float(reach):g} s later what this formula says of a moment"
             help = f"let it look ahead over at most {MAX_SPAN_S} s, all in all"
             raise formula_error(inner, message, help)
@@ -370,9 +349,10 @@ class _RequirementReader:
             ExprErrors: the errors in the text.
         """
         tree = self._tree()
-        if isinstance(tree, ast.BoolOp) or _operator(tree) or _is_negation(tree):
+        is_negation = isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not)
+        if isinstance(tree, ast.BoolOp) or _operator(tree) or is_negation:
             return self._formula(tree)
-        refuse_misspelt(tree, self.scope.operators)
+        refuse_misspelling(tree, self.scope.operators)
         expr = self._condition(tree, None)
         return TickCondition(expr) if isinstance(expr.type, Bool) else expr
 
@@ -392,7 +372,7 @@ class _RequirementReader:
         tree = self._lets.written_out(self._read[0], self.uses)
         self._names.note_groups(tree)
         for root, groups in self._many.items():
-            tree = spread(tree, groups, root)
+            tree = expand_groups(tree, groups, root)
         self._read = [tree]
         self._names.refuse_unknown_groups(tree)
         return tree
@@ -418,12 +398,12 @@ class _RequirementReader:
         if op == "always":
             help = "what holds for some time is `throughout(0.2[s], p)`"
             raise formula_error(node, "`always` stands only around a whole requirement", help)
-        refuse_misspelt(node, self.scope.operators)
+        refuse_misspelling(node, self.scope.operators)
         return TickCondition(self._condition(node, Bool()))
 
     def _all(self, nodes: Sequence[ast.expr]) -> tuple[TemporalFormula, ...]:
         """The formulas of some operands; raises the errors of all of them together."""
-        return tuple(each(*(partial(self._formula, node) for node in nodes)))
+        return tuple(collect(*(partial(self._formula, node) for node in nodes)))
 
     def _condition(self, node: ast.expr, expected: Bool | None) -> Expr:
         for inner in nodes_of(node)[1:]:
@@ -432,7 +412,7 @@ class _RequirementReader:
                 help = "join formulas with `and`, `or`, `not` and `implies` only"
                 raise formula_error(inner, message, help)
         named = self._names.visit(node)
-        read = {r.name: Declared(r.type, r.place) for r in self.readings.values()}
+        read = {r.name: Declaration(r.type, r.place) for r in self.readings.values()}
         return self._typed(named, replace(self.scope, memory=read), expected)
 
     def _typed(self, node: ast.expr, scope: Scope, expected: Bool | Real | None) -> Expr:
@@ -458,10 +438,6 @@ class _RequirementReader:
         if op in TIMED:
             help += ": a run remembers only so much, so every operator but `always` has a bound"
         raise formula_error(node, f"`{op}` takes {count} argument{'s' * (count > 1)}", help)
-
-
-def _is_negation(node: ast.expr) -> bool:
-    return isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
 
 
 def _operator(node: ast.expr) -> str:

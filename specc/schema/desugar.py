@@ -119,25 +119,18 @@ class _Desugaring:
         if isinstance(value, SingleItem):
             return SingleItem(self.value(here.below(0), value[0], route, indices), route)
         if isinstance(value, list):
-            return self._list(here, value, route, indices)
+            for index, one in enumerate(value):
+                if isinstance(one, dict) and FOR in one and here.below(index).has_key(FOR):
+                    words = "an item of a list has no name, so there is nothing for `for` to count"
+                    at = (*route, index, FOR)
+                    self.report("E0108", words, at, "write `for` below a name", is_key=True)
+            items = enumerate(value)
+            return [self.value(here.below(i), one, (*route, i), indices) for i, one in items]
         if isinstance(value, str) and indices:
             kind = here.kind
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
             return self._substituted(value, indices, route, padded=form in _EXPRESSIONS)
         return value
-
-    def _list(
-        self, here: SchemaNode, value: list[Any], route: Route, indices: Indices
-    ) -> list[Any]:
-        for index, one in enumerate(value):
-            if isinstance(one, dict) and FOR in one and here.below(index).has_key(FOR):
-                words = "an item of a list has no name, so there is nothing for `for` to count"
-                at = (*route, index, FOR)
-                self.report("E0108", words, at, "write `for` below a name", is_key=True)
-        return [
-            self.value(here.below(index), one, (*route, index), indices)
-            for index, one in enumerate(value)
-        ]
 
     def _mapping(
         self, here: SchemaNode, value: dict[Any, Any], route: Route, indices: Indices
@@ -211,12 +204,13 @@ class _Desugaring:
             first = int(limits[1])
             found[str(name)] = range(first, int(limits[2] or first) + 1)
             total *= len(found[str(name)])
-        if not 0 < total <= MAX_COPIES:
+        if total == 0:
+            message = "there is nothing between the ends of the range"
+            self.report("E0108", message, route, _A_RANGE)
+            return None
+        if total > MAX_COPIES:
             message = f"these are {total:,} copies, and at most {MAX_COPIES} are made"
-            message = message if total else "there is nothing between the ends of the range"
-            self.report(
-                "E0017" if total else "E0108", message, route, _FEWER if total else _A_RANGE
-            )
+            self.report("E0017", message, route, _FEWER)
             return None
         return found
 
@@ -270,13 +264,12 @@ class _Desugaring:
 
 
 _ARITHMETIC = "indices take `+`, `-`, `*`, `//` and `%`"
-_WORD = re.compile(r"\w*")
+_WORD = re.compile(r"\A\w*")
 
 
 def _padded(text: str, room: int, *, is_last: bool) -> tuple[str, int]:
     """A text with `room` blanks behind the rest of a word at its beginning, and what is left."""
-    found = _WORD.match(text)
-    end = found.end() if found else 0
+    end = len(text) - len(_WORD.sub("", text, count=1))
     if room <= 0 or (end == len(text) and not is_last):
         return text, room
     return text[:end] + " " * room + text[end:], 0

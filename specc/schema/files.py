@@ -262,7 +262,10 @@ _SUBJECTS = {
 }
 """Of verbs, by their numbers."""
 _VERBS: dict[str, Any] = {
-    verb.name: (_SUBJECTS[verb.numbers], key([] if verb.numbers == "none" else {}, verb.about))
+    verb.name: (
+        _SUBJECTS[verb.numbers],
+        key([] if verb.numbers == "none" else {}, verb.description),
+    )
     for verb in VERBS.values()
 }
 DisturbanceDef = create_model(

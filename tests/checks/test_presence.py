@@ -11,9 +11,8 @@ import pytest
 from specc.analysis.definite_assignment import Availability, DefiniteAssignment
 from specc.analysis.graph import RowEdge, reachable_from
 from specc.model.expr import TRUE, Choice, Expr, Fresh, Input, LetRef, Logic, Present, Unary
-from specc.model.fsm import Transition
+from specc.model.fsm import Trace, Transition
 from specc.model.system import Element, Port, Subsystem
-from specc.model.trace import Trace
 from specc.reachable import grouped
 from tests.checks.conditions import BOOL, HERE, machine, named
 from tests.seeds import Seeds, blocks

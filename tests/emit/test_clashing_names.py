@@ -21,7 +21,7 @@ from specc_runtime.temporal import UNKNOWN
 
 from specc import pipeline
 from specc.diagnostics import blocks
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lang import RESERVED, TYPE_WORDS
 from specc.lower import lower
 from tests.emit import measures
@@ -387,7 +387,7 @@ def names_work(kind: str, names: tuple[str, ...], tmp_path: Path) -> None:
     assert refused <= WORDS | odd
     assert result.system is not None
     measures.define([name for name in names if name not in refused] if kind == "field" else [])
-    with package(filled(lower(result.system, None))) as modules:
+    with package(fill_templates(lower(result.system, None))) as modules:
         system = modules["system.py"].build(str(tmp_path))
         layouts = modules["layouts.py"].LAYOUTS
         assert {type(layout) for layout in layouts.values()} == {Layout}

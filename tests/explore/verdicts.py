@@ -10,7 +10,7 @@ from operator import attrgetter
 import numpy as np
 from specc_runtime.cycle import Executor
 
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lower import lower
 from specc.model import requirement as r
 from specc.model.system import System
@@ -75,7 +75,7 @@ def monitored(result: Result, seed: int, ticks: int) -> tuple[list[str], Fractio
     """
     assert result.system is not None
     script = Script(result.system, str(seed), marks_of(result.system), NASTY)
-    with package(filled(lower(result.system, None))) as modules:
+    with package(fill_templates(lower(result.system, None))) as modules:
         made = modules["system.py"].build("")
         required = made.requirements
         assert required is not None
@@ -105,7 +105,7 @@ def misjudged(result: Result, found: Exploration, seeds: range, ticks: int) -> l
             if judged.verdict == "proved" and verdict == "violated":
                 wrong.append(f"{that}: proved, but violated in run {seed}")
             if judged.verdict == "violated" and verdict != "violated":
-                late_s = ways[that].time_s + 2 * r.reach_s(judged.requirement.formula)
+                late_s = ways[that].time_s + 2 * r.horizon_s(judged.requirement.formula)
                 if lasted_s > late_s:
                     wrong.append(f"{that}: violated, but {verdict} in run {seed}")
     return wrong

@@ -6,7 +6,6 @@ from pathlib import Path
 SPECC = Path(__file__).resolve().parents[2] / "specc"
 ANSWER, NODE = "analysis/reads.py", "model/expr.py"
 LANGUAGE = {
-    "lang/dependence_order.py": "in which order lets are computed",
     "lang/errors.py": "where a name in a message comes from",
     "lang/evaluate.py": "its value",
     "lang/names.py": "what a name is",
@@ -15,7 +14,7 @@ LANGUAGE = {
 }
 VALUES = {
     "lower/subsystem.py": "its name in generated code",
-    "lower/table.py": "its term",
+    "lower/terms.py": "its term",
     "proof/clock.py": "when time turns it",
     "proof/numbering.py": "its value number",
     "search/example.py": "the parts to which a situation gives values, fields of records too",

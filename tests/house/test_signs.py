@@ -1,15 +1,15 @@
-"""An operator is known by its row in `specc/lang/signs.py`; others ask how it is used."""
+"""An operator is known by its row in `specc/lang/values.py`; others ask how it is used."""
 
 import ast
 from collections.abc import Iterator
 
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from tests.house.tree import ROOT
 
 SPECC = ROOT / "specc"
 ASKED = {
-    "lang/arithmetic.py": "which types may stand at it: its rule of typing",
-    "lang/bounds.py": "the range of the opposite of a number",
+    "lang/operators.py": "which types may stand at it: its rule of typing",
+    "lang/evaluate.py": "the range of the opposite of a number",
     "lang/show.py": "how `-a` and `a ** -b` are written",
     "lower/nodes.py": "how `a ** -b` and motions are written in Python",
     "lower/terms.py": "whether infinity shows in a result, and which results are new arrays",

@@ -14,7 +14,7 @@ from itertools import chain
 from typing import Any, Literal
 
 from specc.analysis.definite_assignment import always_present
-from specc.lang.mismatch import substitute
+from specc.lang.context import substitute
 from specc.model.expr import (
     Choice,
     Clock,
@@ -23,11 +23,21 @@ from specc.model.expr import (
     LetRef,
     Number,
     Truth,
-    mapped,
+    map_children,
 )
 from specc.model.requirement import BoolOp, Requirement, Temporal, TickCondition
 from specc.model.system import Constant, Subsystem, System
-from specc.model.types import Bool, Enum, ListOf, Opaque, OptionalOf, Record, Type, Vector, within
+from specc.model.types import (
+    Bool,
+    Enum,
+    ListOf,
+    Opaque,
+    OptionalOf,
+    Record,
+    Type,
+    Vector,
+    nested_types,
+)
 from specc.model.wires import Wires
 from specc.proof.decide import Solver, is_satisfiable
 from specc.proof.formula import Formula, atoms_of
@@ -73,7 +83,7 @@ class Constants:
 
     def canonical_form(self, requirement: Requirement, version: Literal[0, 1]) -> object:
         """What a requirement of the old or the new version says, whatever it calls constants."""
-        return requirement.lasts, self._form(requirement.formula, _MARKS[version])
+        return requirement.holds_always, self._form(requirement.formula, _MARKS[version])
 
     def is_same_formula(self, old: Requirement, new: Requirement) -> bool:
         return self.canonical_form(old, 0) == self.canonical_form(new, 1)
@@ -100,7 +110,7 @@ class Equivalence:
 
     def __init__(self, old: Version, new: Version) -> None:
         versions = old, new
-        rates = {v.subsystem.rate_hz if v.subsystem.rated else None for v in versions}
+        rates = {v.subsystem.rate_hz if v.subsystem.has_rate else None for v in versions}
         rate_hz = rates.pop()
         period_s = 1 / rate_hz if rate_hz and not rates else None
         self.conditions = _Moment(versions, period_s, lambda expr: expr)
@@ -129,7 +139,7 @@ def _at_first(expr: Expr) -> Expr:
         return Number(0.0, type=expr.type)
     if isinstance(expr, Clock) and expr.name == "entered":
         return Truth(True, type=Bool())
-    return mapped(expr, _at_first)
+    return map_children(expr, _at_first)
 
 
 _MOST_CHOICES = 16
@@ -271,7 +281,7 @@ def _marked(expr: Expr, mark: str) -> Expr:
     """`expr` with the names of lets and constants marked."""
     if isinstance(expr, (LetRef, ConstantRef)):
         return replace(expr, name=mark + expr.name)
-    return mapped(expr, lambda part: _marked(part, mark))
+    return map_children(expr, lambda part: _marked(part, mark))
 
 
 # Named types.
@@ -329,7 +339,7 @@ def _types_by_user(system: System) -> dict[tuple[str, str], _TypeParts]:
         users[operator.name] = [*(type for _, type in operator.parameters), operator.result]
     found: dict[tuple[str, str], _TypeParts] = {}
     for user, types in users.items():
-        for type in sorted(within(types), key=str):
+        for type in sorted(nested_types(types), key=str):
             if (parts := _type_parts(type)) is not None:
                 found.setdefault((user, getattr(type, "name", "")), parts)
     return found

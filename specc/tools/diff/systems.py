@@ -11,11 +11,11 @@ from typing import Any, Literal, TypeVar
 
 from specc.diagnostics.phrases import in_ms
 from specc.lang import show
-from specc.model.binding import PLANT
 from specc.model.expr import Node
-from specc.model.fsm import Behaviour, Condition, Function, State, Transition
+from specc.model.fsm import Behaviour, Condition, Function, State, Trace, Transition
 from specc.model.requirement import FormulaLet, Requirement
 from specc.model.system import (
+    PLANT,
     Agent,
     Constant,
     Device,
@@ -27,7 +27,6 @@ from specc.model.system import (
     System,
 )
 from specc.model.task import Disturbance, Draw, Task
-from specc.model.trace import Trace
 from specc.model.types import Type
 from specc.reachable import grouped
 from specc.tools.diff.changes import ChangeLog, Comparison, Guarantee, PartLog, Verdict
@@ -434,17 +433,17 @@ def _aspects(each: Disturbance, values: Constants, version: Literal[0, 1]) -> di
     if each.when:
         form = values.canonical_form(each.when, version)
         found["when"] = form, each.when.that, each.when.names
-    draws = [("", each.times), *((f"{deed.verb} ", deed.numbers) for deed in each.deeds)]
+    draws = [("", each.times), *((f"{deed.verb} ", deed.numbers) for deed in each.actions)]
     return found | {f"{verb}{d.name}": _draw(d) for verb, numbers in draws for d in numbers}
 
 
 def _draw(draw: Draw) -> _Meaning:
-    return (draw.values, draw.between), _draw_text(draw), frozenset()
+    return (draw.values, draw.is_range), _draw_text(draw), frozenset()
 
 
 def _draw_text(draw: Draw) -> str:
     texts = [show(text) for text in draw.texts]
-    return f"{texts[0]} to {texts[1]}" if draw.between else " or ".join(texts)
+    return f"{texts[0]} to {texts[1]}" if draw.is_range else " or ".join(texts)
 
 
 def _compare_requirements(diff: SystemDiff, _: PartLog, old: System, new: System) -> None:
@@ -522,7 +521,7 @@ _PARTS: dict[str, tuple[Callable[[Any], str], bool]] = {
 removing it changes the meaning; if not, its uses tell."""
 _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
     System: {
-        **dict.fromkeys(("file", "folders")),
+        **dict.fromkeys(("file", "folders", "description_uses")),
         "frames": _texts("frame", "frames"),
         "files": _texts("file", "files"),
         "constants": _parts("constant", "constants"),
@@ -553,8 +552,8 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
     },
     Element: {"max_age_s": _compare_guarantees, "safe": None, "event": None},
     Subsystem: {
-        **dict.fromkeys(("rated", "begun")),
-        "rate_hz": _text("rate", lambda s: f"{s.rate_hz} Hz" if s.rated else "not known"),
+        **dict.fromkeys(("has_rate", "has_initial_state")),
+        "rate_hz": _text("rate", lambda s: f"{s.rate_hz} Hz" if s.has_rate else "not known"),
         "ports": _compare_ports,
         "constants": _parts("parameter", "constants"),
         "memory": _parts("memory", "memory"),
@@ -568,8 +567,8 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "axioms": _compare_assumptions,
     },
     Condition: {"when": _compare_when},
-    Function: {"assignments": _compare_assignments, "whole": None},
-    Behaviour: {"functions": _compare_effects, "whole": None},
+    Function: {"assignments": _compare_assignments, "is_complete": None},
+    Behaviour: {"functions": _compare_effects, "is_complete": None},
     State: {"behaviour": _compare_behaviour, "ignores": None, "holds": None},
     Plant: {
         "ros2": _parts("ros2", "ros2"),

@@ -122,7 +122,7 @@ def _event_members(
     for key, element in machine.subsystem.inputs.items():
         if element.event and isinstance(element.type, Enum):
             reactions = machine.analysis.reactions
-            yield key, reactions.members(conditions, key), reactions.members(values, key)
+            yield key, reactions(conditions, key), reactions(values, key)
 
 
 class Abstraction:
@@ -182,7 +182,7 @@ class Abstraction:
     def _is_measured(self, sender: str, key: InputName, noise: set[tuple[str, InputName]]) -> bool:
         """Whether every value of an output is computed from measurements."""
         machine = self.machines[sender]
-        sent = [e for each in machine.subsystem.written.get(key, {}).values() for e in each]
+        sent = [e for each in machine.subsystem.assigned_values.get(key, {}).values() for e in each]
         return bool(sent) and all(
             any(
                 self.sender_of(sender, name) is None or (sender, name) in noise
@@ -217,7 +217,7 @@ class Abstraction:
         self, name: str, key: InputName, init: m.Expr | None, measured: set[tuple[str, InputName]]
     ) -> bool:
         """Whether some value that memory or an output gets is computed from measurements."""
-        written = self.machines[name].subsystem.written.get(key, {}).values()
+        written = self.machines[name].subsystem.assigned_values.get(key, {}).values()
         exprs = [*(e for each in written for e in each), *([] if init is None else [init])]
         rests = self.machines[name].dependences.all(exprs)
         read = {*rests.inputs, *(("", memory) for memory in rests.memory)}
@@ -230,7 +230,7 @@ class Abstraction:
             return None
         sender, output = self.machines[sent[0]], sent[1]
         bounds, type_ = sender.analysis.value_ranges.bounds, sender.subsystem.outputs[output].type
-        exprs = [e for each in sender.subsystem.written[output].values() for e in each]
+        exprs = [e for each in sender.subsystem.assigned_values[output].values() for e in each]
         found = [bounded_unknown(expr, bounds.of(expr), type_) for expr in exprs]
         if (init := self.machines[reader].subsystem.inputs[key].init) is not None:
             here = self.machines[reader].analysis.value_ranges.bounds
@@ -261,7 +261,7 @@ class Abstraction:
             machine = self.machines[reading.subsystem]
             key = reading.element[0], reading.element[1]
             machine.outputs.add(key)
-            written = machine.subsystem.written.get(key, {})
+            written = machine.subsystem.assigned_values.get(key, {})
             self._track_dependences(
                 reading.subsystem, [e for each in written.values() for e in each]
             )
@@ -272,7 +272,7 @@ class Abstraction:
         rests = machine.dependences.all(exprs)
         for item in rests.memory - machine.memory:
             machine.memory.add(item)
-            written = machine.subsystem.written.get(("", item), {})
+            written = machine.subsystem.assigned_values.get(("", item), {})
             begin = next(i.init for i in machine.subsystem.memory if i.name == item)
             self._track_dependences(name, [begin, *(e for each in written.values() for e in each)])
         for key in rests.inputs - machine.inputs:
@@ -283,7 +283,7 @@ class Abstraction:
             machine.inputs.add(key)
             sender, output = sent
             self.machines[sender].outputs.add(output)
-            written = self.machines[sender].subsystem.written.get(output, {})
+            written = self.machines[sender].subsystem.assigned_values.get(output, {})
             self._track_dependences(sender, [e for each in written.values() for e in each])
 
     def is_steady(self, reader: str, key: InputName) -> bool:
@@ -292,7 +292,7 @@ class Abstraction:
             return True
         bindings = {(b.binding.device, b.binding.element): b.binding for b in self.facts.bindings}
         subsystem = self.machines[reader].subsystem
-        bound = bindings.get((self.facts.wires.measured(reader, key[0]), key[1]))
+        bound = bindings.get((self.facts.wires.measuring_device(reader, key[0]), key[1]))
         if bound is None or bound.sporadic:
             return False
         return bound.rate_hz is None or bound.rate_hz >= subsystem.rate_hz

@@ -14,11 +14,11 @@ from itertools import pairwise, product
 from typing import Any, Protocol
 
 from specc.lang.evaluate import Environment, evaluate
-from specc.lang.kinds import first_value, kind, others
+from specc.lang.kinds import first_value, kind, other_values
 from specc.lower.module import buffer_names
 from specc.model import expr as m
 from specc.model.system import System
-from specc.model.types import Opaque, OptionalOf, Type, Vector, within
+from specc.model.types import Opaque, OptionalOf, Type, Vector, nested_types
 from specc.model.units import DIMENSIONLESS, Dimensions
 from specc.model.wires import Wires
 from specc.tools.explore.partial import KnownValues, is_literal, residual
@@ -70,7 +70,7 @@ class SensorValues:
         """The values of a sensor without `...`."""
         if sensor not in self._known:
             type_ = self.types[sensor]
-            found = [first_value(type_), *others(first_value(type_), type_)]
+            found = [first_value(type_), *other_values(first_value(type_), type_)]
             marks = self._marks(type_)
             found += [numbers for kind, numbers in self._vectors if kind == type_]
             found += [first_value(type_, mark) for mark in marks]
@@ -123,7 +123,7 @@ def _has_lets(expr: m.Expr) -> bool:
 
 def _units(type_: Type) -> Iterator[Dimensions]:
     """The units of the numbers in a value."""
-    for part in within([type_]):
+    for part in nested_types([type_]):
         if not part.parts:
             yield from (unit.dimensions for unit in part.units or (DIMENSIONLESS,))
 
@@ -293,7 +293,7 @@ class _Expected:
         self._steps = {(s.walker.name, n): s for s, n in way.with_stamps()}
         wires = Wires(system.agents)
         self._bound = {
-            (s.qualified_name, key): f"{wires.measured(s.qualified_name, key[0])}.{key[1]}"
+            (s.qualified_name, key): f"{wires.measuring_device(s.qualified_name, key[0])}.{key[1]}"
             for s in system.subsystems
             for key in s.inputs
         }

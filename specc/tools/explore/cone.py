@@ -245,7 +245,7 @@ def named_definitions(
 
 def normalized(expr: m.Expr) -> m.Expr:
     """An expression with the parts of `and` and `or` in one order."""
-    ordered = m.mapped(expr, normalized)
+    ordered = m.map_children(expr, normalized)
     return _sort_operands(ordered) if isinstance(ordered, m.Logic) else ordered
 
 
@@ -254,7 +254,7 @@ def renamed(expr: m.Expr, names: Renaming) -> m.Expr:
     if isinstance(expr, m.Input):
         new = names.get(expr.key, expr.key)
         return expr if new == expr.key else replace(expr, peer=new[0], element=new[1])
-    ordered = m.mapped(expr, lambda part: renamed(part, names))
+    ordered = m.map_children(expr, lambda part: renamed(part, names))
     return (
         _sort_operands(ordered) if isinstance(ordered, m.Logic) and ordered is not expr else ordered
     )

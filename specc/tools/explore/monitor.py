@@ -91,7 +91,7 @@ class Monitor:
         self._past: dict[int, Past] = {}
         self._count = 0
         self._tick_s = tick_s
-        self._holds_always = requirement.lasts
+        self._holds_always = requirement.holds_always
         formula = requirement.formula
         self._formula = self._compile(
             _pointwise(formula) if self._holds_always else formula, positive=True
@@ -214,7 +214,7 @@ class Monitor:
     def _compile_past(self, formula: r.Temporal, *, positive: bool) -> MonitorAtom:
         # `historically p` is `not once not p`.
         is_opposite = formula.op == "historically"
-        if any(map(r.reach_s, formula.operands)):
+        if any(map(r.horizon_s, formula.operands)):
             raise UnsupportedFormulaError
         inside = tuple(self._compile(each, positive=not is_opposite) for each in formula.operands)
         leaf = self._new_atom(positive=positive != is_opposite)
@@ -230,7 +230,7 @@ class Monitor:
 def _pointwise(formula: r.TemporalFormula) -> r.TemporalFormula:
     """A formula that holds at every tick if this one does: an outer `historically` adds nothing."""
     match formula:
-        case r.Temporal(op="historically", operands=(operand,)) if r.reach_s(operand):
+        case r.Temporal(op="historically", operands=(operand,)) if r.horizon_s(operand):
             return _pointwise(operand)
         case r.BoolOp(op="and", operands=operands):
             return replace(formula, operands=tuple(map(_pointwise, operands)))

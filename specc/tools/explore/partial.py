@@ -13,15 +13,14 @@ from itertools import islice
 from typing import Any, Final, TypeGuard
 
 from specc.analysis.suspicious_expressions import evaluated_parts, failure
-from specc.lang.bounds import bounded, operation_of
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.evaluate import Environment, evaluate
+from specc.lang.evaluate import Environment, evaluate, operation_of, range_of
 from specc.lang.kinds import kind
 from specc.lang.ranges import Range
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model import expr as m
-from specc.model.logic import joined, negation, truth
+from specc.model.expr import junction, negation, truth
 from specc.model.system import Subsystem, System
 from specc.model.types import (
     Int,
@@ -163,7 +162,7 @@ def residual(expr: m.Expr, known: KnownValues) -> m.Expr:
     rule = _RULES.get(type(expr))
     if rule is not None:
         return rule(expr, known)
-    return _evaluated(m.mapped(expr, lambda part: residual(part, known)))
+    return _evaluated(m.map_children(expr, lambda part: residual(part, known)))
 
 
 def _evaluated(expr: m.Expr) -> m.Expr:
@@ -198,7 +197,7 @@ def _number(expr: m.Expr) -> float | None:
     return expr.value if isinstance(expr, m.Number) and is_literal(expr) else None
 
 
-_COMPUTABLE = (m.Unary, m.Binary, m.Compare, m.Among, m.Builtin)
+_COMPUTABLE = (m.Unary, m.Binary, m.Compare, m.IsOneOf, m.Builtin)
 
 
 # One rule for each kind of node that can be decided without all of its parts.
@@ -242,11 +241,11 @@ def _clock(expr: m.Clock, known: KnownValues) -> m.Expr:
 
 def _over_ranges(expr: m.Compare | m.Builtin, known: KnownValues) -> m.Expr:
     """A comparison, or whole number, that is the same for all values in their ranges."""
-    value = _evaluated(m.mapped(expr, lambda part: residual(part, known)))
+    value = _evaluated(m.map_children(expr, lambda part: residual(part, known)))
     if isinstance(value, (m.Compare, m.Builtin)) and (
         known.reads_range(value) or known.reads_progression(value)
     ):
-        least, greatest = bounded(value, known.range_of)
+        least, greatest = range_of(value, known.range_of)
         if least == greatest and isinstance(value, m.Compare):
             return truth(bool(least))
         if least == greatest and isinstance(value.type, Int) and abs(least) <= MAX_EXACT:
@@ -267,7 +266,7 @@ def _logic(expr: m.Logic, known: KnownValues) -> m.Expr:
             parts.append(part)
         elif part.value == end and not (parts and surely_fails(parts[0])):
             return part
-    return joined(expr.op, parts)
+    return junction(expr.op, parts)
 
 
 def _choice(expr: m.Choice, known: KnownValues) -> m.Expr:
@@ -298,7 +297,7 @@ def is_some(value: m.Expr, known: KnownValues) -> bool:
     return False
 
 
-def _sure(expr: m.Sure, known: KnownValues) -> m.Expr:
+def _sure(expr: m.Unwrap, known: KnownValues) -> m.Expr:
     value = residual(expr.value, known)
     return value if is_literal(value) else replace(expr, value=value)
 
@@ -315,7 +314,7 @@ def _quantifier(expr: m.Quantifier, known: KnownValues) -> m.Expr:
     items = over.items if isinstance(over, m.Items) and expr.kind in ("all", "any") else None
     if items is None or _expanded_size(expr.body, known) * len(items) > MAX_EXPRESSION_PARTS:
         return replace(expr, over=over, body=residual(expr.body, known))
-    each = tuple(m.instance(expr.body, expr.variable, item) for item in items)
+    each = tuple(m.instantiate(expr.body, expr.variable, item) for item in items)
     return _logic(m.Logic("and" if expr.kind == "all" else "or", each, type=expr.type), known)
 
 
@@ -345,7 +344,7 @@ _RULES: dict[type, Callable[[Any, KnownValues], m.Expr]] = {
     m.Logic: _logic,
     m.Choice: _choice,
     m.IsNone: _is_none,
-    m.Sure: _sure,
+    m.Unwrap: _sure,
     m.Component: _component,
     m.Quantifier: _quantifier,
 }

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from specc.lang.ranges import Range
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.model import expr as m
 from specc.model.types import Int, Type
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from specc.lang.kinds import kind
-from specc.lang.ranges import ANY, Range, of_float
+from specc.lang.ranges import ANY, Range, as_floats
 from specc.model import expr as m
 from specc.model.types import Int, Real, Type, Vector
 
@@ -41,7 +41,7 @@ def bounded_unknown(expr: m.Expr, range_: Range, type_: Type) -> BoundedUnknown 
     of = _element(expr.type)
     if range_ == ANY or kind(of).sort not in ("whole", "real"):
         return None
-    return BoundedUnknown(*(of_float(range_) if of != _element(type_) else range_))
+    return BoundedUnknown(*(as_floats(range_) if of != _element(type_) else range_))
 
 
 def _element(type_: Type) -> Type:

@@ -8,7 +8,7 @@ from fractions import Fraction
 from math import prod
 from typing import Any, TypeVar
 
-from specc.lang.bounds import bounded
+from specc.lang.evaluate import range_of
 from specc.model import expr as m
 from specc.model.types import Int, Type
 from specc.tools.explore.partial import (
@@ -93,9 +93,9 @@ class ValueTable:
             return (UNKNOWN if isinstance(expr, m.Nothing) else PRESENT,)
         if known.reads_region(expr):
             if is_number(expr):
-                return self._region_numbers(target, expr, *bounded(expr, known.range_of))
+                return self._region_numbers(target, expr, *range_of(expr, known.range_of))
             self.widened.add(target)
-        elif sent and (found := bounded_unknown(expr, bounded(expr, known.range_of), sent)):
+        elif sent and (found := bounded_unknown(expr, range_of(expr, known.range_of), sent)):
             number = self._interner.number(found)
             ranges = self._ranges.setdefault(target, set())
             if number in ranges or len(ranges) < MOST_RANGES:

@@ -19,8 +19,8 @@ from specc.model.requirement import (
     Temporal,
     TemporalFormula,
     antecedent,
+    horizon_s,
     is_timeless,
-    reach_s,
 )
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
@@ -196,7 +196,7 @@ def _dead_ends(subject: RequirementSlice, budget: int) -> Refinement[int, Traced
     """Graphs with the finding, as 0, on an answer that cannot come any more, if there is one."""
     requirement, abstraction = subject.requirement, subject.abstraction
     every = list(responses(requirement.formula))
-    at_once = [replace(requirement, formula=each.immediate, lasts=True) for each in every]
+    at_once = [replace(requirement, formula=each.immediate, holds_always=True) for each in every]
     probes = [
         replace(at_once[0], formula=f) for each in every for f in (each.antecedent, each.answer)
     ]
@@ -211,9 +211,9 @@ def _dead_ends(subject: RequirementSlice, budget: int) -> Refinement[int, Traced
         for index, response in enumerate(every):
             first = len(at_once) + 2 * index
             requested, answered = (_truths(graph, place) for place in (first, first + 1))
-            begins = range(len(requested)) if requirement.lasts else (0,)
+            begins = range(len(requested)) if requirement.holds_always else (0,)
             starts = [n for n in begins if requested[n] is True and answered[n] is False]
-            if not requirement.lasts:  # nothing is asked after the start
+            if not requirement.holds_always:  # nothing is asked after the start
                 requested = [False] * len(requested)
             end = PendingAnswers(graph, requested, answered, response.deadline_s).dead_end(starts)
             if end is not None:
@@ -247,7 +247,7 @@ def _finding(
     states = {step.walker.name: step.transition.target for step in trace.steps}
     subsystems = dict.fromkeys(x.subsystem for x in requirement.readings)
     where = ", ".join(f"`{name}` in `{states[name]}`" for name in subsystems if name in states)
-    what = "can no longer be met" if reach_s(requirement.formula) else "is violated"
+    what = "can no longer be met" if horizon_s(requirement.formula) else "is violated"
     but = ", unless the request is made again" if can_retry else ""
     return TracedFinding(
         ("W1007", requirement.that, requirement.place),
@@ -267,7 +267,7 @@ def _verdict(
         if violation.trace.is_decided:
             return "violated"
         # Answers in time rest on plants; the exclusion of a state does not.
-        if not reach_s(requirement.formula):
+        if not horizon_s(requirement.formula):
             return "may be violated"
         return "open" if violation.trace.rests_on_measurements else "not decided"
     if _is_proved(graphs, 0):

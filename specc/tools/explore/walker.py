@@ -12,7 +12,7 @@ from itertools import product
 
 from specc.analysis.reads import Dependence
 from specc.model import expr as m
-from specc.model.logic import conjuncts, negation
+from specc.model.expr import conjuncts, negation
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.tools.explore.cone import Cone, renamed

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 from specc.lang.show import show
 from specc.model import expr as m
-from specc.model.fsm import Assignment, Condition, Function, State, Transition
+from specc.model.fsm import Assignment, Condition, Function, State, Trace, Transition
 from specc.model.system import Let, Subsystem
-from specc.model.trace import Trace
 from specc.reachable import grouped, reachable
 from specc.tools.graph.diagram import (
     Arc,
@@ -47,7 +46,7 @@ def states(subsystem: Subsystem) -> Diagram:
         lines = tuple(each for number in own for each in _row(rows[number]))
         stroke: Stroke = "solid" if cause == "terminal" else "error"
         arcs.append(Arc(source, target, lines, stroke, covers=tuple(map(str, own))))
-    if subsystem.begun and subsystem.initial_state in known:
+    if subsystem.has_initial_state and subsystem.initial_state in known:
         nodes.insert(0, Box(_START, "start", ()))
         arcs.insert(0, Arc(_START, subsystem.initial_state))
     notes = tuple(_notes(subsystem))
@@ -177,7 +176,7 @@ class _Flow:
     def source(self, expr: m.Expr, trace: Trace | None = None) -> _Source:
         """The node that gives the value of an expression."""
         match expr:
-            case m.Sure(value=value):
+            case m.Unwrap(value=value):
                 return self.source(value, trace)
             case m.LetRef(name=name) if name in self.lets:
                 return self.lets[name]
@@ -190,7 +189,7 @@ class _Flow:
                 last = show(expr).removeprefix(show(value))
                 return _Source(inner.id, f"{inner.label}{last}")
             case m.Call(args=args):
-                name = m.written(expr.operator)
+                name = m.source_name(expr.operator)
                 fixed = ", ".join(show(arg) for arg in args if not _is_read(arg))
                 head = (TextRun(name, "name"), *equations(trace.eq if trace else ()))
                 read: dict[_Source, list[str]] = {self.source(a): [] for a in args if _is_read(a)}
@@ -245,4 +244,4 @@ def _without_calls(expr: m.Expr, calls: list[m.Call]) -> m.Expr:
         return m.BoundVariable(f"#{len(calls)}", type=expr.type)
     if isinstance(expr, m.Quantifier):
         return expr
-    return m.mapped(expr, lambda part: _without_calls(part, calls))
+    return m.map_children(expr, lambda part: _without_calls(part, calls))

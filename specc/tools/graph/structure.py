@@ -108,7 +108,7 @@ def _part(copies: list[Subsystem] | list[Device], agents: int) -> Box:
     lines += wrap_lines(first.title, _COLUMNS)
     if isinstance(first, Device):
         return Box(names[0], "device", tuple(lines), covers=names)
-    if first.rated:
+    if first.has_rate:
         lines.append(line(rate(first.rate_hz), "note"))
     return Box(names[0], "subsystem", tuple(lines), covers=names)
 
@@ -116,8 +116,8 @@ def _part(copies: list[Subsystem] | list[Device], agents: int) -> Box:
 def _sent(agents: list[Agent], wires: Wires) -> dict[tuple[str, str], dict[str, None]]:
     """The elements that either end declares, by the qualified names of sender and receiver."""
     found: dict[tuple[str, str], dict[str, None]] = {}
-    for wire in (w for agent in agents for s in agent.subsystems for w in wires.of(s)):
-        ends = wire.subsystem.qualified_name, wire.name
+    for wire in (w for agent in agents for s in agent.subsystems for w in wires.wires_of(s)):
+        ends = wire.subsystem.qualified_name, wire.peer_name
         way = ends if wire.port.direction == "y" else ends[::-1]
         found.setdefault(way, {}).update((e.name, None) for e in wire.port.elements)
     return found
@@ -157,8 +157,8 @@ def inside(system: System, subsystem: Subsystem) -> Diagram:
     """Buffers by what is at their other end, which stands outside: the control subsystem above."""
     family_of = {a.name: family for family in agent_families(system) for a in family.agents}
     by_end: dict[object, list[Wire]] = {}
-    for wire in Wires(system.agents).of(subsystem):
-        end = wire.part  # copies of a part are one
+    for wire in Wires(system.agents).wires_of(subsystem):
+        end = wire.peer  # copies of a part are one
         key = end and (family_of[end.agent].name, end.place.file, end.place.route)
         by_end.setdefault(key or wire.port.peer, []).append(wire)
     nodes, others, arcs = [_behaviours(subsystem)], [], []
@@ -167,7 +167,7 @@ def inside(system: System, subsystem: Subsystem) -> Diagram:
         buffer, other = _buffer(ports), _other_end(wires)
         nodes.append(buffer)
         others.append(other)
-        is_above = wires[0].part is not None and wires[0].part.kind == "control"
+        is_above = wires[0].peer is not None and wires[0].peer.kind == "control"
         route = (other.id, buffer.id, _WORK) if is_above else (_WORK, buffer.id, other.id)
         directions = {port.direction for port in ports}
         points: Points = "down" if ("x" in directions) == is_above else "up"
@@ -180,7 +180,7 @@ def inside(system: System, subsystem: Subsystem) -> Diagram:
         nodes.append(Box(_MEMORY, "table", (line("memory", "italic"),), rows, covers))
         arcs.append(Arc(_WORK, _MEMORY, (line(_GAP),), points="both"))
         levels.append((_WORK, _MEMORY))
-    note = f"  {rate(subsystem.rate_hz) if subsystem.rated else ''}"
+    note = f"  {rate(subsystem.rate_hz) if subsystem.has_rate else ''}"
     title = TextRun(f"  {subsystem.title}", "name")
     head = (*symbol(subsystem), title, TextRun(note, "note"))
     name = subsystem.qualified_name
@@ -222,10 +222,10 @@ def _behaviours(subsystem: Subsystem) -> Box:
 
 
 def _other_end(wires: list[Wire]) -> Box:
-    id, end = f"other {wires[0].port.peer}", wires[0].part
+    id, end = f"other {wires[0].port.peer}", wires[0].peer
     if end is None:
-        return Box(id, "missing", (line(wires[0].name), line("not there", "note")))
-    agents = list(dict.fromkeys(wire.name.partition(".")[0] for wire in wires))
+        return Box(id, "missing", (line(wires[0].peer_name), line("not there", "note")))
+    agents = list(dict.fromkeys(wire.peer_name.partition(".")[0] for wire in wires))
     return Box(id, "other", (symbol(end, common_stem(agents)), *wrap_lines(end.title, _COLUMNS)))
 
 

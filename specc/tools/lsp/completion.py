@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from specc.lang import ExprError, ExprErrors, Scope
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
-from specc.lang.types import SPELT
+from specc.lang.types import SYNTAX
 from specc.lang.typing import expression
 from specc.model.types import (
     Enum,
@@ -111,7 +111,7 @@ def complete_type(index: Index, path: str, before: str) -> Iterator[Completion]:
         frames = around not in ("", "vector", "list", "nonempty", "optional", "partial")
         yield from _of_kind(index, symbols, ("frame",) if frames else ("type",))
         if not frames:
-            for label, usage in (SPELT | PARAMETER_TYPES).items():
+            for label, usage in (SYNTAX | PARAMETER_TYPES).items():
                 yield Completion(label, "type", usage)
 
 

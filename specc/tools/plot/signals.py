@@ -17,8 +17,7 @@ from specc.diagnostics import nearest
 from specc.diagnostics.phrases import join_some
 from specc.lang.kinds import kind
 from specc.lang.values import Floats, position
-from specc.model.binding import PLANT
-from specc.model.system import Subsystem, System
+from specc.model.system import PLANT, Subsystem, System
 from specc.model.types import (
     SPATIAL_COMPONENTS,
     VECTOR3_COMPONENTS,
@@ -27,7 +26,7 @@ from specc.model.types import (
     Record,
     Spatial,
     Type,
-    whole,
+    complete_type,
 )
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN, Unit
 from specc.refusal import Refused
@@ -109,7 +108,7 @@ def resolve_signal(system: System, name: str) -> Subsystem | Signal:
 
 def _present(type_: Type) -> Type:
     """The type of a value of which nothing is missing."""
-    return whole(type_.value if isinstance(type_, OptionalOf) else type_)
+    return complete_type(type_.value if isinstance(type_, OptionalOf) else type_)
 
 
 def _elements(system: System) -> Iterator[tuple[str, _Element]]:

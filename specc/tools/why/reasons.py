@@ -12,18 +12,18 @@ from specc.diagnostics.phrases import truncate
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.lang.show import show
-from specc.lang.values import Fields, Gone, angle, position
+from specc.lang.values import Fields, NotRecorded, angle, position
 from specc.model import expr as m
-from specc.model.logic import joined
+from specc.model.expr import junction
 from specc.model.requirement import (
     BoolOp,
     Reading,
     Requirement,
     Temporal,
     TemporalFormula,
-    reach_s,
+    horizon_s,
 )
-from specc.model.types import Int, ListOf, Pose, Real, Text, Type, whole
+from specc.model.types import Int, ListOf, Pose, Real, Text, Type, complete_type
 from specc.model.units import DIMENSIONLESS
 from specc.tools.why.moment import Moment, NotKnown, value_of
 
@@ -62,9 +62,9 @@ class Reasons:
         if isinstance(expr, m.Unary) and expr.op == "not":
             yield from self._why(expr.operand, not wanted, depth)
         elif isinstance(expr, m.Quantifier) and isinstance(expr.over, m.Items):
-            parts = (m.instance(expr.body, expr.variable, item) for item in expr.over.items)
+            parts = (m.instantiate(expr.body, expr.variable, item) for item in expr.over.items)
             op: Any = "and" if expr.kind == "all" else "or"
-            yield from self._why(joined(op, tuple(parts)), wanted, depth)
+            yield from self._why(junction(op, tuple(parts)), wanted, depth)
         elif isinstance(expr, m.Logic):
             yield from self._operands(expr, wanted, depth)
         elif isinstance(expr, m.LetRef):
@@ -126,7 +126,7 @@ class Reasons:
                 self._shown_exprs.add(expr)
                 has = "has" if is_met is wanted else "has not"
                 return f"{show(read)} {has} a value{'' if is_met else ', needs the opposite'}"
-            case m.Among(item=item, members=members):
+            case m.IsOneOf(item=item, members=members):
                 named = "{" + ", ".join(sorted(members)) + "}"
                 word = "in" if wanted else "not in"
                 return f"{self._value(item)}, {is_or_needs} {word} {named}"
@@ -246,13 +246,13 @@ def value_text(type_: Type, value: Any) -> str:
 
 
 def _value_text(type_: Type, value: Any) -> str:
-    if isinstance(value, Gone):
+    if isinstance(value, NotRecorded):
         return "not recorded"
-    inner = whole(type_)
+    inner = complete_type(type_)
     if inner.units or inner.is_array:
         return _quantity(inner, value)
     some = value[:_MOST_ITEMS] if isinstance(type_, ListOf) else value
-    match kind(type_).rebuilt(type_, some, _value_text):
+    match kind(type_).map_parts(type_, some, _value_text):
         case tuple() as items if isinstance(type_, ListOf):
             return f"{len(value)} {'item' if len(value) == 1 else 'items'} [{', '.join(items)}]"
         case tuple() as items:
@@ -299,7 +299,7 @@ def violation_reasons(
     """
     formula = requirement.formula
     yield from _missed(requirement, formula, time_s, shown_s)
-    for at_s in dict.fromkeys((time_s, time_s + float(reach_s(formula)))):
+    for at_s in dict.fromkeys((time_s, time_s + float(horizon_s(formula)))):
         last_steps = steps(at_s)
         for reading in requirement.readings:
             if text := _read(reading, last_steps.get(reading.subsystem)):

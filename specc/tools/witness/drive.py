@@ -75,7 +75,7 @@ class Inputs:
         self.devices = frozenset(
             (peer, element)
             for peer, element in original.inputs
-            if facts.wires.measured(original.qualified_name, peer)
+            if facts.wires.measuring_device(original.qualified_name, peer)
         )
         self.axioms = [(axiom.that, True) for axiom in meaning.subsystem.axioms]
 
@@ -195,7 +195,7 @@ class Driver:
     def _over(self, driven: Driven, row: Transition, more: list[Goal]) -> Driven:
         here, seen = self.reach(driven, [*self.taking(row), *more])
         index = next(i for i, other in enumerate(self._subsystem.transitions) if other is row)
-        step = step_between(here.seen, seen, row.target, row.words)
+        step = step_between(here.seen, seen, row.target, row.label)
         return self._went((*here.steps, step), seen, index)
 
     def first(self, wanted: Situation | None = None) -> Driven:

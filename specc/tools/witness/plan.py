@@ -218,7 +218,7 @@ class Planner:
             if error.name != about.absent:
                 raise
             return script
-        wanted = {row.words for row in about.rows}
+        wanted = {row.label for row in about.rows}
         if (
             (shown.state, shown.cause) != (about.state, about.cause)
             or not wanted <= set(shown.rows)

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from specc.model.expr import Node, Unknown
+from specc.model.fsm import Trace
 from specc.model.requirement import Requirement
 from specc.model.system import System
-from specc.model.trace import Trace
 from specc.model.types import Opaque
 from specc.pipeline import read_spec
 from specc.tools.diff import compare
@@ -61,14 +61,14 @@ NOT_COMPARED = {
     "System.named_in_agents": "definitions are compared where they are used",
     "System.folders": "where files lie says nothing",
     "System.stop_when": "the command line gives it for one run",
-    "System.described": "each use has the values in its expressions",
+    "System.description_uses": "each use has the values in its expressions",
     "Subsystem.outside": "names of a file are compared where they are used",
-    "Subsystem.begun": FOLLOWS,
+    "Subsystem.has_initial_state": FOLLOWS,
     "Port.interface": "its elements are compared",
-    "Behaviour.whole": FOLLOWS,
-    "Function.whole": FOLLOWS,
+    "Behaviour.is_complete": FOLLOWS,
+    "Function.is_complete": FOLLOWS,
     "Behaviour.assignments": FOLLOWS,
-    "Transition.remainder": "its condition is compared",
+    "Transition.is_otherwise": "its condition is compared",
     "Assignment.trace": "that of its function is told",
     "Plant.observed": "what stands behind it is compared, and its types",
     "Binding.noise_units": "the noise is compared in SI units",
@@ -125,7 +125,8 @@ def _classes(kind: Any) -> dict[Any, list[str]]:
 def _is_part(kind: Any) -> bool:
     module = getattr(kind, "__module__", "")
     of_model = module.startswith(_OF_MODEL) and module.removeprefix(_OF_MODEL) not in _NOT_HERE
-    return of_model and isinstance(kind, type) and dataclasses.is_dataclass(kind)
+    is_part = of_model and kind is not Trace and isinstance(kind, type)
+    return is_part and dataclasses.is_dataclass(kind)
 
 
 Route = tuple[str | int, ...]

@@ -1,21 +1,111 @@
-"""Many senders in one expression: what is said of a group of peers, written out for each.
+"""Rewriting of syntax trees: temporal operators, and groups of peers.
 
-`all(r.ready for r in x.robots)` becomes `x.robots_1.ready and x.robots_2.ready`, so that proofs,
-presence and age see plain elements. What is written out has the columns of what it comes from.
+`p implies q` is read as a call before Python's syntax is. `all(r.ready for r in x.robots)` becomes
+`x.robots_1.ready and x.robots_2.ready`, so that proofs, presence and age see plain elements. The
+new nodes have the columns of those that they come from.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal, TypeGuard
 
-from specc.lang.errors import ExprError, listed
-from specc.lang.parse import nodes_of, span
+from specc.diagnostics import nearest
+from specc.lang.builtins import BUILTIN_NAMES
+from specc.lang.errors import ExprError, did_you_mean, quoted
+from specc.lang.parse import nodes_of, parse, span
 from specc.limits import MAX_SPREAD_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import LENGTH
+
+TIMED = ("within", "throughout", "once", "historically")
+USAGE = MappingProxyType(
+    {name: f"{name}(0.2[s], p)" for name in TIMED}
+    | {"always": "always(p)", "since": "since(p, q)", "implies": "p implies q"}
+)
+"""The operators of formulas and how each is written."""
+_TOKEN = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|\b(?:implies|for)\b|[()\[\]{},]")
+
+
+def parse_formula(text: str) -> ast.expr:
+    """The syntax tree of a formula, one's own to change; raises `ExprError`."""
+    if not re.search(r"\bimplies\b", text):
+        return parse(text, own=True)
+    written, origins = _implies_as_calls(text)
+    try:
+        tree = parse(written, own=True)
+    except ExprError as error:
+        start, end = _original(origins, error.start, error.end)
+        raise ExprError(error.message, start, end, error.help, error.code) from None
+    for node in nodes_of(tree):
+        if isinstance(node, ast.expr | ast.keyword):
+            begin, end = node.col_offset, node.end_col_offset or node.col_offset
+            node.col_offset, node.end_col_offset = _original(origins, begin, end)
+    return tree
+
+
+def refuse_misspelling(node: ast.expr, operators: Iterable[str]) -> None:
+    """Raise `ExprError` for a call of what is meant to be an operator of formulas."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+        name, known = node.func.id, {*operators, *BUILTIN_NAMES, "state"}
+        close = () if name in known else nearest(name, [*known, *USAGE])
+        if not USAGE.keys().isdisjoint(close):
+            help = did_you_mean(close)
+            error = ExprError(f"unknown operator `{name}`", *span(node.func), help, "E0202")
+            raise error.with_suggestions(name, close)
+
+
+def _original(origins: list[int], start: int, end: int) -> tuple[int, int]:
+    last = len(origins) - 1
+    return origins[min(start, last)], origins[min(max(end - 1, 0), last)] + 1
+
+
+def _implies_as_calls(text: str) -> tuple[str, list[int]]:
+    """The text with each `p implies q` as `implies(p, q)`, and whence each character comes.
+
+    It binds weaker than anything else and to the right: `p implies (q implies r)`.
+    """
+    out: list[tuple[str, int]] = []
+    operand_starts, open_calls = (
+        [0],
+        [0],
+    )  # by bracket: where the last operand begins, calls to close
+
+    def close(at: int) -> None:
+        out.extend((")", max(at - 1, 0)) for _ in range(open_calls[-1]))
+        open_calls[-1] = 0
+
+    done = 0
+    for token in _TOKEN.finditer(text):
+        place, word = token.start(), token[0]
+        out += [(char, done + i) for i, char in enumerate(text[done:place])]
+        done = token.end()
+        if word == "implies" and any(not char.isspace() for char, _ in out[operand_starts[-1] :]):
+            first = out[operand_starts[-1]][1]
+            out[operand_starts[-1] : operand_starts[-1]] = [(char, first) for char in "implies("]
+            out.append((",", place))
+            open_calls[-1] += 1
+            operand_starts[-1] = len(out)
+            continue
+        if word in (")", "]", "}", ",", "for"):  # of a quantifier: what it says is over
+            close(place)
+        out += [(char, place + i) for i, char in enumerate(word)]
+        if word in "([{":
+            operand_starts.append(len(out))
+            open_calls.append(0)
+        elif word in ")]}" and len(operand_starts) > 1:
+            operand_starts.pop()
+            open_calls.pop()
+        elif word == ",":
+            operand_starts[-1] = len(out)
+    out += [(char, done + i) for i, char in enumerate(text[done:])]
+    close(len(text))
+    return "".join(char for char, _ in out), [origin for _, origin in out]
+
 
 Members = Mapping[tuple[int, ...], str]
 """Indices of each member of a group -> the peer that it is."""
@@ -30,19 +120,19 @@ _USES = {
 }
 
 
-def spread(tree: ast.expr, groups: Mapping[str, Members], root: Root = "x") -> ast.expr:
+def expand_groups(tree: ast.expr, groups: Mapping[str, Members], root: Root = "x") -> ast.expr:
     """The expression without groups; raises `ExprError` where one is used otherwise."""
     if not groups:
         return tree
-    spreading = _Spreading(groups, root)
-    if not any(isinstance(n, ast.expr) and spreading.group(n) for n in nodes_of(tree)):
+    expander = _Expander(groups, root)
+    if not any(isinstance(n, ast.expr) and expander.group(n) for n in nodes_of(tree)):
         return tree
-    found: ast.expr = spreading.visit(deepcopy(tree))
-    return found
+    expanded: ast.expr = expander.visit(deepcopy(tree))
+    return expanded
 
 
 @dataclass(eq=False, slots=True)
-class _Spreading(ast.NodeTransformer):
+class _Expander(ast.NodeTransformer):
     groups: Mapping[str, Members]
     root: Root
     parts: int = 0
@@ -53,11 +143,11 @@ class _Spreading(ast.NodeTransformer):
         match node.args:
             case [over] if name == LENGTH and (group := self.group(over)) is not None:
                 return ast.copy_location(ast.Constant(len(group)), node)
-            case [ast.GeneratorExp(elt=body, generators=[each])] if name in _WRITTEN_OUT:
+            case [ast.GeneratorExp(elt=body, generators=[each])] if name in _EXPANSIONS:
                 group = self.group(each.iter)
                 if group is not None and isinstance(each.target, ast.Name) and not each.ifs:
-                    said = self._each(body, each.target.id, group, node)
-                    return ast.copy_location(_WRITTEN_OUT[name](said, group, node), node)
+                    bodies = self._expand(body, each.target.id, group, node)
+                    return ast.copy_location(_EXPANSIONS[name](bodies, group, node), node)
         return self.generic_visit(node)
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
@@ -72,8 +162,10 @@ class _Spreading(ast.NodeTransformer):
             return self.generic_visit(node)
         at = tuple(n.value for n in numbers if isinstance(n, ast.Constant) and _is_whole(n.value))
         if at not in group or len(at) < len(numbers):
-            known = ["][".join(map(str, one)) for one in group][:_SHOWN]
-            shown = listed(f"[{one}]" for one in known) + (", ..." if len(group) > _SHOWN else "")
+            known = ["][".join(map(str, one)) for one in group][:_MAX_SHOWN]
+            shown = quoted(f"[{one}]" for one in known) + (
+                ", ..." if len(group) > _MAX_SHOWN else ""
+            )
             message = f"`{ast.unparse(over)}` has no such member"
             raise ExprError(message, *span(node), f"there are {shown}", "E0238")
         return _peer(self.root, group[at], node)
@@ -102,22 +194,22 @@ class _Spreading(ast.NodeTransformer):
                 return self.groups.get(name)
         return None
 
-    def _each(
+    def _expand(
         self, body: ast.expr, variable: str, group: Members, whole: ast.Call
     ) -> list[ast.expr]:
         """The body for each member."""
         name = whole.func.id if isinstance(whole.func, ast.Name) else ""
-        is_compared = name in _COMPARING and len(group) <= _MOST_COMPARED
+        is_compared = name in _COMPARED_NAMES and len(group) <= _MAX_COMPARED
         times = len(group) if is_compared else 1
         self._count(len(group) * len(nodes_of(body)), times, whole)
-        members = (_Member(variable, at, peer, self.root) for at, peer in group.items())
+        members = (_Substitution(variable, at, peer, self.root) for at, peer in group.items())
         return [self.visit(member.visit(deepcopy(body))) for member in members]
 
     def _count(self, parts: int, times: int, whole: ast.expr) -> None:
         """Count the parts of what is about to be written out, each so many times."""
         self.parts += parts
         message = ""
-        if not spend("parts", parts * times * _OF_A_PART):
+        if not spend("parts", parts * times * _PART_COST):
             message = OUT_OF_PARTS
         if self.parts > MAX_SPREAD_PARTS:
             message = f"written out for each member, this has more than {MAX_SPREAD_PARTS} parts"
@@ -125,8 +217,8 @@ class _Spreading(ast.NodeTransformer):
             raise ExprError(message, *span(whole), "say it of fewer peers, or of less", "E0017")
 
 
-_SHOWN = 8
-_OF_A_PART = 4
+_MAX_SHOWN = 8
+_PART_COST = 4
 """Parts that one counts for which is written out: checks look at it as if it stood in the text."""
 
 
@@ -135,7 +227,7 @@ def _is_whole(value: object) -> TypeGuard[int]:
 
 
 @dataclass(eq=False, slots=True)
-class _Member(ast.NodeTransformer):
+class _Substitution(ast.NodeTransformer):
     """Puts one member in the place of the variable: a peer, or its number where it stands alone.
 
     What is observed is a value where it stands alone.
@@ -182,7 +274,7 @@ def _number(indices: tuple[int, ...], at: ast.expr) -> ast.expr:
     return ast.copy_location(ast.Constant(indices[0]), at)
 
 
-def _joined(
+def _as_logic(
     op: Callable[[], ast.boolop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
     def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
@@ -191,16 +283,16 @@ def _joined(
     return made
 
 
-_MOST_COMPARED = 32
+_MAX_COMPARED = 32
 
 
-def _best(
+def _as_choice(
     op: Callable[[], ast.cmpop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
     def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
         """The number of the first member that no later one is better than."""
-        if len(said) > _MOST_COMPARED:
-            message = f"these are {len(said)} peers, and at most {_MOST_COMPARED} are compared"
+        if len(said) > _MAX_COMPARED:
+            message = f"these are {len(said)} peers, and at most {_MAX_COMPARED} are compared"
             help = "compare them in an operator, or in groups"
             raise ExprError(message, *span(node), help, "E0017")
         numbers = [_number(at, node) for at in group]
@@ -218,11 +310,11 @@ def _best(
     return made
 
 
-_COMPARING = ("argmin", "argmax")
+_COMPARED_NAMES = ("argmin", "argmax")
 """What is said of each member is compared with that of each later one."""
-_WRITTEN_OUT = {
-    "all": _joined(ast.And),
-    "any": _joined(ast.Or),
-    "argmin": _best(ast.LtE),
-    "argmax": _best(ast.GtE),
+_EXPANSIONS = {
+    "all": _as_logic(ast.And),
+    "any": _as_logic(ast.Or),
+    "argmin": _as_choice(ast.LtE),
+    "argmax": _as_choice(ast.GtE),
 }
