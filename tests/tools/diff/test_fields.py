@@ -76,7 +76,7 @@ NOT_COMPARED = {
 }
 _PLACES = ("place",)
 _OF_MODEL = "specc.model."
-_NOT_HERE = ("expr", "types", "units", "requirement", "trace")
+_NOT_HERE = ("expr", "types", "units", "requirement")
 """Expressions and types are values; formulas are compared by their text."""
 
 
