@@ -14,7 +14,7 @@ from operator import not_
 from pprint import pformat
 
 from specc.read import read_text
-from specc.read.comments import comments_in
+from specc.read.document import comments_in
 from specc.schema.keys import is_model, layout
 from specc.schema.places import FILE, UNKNOWN, SchemaNode
 from specc.tools.fmt.tree import (

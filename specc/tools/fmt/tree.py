@@ -7,8 +7,8 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from specc.read.comments import Comment
 from specc.read.compose import NumberRangeError, is_null, plain_value
+from specc.read.document import Comment
 from specc.read.syntax import (
     AliasEvent,
     Event,

@@ -98,13 +98,15 @@ def test_tables(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("head", ["time_s,force", "begin_s,end_s,grade", "recording,time_s,v"])
-def test_a_table_is_never_replaced(head: str, tmp_path: Path) -> None:
+def test_a_table_is_replaced_by_force_only(head: str, tmp_path: Path) -> None:
     mine = tmp_path / "mine.csv"
     mine.write_text(f"{head}\n0,1\n")
     done = _plot(tmp_path, KEPT, "--out", "mine.csv")
-    words = "specc: mine.csv is there, and no table says who made it, so it stays; remove it, "
+    words = "specc: mine.csv is there already; `--force` replaces it"
     assert (done.returncode, done.stdout) == (2, "") and words in done.stderr
     assert mine.read_text() == f"{head}\n0,1\n" and [*tmp_path.iterdir()] == [mine]
+    assert _plot(tmp_path, KEPT, "--out", "mine.csv", "--force").returncode == 0
+    assert mine.read_text().startswith("begin_s,end_s")
 
 
 @pytest.mark.long
@@ -208,8 +210,11 @@ def test_runs_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> Non
         ("{kept} --out a", "a: the name has to end in"),
         ("{kept} --csv --out a.svg", "a.svg: with --csv the name has to end in .csv"),
         ("{kept} --out none/a.svg", "none/a.svg cannot be written: no such file or directory"),
-        ("{kept} --out mine.svg", "mine.svg is there, but no SVG that specc made, so it stays"),
-        ("{kept} --out mine.csv", "mine.csv is there, and no table says who made it, so it stays"),
+        (
+            "{kept} --out mine.svg",
+            "mine.svg is there, but no SVG that specc made; `--force` replaces it",
+        ),
+        ("{kept} --out mine.csv", "mine.csv is there already; `--force` replaces it"),
         ("{kept} a.mcap b.mcap c.mcap d.mcap e.mcap f.mcap", "7 recordings are not told apart"),
         ("empty.mcap", "is no MCAP file"),
         ("bare.mcap", "bare.mcap is no recording of specc"),

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from specc.atomic_files import PREFIX, digest_of, remove_stale
-from specc.cli import new_files as module
-from specc.cli.new_files import AlreadyExists, Content, creating
+from specc.cli import files as module
+from specc.cli.files import AlreadyExists, Content, creating
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def killed(folder: Path, then: str, last: str = "last") -> None:
     code = (
         "import os, signal\n"
         "from pathlib import Path\n"
-        "from specc.cli.new_files import creating\n"
+        "from specc.cli.files import creating\n"
         f"with creating(Path({last!r})) as new:\n"
         "    new.write({Path('a'): 'a', Path('below/b'): 'b'})\n"
         f"    {then}\n"
