@@ -201,7 +201,7 @@ class _Moment:
         yield from self._choices(value.otherwise, (*tests, self.make.negation(test)))
 
     def compare(
-        self, old: Sequence[Expr], new: Sequence[Expr], given: Iterable[Formula] | None = ()
+        self, old: Sequence[Expr], new: Sequence[Expr], premises: Iterable[Formula] | None = ()
     ) -> Verdict:
         """How `any of old` and `any of new` relate; without axioms if nothing may be given."""
         before, after = (
@@ -210,13 +210,13 @@ class _Moment:
         )
         if before is after:
             return Verdict(True, is_proved=True)
-        known = [] if given is None else conjuncts([*self._axioms, *given])
+        assumptions = [] if premises is None else conjuncts([*self._axioms, *premises])
         try:
             try:
                 things = self._solver.relations.things
-                return self._verdict(before, after, connected(known, (before, after), things))
+                return self._verdict(before, after, connected(assumptions, (before, after), things))
             except TooLargeError:
-                return self._verdict(before, after, connected(known, (before, after)))
+                return self._verdict(before, after, connected(assumptions, (before, after)))
         except (TooLargeError, UnsureError) as error:
             return Verdict(False, unknown=str(error))
 
@@ -248,21 +248,21 @@ class _Moment:
         unsure = next((atom.text for atom in atoms if atom.unsure), "")
         if unsure and (only_old or only_new):
             raise UnsureError(f"proofs do not follow how `{unsure}` changes with the time")
-        asked = frozenset(atoms_of((before, after)))
+        compared_atoms = frozenset(atoms_of((before, after)))
         return Verdict(
             not (only_old or only_new),
-            _facts(table, only_old, cases.conceivable, asked),
-            _facts(table, only_new, cases.conceivable, asked),
+            _facts(table, only_old, cases.conceivable, compared_atoms),
+            _facts(table, only_new, cases.conceivable, compared_atoms),
             is_proved=True,
         )
 
 
-def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> FactTexts:
+def _facts(table: Table, faults: int, allowed: int, atoms: frozenset[Any]) -> FactTexts:
     """Facts without marks; one that both versions have with values of their own says whose."""
     if not faults:
         return ()
-    found, *_ = describe(table, faults, allowed, asked)
-    names = [_plain(fact) for fact, _ in found]
+    found, *_ = describe(table, faults, allowed, atoms)
+    names = [_unmarked(fact) for fact, _ in found]
     facts = []
     for (fact, answer), name in zip(found, names, strict=True):
         whose = next((mark.rstrip("'") for mark in _MARKS if mark in fact), "")
@@ -271,7 +271,7 @@ def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> Fa
     return tuple(facts) or (("anything", "true"),)
 
 
-def _plain(text: str) -> str:
+def _unmarked(text: str) -> str:
     for mark in _MARKS:
         text = text.replace(mark, "")
     return text

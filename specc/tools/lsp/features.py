@@ -18,7 +18,7 @@ from specc.read import read_text
 from specc.resources import is_library_part, on_disk
 from specc.schema.places import names_used_file, role_of
 from specc.source import Place, Route, SourceFile, Sources, TextNode, beside
-from specc.tools.fmt import LayoutError, formatted
+from specc.tools.fmt import LayoutError, format_text
 from specc.tools.lsp.completion import Completion, complete
 from specc.tools.lsp.cursor import CallSignature, line_break, signature
 from specc.tools.lsp.describe import (
@@ -233,7 +233,7 @@ def layout(project: Project, path: str) -> str | None:
     if not project.is_specification(path) or not read_text(path, text).ok:
         return None
     try:
-        new = formatted(text)
+        new = format_text(text)
     except LayoutError:
         return None
     new = new.replace("\n", line_break(text))
