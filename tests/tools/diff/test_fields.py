@@ -70,8 +70,6 @@ NOT_COMPARED = {
     "Behaviour.assignments": FOLLOWS,
     "Transition.is_otherwise": "its condition is compared",
     "Assignment.trace": "that of its function is told",
-    "Trace.eq": "a trace is compared as one text",
-    "Trace.table": "a trace is compared as one text",
     "Plant.observed": "what stands behind it is compared, and its types",
     "Binding.noise_units": "the noise is compared in SI units",
     "Draw.values": "the texts that they come from are compared",
