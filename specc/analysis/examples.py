@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 from specc.analysis.arrivals import always_present
-from specc.analysis.facts import Facts
-from specc.analysis.machine import RowVerdictAt
+from specc.analysis.machine import Machine, RowVerdictAt
 from specc.analysis.unknown_parts import is_vague, sure, unmet
 from specc.lang.kinds import first_value
 from specc.lang.values import Value
 from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
-from specc.model.system import Subsystem
+from specc.model.system import Subsystem, System
 from specc.model.types import Type, Vector
+from specc.model.wires import Wires
 from specc.proof import Witness
+from specc.proof.prover import with_repair
 from specc.search import (
     NO_VALUE,
     FreeVariables,
@@ -23,6 +25,7 @@ from specc.search import (
     Interpreter,
     SearchBudget,
     Situation,
+    runnable,
     showing,
 )
 from specc.search.example import Example, example, says_all
@@ -41,8 +44,12 @@ LARGE = 200
 class Examples:
     """Examples for the findings of one check."""
 
-    def __init__(self, facts: Facts) -> None:
-        self._facts = facts
+    def __init__(
+        self, system: System, wires: Wires, machine_of: Callable[[Subsystem], Machine]
+    ) -> None:
+        self._system = system
+        self._wires = wires
+        self._machine_of = machine_of
         self._left = SearchBudget(MOST_IN_ALL)
         self._meanings: dict[str, Interpreter] = {}
         self._known: dict[object, Example | None] = {}
@@ -61,6 +68,44 @@ class Examples:
             return found.text
         return "" if is_said else facts
 
+    def confirmed(self, decided: RowVerdictAt) -> RowVerdictAt:
+        """A verdict that tables leave open, with the refutations that some values show."""
+        verdict = decided.verdict
+        if verdict.decision.open is None or not verdict.rows:
+            return decided
+        gap = self._shown(decided, ())
+        pairs = combinations(range(len(verdict.rows)), 2)
+        overlap = next(filter(None, (self._shown(decided, pair) for pair in pairs)), None)
+        if not gap and not overlap:
+            return decided
+        if overlap:
+            able = (i for i in reversed(overlap.holding) if self._shown(decided, (i,)))
+            overlap = replace(overlap, repaired=next(able, None))
+        refuted = replace(verdict.decision, gap=gap, overlap=overlap, unknown="", open=None)
+        repaired = with_repair(refuted, verdict.rows)
+        return replace(decided, verdict=replace(verdict, decision=repaired))
+
+    def _shown(self, decided: RowVerdictAt, holding: tuple[int, ...]) -> Witness | None:
+        """A witness that just these rows, by their indices, apply, or two of them and others."""
+        open_ = decided.verdict.decision.open
+        assert open_ is not None  # it is confirmed
+        of = decided.subsystem, decided.state, decided.cause
+        found = self.find(*of, Witness((), holding))
+        if found is None:
+            return None
+        meaning = self._meanings[decided.subsystem.qualified_name]
+
+        def value(expr: Expr) -> Value:
+            try:
+                return meaning.value(runnable(expr), found.situation)
+            except NO_VALUE:
+                return None
+
+        rows = decided.verdict.rows
+        if len(holding) == 1 and sum(bool(value(row.condition.when)) for row in rows) > 1:
+            return None
+        return open_.witness_of(value, holding)
+
     def find(
         self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
     ) -> Example | None:
@@ -70,16 +115,16 @@ class Examples:
         """
         name = subsystem.qualified_name
         if name not in self._meanings:
-            self._meanings[name] = Interpreter(self._facts.system, subsystem)
+            self._meanings[name] = Interpreter(self._system, subsystem)
         meaning = self._meanings[name]
-        machine = self._facts.of(subsystem)
+        machine = self._machine_of(subsystem)
         seen, given = subsystem, [(fact, True) for fact in machine.invariants]
         if is_vague(subsystem, state, cause):  # what is unknown is taken as the witness takes it
             seen, given = (sure if witness.holding else unmet)(cause).of(subsystem), []
         about = tuple(expr for expr, _ in witness.answers)
         answers = *witness.answers, *given
         every = tuple(showing(seen, state.name, cause, witness.holding, answers))
-        always = always_present(subsystem, self._facts.wires)
+        always = always_present(subsystem, self._wires)
         there = machine.presence.in_conditions(state.name) | always
         key = name, every, about, there
         if key not in self._known:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from functools import cached_property, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from specc.analysis.ages import Ages
 from specc.analysis.arrivals import arrivals_of
@@ -30,8 +30,10 @@ from specc.model.requirement import Requirement
 from specc.model.system import Constant, Element, Subsystem, System
 from specc.model.wires import Wires
 from specc.proof import Numbering, Ticks
-from specc.proof.decide import Sessions
 from specc.reachable import reachable
+
+if TYPE_CHECKING:
+    from specc.analysis.examples import Examples
 
 
 class Facts:
@@ -53,7 +55,6 @@ class Facts:
         self.broken = broken | _named_twice(system)
         self.faulty = faulty
         self._kept = kept or AnswerCache()
-        self._sessions = Sessions()
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self.wires = Wires(system.agents)
 
@@ -73,9 +74,9 @@ class Facts:
         # The objects themselves, since what is equal may stand elsewhere in its text.
         made_of = id(subsystem), tuple(map(id, constants.values())), arrivals, faulty
         known: Machine | None = self._kept.answer(f"machine {name}", made_of)
-        if known is not None and known.is_repeatable:
+        if known is not None:
             return known
-        made = Machine(subsystem, constants, arrivals, faulty=faulty, sessions=self._sessions)
+        made = Machine(subsystem, constants, arrivals, faulty=faulty)
         self._kept.keep(f"machine {name}", made_of, made)
         return made
 
@@ -98,10 +99,23 @@ class Facts:
         """The consistent ones that have no unknowns, and rows for all states that end."""
         return tuple(machine for machine in self.machines if machine.is_whole)
 
-    def row_verdicts(self) -> Iterator[RowVerdictAt]:
-        """The verdicts about every state and cause of the consistent ones."""
-        for machine in self.consistent_machines:
-            yield from machine.decided
+    @cached_property
+    def row_verdicts(self) -> tuple[RowVerdictAt, ...]:
+        """The verdicts about every state and cause of the consistent ones.
+
+        What tables leave open is refuted where a search finds values that show it.
+        """
+        decided = [each for machine in self.consistent_machines for each in machine.decided]
+        if all(each.verdict.decision.open is None for each in decided):
+            return tuple(decided)
+        examples = self.examples()
+        return tuple(map(examples.confirmed, decided))
+
+    def examples(self) -> Examples:
+        """A new search for examples of refutations."""
+        from specc.analysis.examples import Examples  # not needed unless something is found
+
+        return Examples(self.system, self.wires, self.of)
 
     def is_proved(self, subsystem: str, state: str, cause: Cause) -> bool:
         """Whether exactly one row of a state and cause applies whenever that cause occurs.
@@ -147,13 +161,6 @@ class Facts:
             self.system, {m.subsystem.qualified_name: m for m in self.complete_machines}
         )
         return Ticks({name: c.value for name, c in self._constants.items()}, known)
-
-    def release(self) -> None:
-        """Let go of the memory of solvers, tens of MB for each subsystem; answers stay."""
-        for machine in self.machines:
-            machine.release()
-        if "ticks" in self.__dict__:
-            self.ticks.release()
 
     # What goes on between machines, and between them and the plant.
 

@@ -20,7 +20,6 @@ from specc.model.expr import Expr, Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
 from specc.proof import Prover, RowVerdict, Witness
-from specc.proof.decide import Sessions
 from specc.reachable import grouped
 
 T = TypeVar("T")
@@ -74,7 +73,6 @@ class Machine:
         arrivals: Arrivals,
         *,
         faulty: bool = False,
-        sessions: Sessions | None = None,
     ) -> None:
         """`constants` that the subsystem names have values; they are in order of dependence.
 
@@ -84,9 +82,7 @@ class Machine:
         self.arrivals = arrivals
         self.faulty = faulty
         self._constants = constants
-        self._sessions = sessions
         self._settled: dict[int, bool | None] = {}
-        self._provers: list[Prover] = []
         self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
 
     def results_of(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
@@ -125,18 +121,7 @@ class Machine:
         given = {constant.name for constant in self.subsystem.constants}
         known = {name: c for name, c in self._constants.items() if name not in given}
         values = {name: constant.value for name, constant in known.items()}
-        self._provers.append(Prover(subsystem, values, self.arrivals.declared, self._sessions))
-        return self._provers[-1]
-
-    @property
-    def is_repeatable(self) -> bool:
-        """Whether answers do not depend on earlier questions, as those of solvers may."""
-        return all(prover.is_repeatable for prover in self._provers)
-
-    def release(self) -> None:
-        """Let go of the memory of solvers."""
-        for prover in self._provers:
-            prover.release()
+        return Prover(subsystem, values, self.arrivals.declared)
 
     @cached_property
     def views(self) -> MustMayAnalysis:
@@ -300,7 +285,7 @@ class Machine:
             is_given = any(constant.name in named for constant in self.subsystem.constants)
             prover = self.any_prover if is_given else self.prover
             meant = isinstance(condition.when, Truth)
-            value = None if meant else prover.constant(condition.when, by_tables=is_given)
+            value = None if meant else prover.constant(condition.when, assuming=not is_given)
             self._settled[key] = value
         return self._settled[key]
 

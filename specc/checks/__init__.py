@@ -102,7 +102,6 @@ def run_checks(
     if sound and not any(stops(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
     found = _in_all_uses(found, facts)
-    facts.release()
     return found, facts
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import cache
 from typing import TYPE_CHECKING
 
 from specc.analysis import Facts, RowVerdictAt
@@ -15,7 +15,7 @@ from specc.lang import show
 from specc.model.expr import Call, Expr, walk, written
 from specc.model.fsm import OTHERWISE, Behaviour, Cause, State, Transition
 from specc.model.system import Subsystem
-from specc.proof import Witness
+from specc.proof import SolverAnswer, Witness
 
 if TYPE_CHECKING:
     from specc.analysis.examples import Examples
@@ -104,7 +104,7 @@ def shared(
 ) -> Iterator[SharedRows]:
     """The refutations that `witness_of` selects, in the order of their first states."""
     alike: dict[_Key, list[SharedRows]] = {}
-    for decided in facts.row_verdicts():
+    for decided in facts.row_verdicts:
         witness = witness_of(decided)
         if witness is not None:
             asked = tuple(row.condition.name for row in decided.verdict.rows)
@@ -156,19 +156,12 @@ def _ended(decided: RowVerdictAt) -> tuple[Expr, ...]:
 # Values that show a refutation.
 
 
-def _search(facts: Facts) -> Examples:
-    """What searches for examples; it is imported only if something is found."""
-    from specc.analysis.examples import Examples
-
-    return Examples(facts)
-
-
 # Whenever a state ends by a cause, some row of that state and cause applies (2.4).
 
 
 def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
     """E0601, once for all states that fail alike; a cause without any row is another matter."""
-    examples = cache(partial(_search, facts))
+    examples = cache(facts.examples)
     for told in shared(facts, _gap):
         decided, widest, gap = told.first, told.widest, told.witness
         state = decided.state
@@ -213,7 +206,7 @@ _MOST = 6
 
 def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
     """E0602, for two rows that can apply together; others of the same states are related."""
-    examples = cache(partial(_search, facts))
+    examples = cache(facts.examples)
     for told in shared(facts, lambda decided: decided.verdict.decision.overlap):
         decided, widest, overlap = told.first, told.widest, told.witness
         one, other = overlap.holding
@@ -266,7 +259,7 @@ def _with_one_row_less(told: SharedRows) -> str:
 
 def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
     """E0603, and O0605 where the table says nothing of a state yet."""
-    unmet = [decided for decided in facts.row_verdicts() if decided.lacks_rows]
+    unmet = [decided for decided in facts.row_verdicts if decided.lacks_rows]
     for subsystem in facts.subsystems:
         sources = {row.source for row in subsystem.transitions}
         without = {
@@ -275,7 +268,7 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
             if decided.subsystem is subsystem and decided.state.name not in sources
         }
         yield from _unfinished(subsystem, [s for s in subsystem.states if s.place in without])
-    examples = cache(partial(_search, facts))
+    examples = cache(facts.examples)
     for decided in unmet:
         if any(row.source == decided.state.name for row in decided.subsystem.transitions):
             yield _no_row(decided, examples)
@@ -326,7 +319,7 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
     A condition that never holds at all, and an error that always does, are `conditions_vary`'s
     matter.
     """
-    for decided in facts.row_verdicts():
+    for decided in facts.row_verdicts:
         rows, satisfiable = decided.verdict.rows, decided.verdict.decision.satisfiable
         if all(satisfiable):
             continue
@@ -377,18 +370,24 @@ _WAY_OUT = (
 
 
 def rows_proved(facts: Facts) -> Iterator[Diagnostic]:
-    """W0606."""
-    for decided in facts.row_verdicts():
-        reason = decided.verdict.decision.unknown
-        if reason and decided.verdict.rows:
-            state = decided.state
-            yield Diagnostic(
-                "W0606",
-                f"it is not proved that exactly one row of state `{state.name}` applies: {reason}",
-                state.place,
-                f"ended {ending(state.behaviour, decided.cause)}",
-                help=decided.verdict.decision.way_out or _WAY_OUT,
-            )
+    """W0606, with what the solver says, if it is installed; the code is the same in any case."""
+    for decided in facts.row_verdicts:
+        decision, state = decided.verdict.decision, decided.state
+        if not decision.unknown or not decided.verdict.rows:
+            continue
+        answer = decision.open.solve() if decision.open else SolverAnswer(unknown=decision.unknown)
+        one = f"exactly one row of state `{state.name}` applies"
+        words = f"it is not proved that {one}: {answer.unknown}"
+        help = answer.way_out or decision.way_out or _WAY_OUT
+        if answer.proved:
+            words = f"truth tables do not prove that {one}, but the solver z3 does"
+            help = "the generated code checks it in every run, as it does without the solver"
+        for witness, which in ((answer.overlap, "two rows apply"), (answer.gap, "no row applies")):
+            if witness:
+                words = f"it is not proved that {one}: the solver z3 finds that {which}"
+                words += f" {situation(witness)}, but no values that show it were found"
+        label = f"ended {ending(state.behaviour, decided.cause)}"
+        yield Diagnostic("W0606", words, state.place, label, help=help)
 
 
 CHECKS = (rows_complete, rows_exclusive, causes_have_rows, rows_can_apply, rows_proved)

@@ -284,7 +284,10 @@ class Formulas:
     def _join(
         self, kind: Literal["and", "or"], parts: Iterable[Formula], none: Formula, end: Formula
     ) -> Formula:
-        every = [part.parts if part.kind == kind else (part,) for part in parts]
+        joined = dict.fromkeys(parts)
+        if any(self._negations.get(part) in joined for part in joined):
+            return end
+        every = [part.parts if part.kind == kind else (part,) for part in joined]
         spend("proof", sum(map(len, every)) // _JOINED_IN_A_STEP)
         kept: dict[Formula, None] = {}
         for each in every:

@@ -11,9 +11,9 @@ from specc.model.expr import Expr, Input, children
 from specc.model.fsm import Behaviour, Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Enum
-from specc.proof.decide import Question, Sessions, Solver, is_satisfiable
+from specc.proof.decide import Question, is_satisfiable
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, atoms_of
-from specc.proof.relations import conjuncts, connected
+from specc.proof.relations import Relations, conjuncts, connected
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
 from specc.proof.witness import only
@@ -36,12 +36,8 @@ class Prover:
         subsystem: Subsystem,
         constants: Mapping[str, Expr],
         always_present: Collection[InputName] = (),
-        sessions: Sessions | None = None,
     ) -> None:
-        """`constants` of the system by name, in order of dependence.
-
-        `sessions` are those of the solvers of the whole system.
-        """
+        """`constants` of the system by name, in order of dependence."""
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
         known = lets, {**constants, **own}, always_present
@@ -49,9 +45,7 @@ class Prover:
         self._translator = Translator(*known, period_s)
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
-        self._sessions = sessions
-        self._solver = Solver(self.numbering, sessions)
-        self._solvers = [self._solver]
+        self._relations = Relations(self.numbering)
         self._formula = self._translator.formula
         self.timer = self._translator.timer
         self._always_present = frozenset(always_present)
@@ -63,16 +57,6 @@ class Prover:
         """By the conditions that are asked, which most states have in common, by identity."""
         self._decisions: dict[object, Decision] = {}
         self._possible: dict[tuple[Formula, ...], bool | None] = {}
-
-    @property
-    def is_repeatable(self) -> bool:
-        """Whether answers do not depend on earlier questions, as those of the solver may."""
-        return not any(solver.was_asked for solver in self._solvers)
-
-    def release(self) -> None:
-        """Let go of the memory of solvers, tens of MB; answers that were given stay."""
-        for solver in self._solvers:
-            solver.release()
 
     def prove_rows(
         self,
@@ -99,7 +83,7 @@ class Prover:
             came = tuple(map(freshness, sorted(new)))
             decided = question.decide([*map(self._formula, (*facts, *came))])
             decision = self._decisions[key] = _where_fresh(decided, came)
-        return RowVerdict(rows, _with_repair(decision, rows), question.arrivals)
+        return RowVerdict(rows, with_repair(decision, rows), question.arrivals)
 
     def _question(
         self, state: str, cause: Cause, without: int | None
@@ -118,14 +102,16 @@ class Prover:
             key = conditions, self._context(behaviour, cause), without
             if key not in self._questions:
                 axioms = [a for index, a in enumerate(self._axioms) if index != without]
-                self._questions[key] = Question(*key[:2], axioms, self._solver)
+                self._questions[key] = Question(
+                    *key[:2], axioms, self._translator.make, self._relations
+                )
             question = self._alike[alike] = self._questions[key]
         return question, rows
 
     def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
         """Whether an axiom, by its index, has to do with the rows of a state and cause."""
         question, _ = self._question(state, cause, None)
-        near = connected(conjuncts(self._axioms), question.about, self._solver.relations.things)
+        near = connected(conjuncts(self._axioms), question.about, self._relations.dependencies)
         return any(part in near for part in conjuncts((self._axioms[axiom],)))
 
     def related(self, state: str, cause: Cause, facts: Iterable[Expr]) -> tuple[Expr, ...]:
@@ -137,19 +123,14 @@ class Prover:
         """Whether all conditions can hold together; None if the question is too large."""
         return self._can_hold([*map(self._formula, conditions)], self._axioms)
 
-    def constant(self, condition: Expr, *, by_tables: bool = False) -> bool | None:
+    def constant(self, condition: Expr, *, assuming: bool = True) -> bool | None:
         """The truth value of a condition that has only one; None for others and if unknown.
 
-        It is unknown, too, where truth tables alone are to tell and do not.
+        The axioms are left out unless they are to be assumed.
         """
         formula = self._formula(condition)
         for asked, value in ((formula, False), (self._translator.make.negation(formula), True)):
-            possible = (
-                is_satisfiable([asked], None)
-                if by_tables
-                else self._can_hold([asked], self._axioms)
-            )
-            if possible is False:
+            if self._can_hold([asked], self._axioms if assuming else ()) is False:
                 return value
         return None
 
@@ -170,10 +151,10 @@ class Prover:
             asked = [*map(self._formula, context), negated]
             possible = self._can_hold(asked, self._axioms if assuming else ())
             return None if possible is None else not possible
-        translator, solver = self._anywhere
+        translator = self._anywhere
         said = [*context, *(self._assumed if moment == "functions" else ())]
         negated = translator.make.negation(translator.formula(fact))
-        possible = is_satisfiable([*map(translator.formula, said), negated], solver)
+        possible = is_satisfiable([*map(translator.formula, said), negated])
         return None if possible is None else not possible
 
     def reacts(self, condition: Expr, element: Input, member: str) -> bool:
@@ -201,7 +182,7 @@ class Prover:
         for other in dict.fromkeys(before):
             if other is not came:
                 differs = make.choice(came, make.negation(other), other)
-                if is_satisfiable([differs], None) is not False:
+                if is_satisfiable([differs]) is not False:
                     return True
         return any(self._reads(atom, element) for atom in atoms_of([came]))
 
@@ -216,16 +197,16 @@ class Prover:
 
     def refutes(self, conditions: Iterable[Expr]) -> bool:
         """Whether truth tables alone show that conditions never hold together, at any moment."""
-        return is_satisfiable([*map(self._anywhere[0].formula, conditions)], None) is False
+        return is_satisfiable(map(self._anywhere.formula, conditions)) is False
 
     def contradiction(self) -> tuple[int, ...]:
         """Indices of axioms that cannot all hold, as few as suffice; empty if they can."""
         core = list(range(len(self._axioms)))
-        if is_satisfiable(self._axioms, self._solver) is not False:
+        if is_satisfiable(self._axioms) is not False:
             return ()
         for index in tuple(core):
             rest = [i for i in core if i != index]
-            if is_satisfiable([self._axioms[i] for i in rest], self._solver) is False:
+            if is_satisfiable([self._axioms[i] for i in rest]) is False:
                 core = rest
         return tuple(core)
 
@@ -236,16 +217,14 @@ class Prover:
         return tuple(formula if held else negation(formula) for formula, held in asked)
 
     @cached_property
-    def _anywhere(self) -> tuple[Translator, Solver]:
+    def _anywhere(self) -> Translator:
         """Formulas about any moment, in functions as well."""
-        translator = self._elsewhere()
-        self._solvers.append(Solver(translator.numbering, self._sessions))
-        return translator, self._solvers[-1]
+        return self._elsewhere()
 
     def _can_hold(self, formulas: Iterable[Formula], axioms: Iterable[Formula]) -> bool | None:
         asked = (*formulas, *axioms)
         if asked not in self._possible:
-            self._possible[asked] = is_satisfiable(asked, self._solver)
+            self._possible[asked] = is_satisfiable(asked)
         return self._possible[asked]
 
 
@@ -258,7 +237,7 @@ def _where_fresh(decision: Decision, came: Iterable[Expr]) -> Decision:
     return replace(decision, gap=gap, overlap=overlap) if known else decision
 
 
-def _with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
+def with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
     """The decision with a repair in terms of the other condition where none is short."""
     overlap = decision.overlap
     if overlap is None or overlap.repair is not None or overlap.repaired is None:

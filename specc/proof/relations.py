@@ -133,7 +133,7 @@ class Relations:
     """Relations between the atoms of one subsystem."""
 
     def __init__(self, numbering: Numbering) -> None:
-        self._numbering = numbering
+        self.numbering = numbering
         self._roots: dict[Atom, frozenset[object]] = {}
 
     def are_related(self, atoms: Sequence[Atom]) -> bool:
@@ -147,15 +147,7 @@ class Relations:
                 return True
         return False
 
-    def in_sums(self, atoms: Sequence[Atom]) -> bool:
-        """Whether numbers are compared that are not constant, or sums."""
-        return any(
-            isinstance(atom.variable, Quantity)
-            and (atom.variable.kind == "difference" or self._computes(atom))
-            for atom in atoms
-        )
-
-    def things(self, formulas: Iterable[Formula]) -> set[object]:
+    def dependencies(self, formulas: Iterable[Formula]) -> set[object]:
         """The variables that formulas ask about, and what the answers depend on."""
         found: set[object] = set()
         for atom in atoms_of(formulas):
@@ -176,7 +168,7 @@ class Relations:
         if isinstance(variable, (Apart, Arrival)):
             return
         if isinstance(variable, Quantity) and variable.kind == "periods":
-            yield self._numbering.number(ELAPSED)
+            yield self.numbering.number(ELAPSED)
             return
         seen: set[int] = set()
         open_ = [variable.expr if isinstance(variable, EnumItem) else atom.expr]
@@ -191,13 +183,13 @@ class Relations:
                 continue
             seen.add(id(expr))
             if isinstance(expr, Component) and _apart(whole := self._through(expr.value)):
-                yield self._numbering.number(whole), expr.index
+                yield self.numbering.number(whole), expr.index
                 continue
             if isinstance(expr, _LOOKED_INTO) or _is_looked_into(expr):
                 open_ += children(expr)
                 continue
             if not isinstance(expr, BoundVariable):
-                yield (number := self._numbering.number(expr))
+                yield (number := self.numbering.number(expr))
                 yield from ((number, index) for index in range(_apart(expr)))
             if isinstance(expr, Builtin) and _is_told(expr):
                 open_ += expr.args
@@ -236,7 +228,7 @@ class Relations:
         leaves = Counter(islice(self._leaves(compared), _MOST_LEAVES))
         whole = all(isinstance(side.type, Int) for side in compared)
         return leaves.total() < _MOST_LEAVES and any(
-            leaves[self._numbering.number(self._whole(summand))] == 1
+            leaves[self.numbering.number(self._whole(summand))] == 1
             for side in compared
             for summand in self._summands(side)
             if isinstance(self._whole(summand), Input | MemoryRef)
@@ -251,7 +243,7 @@ class Relations:
             parts = children(expr)
             open_ += parts
             if not parts:
-                yield self._numbering.number(expr)
+                yield self.numbering.number(expr)
 
     def _summands(self, expr: Expr) -> Iterator[Expr]:
         """What is added up, or subtracted."""
@@ -270,11 +262,11 @@ class Relations:
         return expr
 
     def _through(self, expr: Expr) -> Expr:
-        return self._numbering.looked_through(expr)
+        return self.numbering.looked_through(expr)
 
     def _is_known(self, expr: Expr) -> bool:
         """Whether an expression is one value, which relates no variables with each other."""
-        return self._numbering.value(self._numbering.number(expr)) is not None
+        return self.numbering.value(self.numbering.number(expr)) is not None
 
 
 def _apart(expr: Expr) -> int:

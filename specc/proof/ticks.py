@@ -16,7 +16,7 @@ from specc.limits import spend
 from specc.model.expr import Expr, MemoryRef
 from specc.model.requirement import Junction, Temporal, TemporalFormula, TickCondition
 from specc.model.types import Bool
-from specc.proof.decide import Solver, is_satisfiable
+from specc.proof.decide import is_satisfiable
 from specc.proof.formula import Formula, Variable, atoms_of
 from specc.proof.translate import Translator
 
@@ -43,17 +43,12 @@ class Ticks:
         """`constants` in order of dependence; what is `known` holds at every tick."""
         self._translator = Translator({}, constants)
         self.make = self._translator.make
-        self._solver = Solver(self._translator.numbering)
         self._known = tuple(map(self._translator.formula, known))
         self._over: dict[object, _Over] = {}
         self._of_flag: dict[Variable, _Over] = {}
         # By identity, with the formula itself so that no other one takes its identity.
         self._asked: dict[int, tuple[TemporalFormula | Expr, Formula]] = {}
         self._possible: dict[frozenset[Formula], bool | None] = {}
-
-    def release(self) -> None:
-        """Let go of the memory of the solver."""
-        self._solver.release()
 
     def formula_at(self, formula: TemporalFormula | Expr) -> Formula:
         """A formula, or a condition, at a tick; equal ones are one object."""
@@ -87,7 +82,7 @@ class Ticks:
             if not spend("proof", _OF_A_QUESTION):
                 return True
             self._possible[key] = True  # what follows from itself is not asked again
-            self._possible[key] = is_satisfiable([*asked, *self._around(asked)], self._solver)
+            self._possible[key] = is_satisfiable([*asked, *self._around(asked)])
         return self._possible[key] is not False
 
     def follows(self, asked: Formula, *context: Formula) -> bool:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.fsm import Transition
@@ -77,6 +78,34 @@ class Witness:
 
 
 @dataclass(frozen=True, slots=True)
+class SolverAnswer:
+    """What the solver says of an open question: what refutes it, or why it does not tell."""
+
+    gap: Witness | None = None
+    overlap: Witness | None = None
+    unknown: str = ""
+    way_out: str = ""
+
+    @property
+    def proved(self) -> bool:
+        """Whether exactly one condition holds, whatever the floats of a run are."""
+        return not (self.gap or self.overlap or self.unknown)
+
+
+class OpenQuestion(Protocol):
+    """Whether exactly one of several conditions holds, left open by tables."""
+
+    def solve(self) -> SolverAnswer:
+        """What the solver says, if it is installed."""
+
+    def witness_of(self, value: Callable[[Expr], object], holding: tuple[int, ...]) -> Witness:
+        """The witness of a situation in which the conditions `holding` do.
+
+        `value` gives what expressions are worth in it; None where they have no value.
+        """
+
+
+@dataclass(frozen=True, slots=True)
 class Decision:
     """Whether exactly one of several conditions holds in a context.
 
@@ -94,8 +123,11 @@ class Decision:
     overlap: Witness | None = None
     """Where two conditions hold."""
     unknown: str = ""
+    """Why it is not decided."""
     way_out: str = ""
     """How to have it proved, where that depends on what is unknown."""
+    open: OpenQuestion | None = field(default=None, compare=False, repr=False)
+    """What the solver may answer of it, and values may show; the answer changes no other part."""
 
     @property
     def proved(self) -> bool:
@@ -118,6 +150,8 @@ class RowVerdict:
         Which rows may apply, and what they ensure, stays; so does a witness that may still be.
         """
         mine = self.decision
+        if mine.open:
+            return self.refuted_by(by)
         gap, overlap = (
             None if now is None or was is None or was.needs_old(fresh) else was
             for was, now in ((mine.gap, by.gap), (mine.overlap, by.overlap))
@@ -141,33 +175,21 @@ class RowVerdict:
         return self.decision.proved
 
 
-# What is true of exact numbers, and not proved of those that a run has.
+# Where tables do not tell.
 
 
-WAY_OUT = (
+INSTALL = (
+    "the generated code checks it in every run; to know whether it can fail, "
+    "`pip install '.[proof]'` in a checkout of specc"
+)
+ROUNDED = (
     "the generated code checks it in every run; to have it proved, compare one and the same sum "
     "in all rows, as in `a + b < c` and `not (a + b < c)`"
-)
-INSTALL = (
-    "the generated code checks it in every run; to have it proved, "
-    "`pip install '.[proof]'` in a checkout of specc"
 )
 TIMED = (
     "the generated code checks it in every run; to have it proved, compare `elapsed` itself with "
     "constants"
 )
-
-
-def rounding(rounded: Decision, facts: FactTexts) -> Decision:
-    """The verdict where only rounded sums can go wrong, with the answers of such a case."""
-    case = " and ".join(f"`{question}` {answer}" for question, answer in facts)
-    return replace(
-        rounded,
-        gap=None,
-        overlap=None,
-        unknown=f"it is true of exact numbers, but floats are rounded, which may make {case}",
-        way_out=WAY_OUT,
-    )
 
 
 def time(refuted: Decision, question: str) -> Decision:

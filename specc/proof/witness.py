@@ -9,8 +9,8 @@ from specc.model.expr import Among, Compare, Expr, Member
 from specc.model.logic import joined, opposite
 from specc.model.types import Bool
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of
-from specc.proof.table import Cases, Column, Table
-from specc.proof.verdict import FactTexts, TruthAssignment, UnsureError, Witness
+from specc.proof.table import Column, Table
+from specc.proof.verdict import FactTexts, TruthAssignment, Witness
 
 # Conditions that say where a fault is, or end an overlap, in the words that the conditions use.
 
@@ -29,20 +29,17 @@ class _Literal:
     is_in_question: bool
 
 
-def condition_for(table: Table, cases: Cases, target: int, asked: frozenset[Atom]) -> Expr | None:
-    """A condition that, in the cases that can be, holds in those of `target` and in no other.
+def condition_for(table: Table, allowed: int, target: int, asked: frozenset[Atom]) -> Expr | None:
+    """A condition that, in the cases `allowed`, holds in those of `target` and in no other.
 
     None if there is no such case or it takes more than `MOST_CASES` alternatives.
-
-    Raises:
-        UnsureError: it is not known which cases can be.
     """
     found: list[Expr] = []
     left = target
-    while left := cases.find_model(left):
+    while left := left & allowed:
         if len(found) == MOST_CASES:
             return None
-        case = _smallest(_literals(table, left, asked), table.full, cases.allowed & ~target)
+        case = _smallest(_literals(table, left, asked), table.full, allowed & ~target)
         bits = table.full
         for literal in case:
             bits &= literal.bits
@@ -103,84 +100,73 @@ def _among(item: EnumItem, answered: Sequence[tuple[Atom, bool]]) -> Expr:
 # What is said about a fault: a situation that shows it, all that do, the repair of an overlap.
 
 
-def no_row(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula]) -> Witness:
-    """That none of the conditions holds in the combinations `faults`, of which the first can be."""
+def no_row(
+    table: Table,
+    allowed: int,
+    faults: int,
+    conditions: Sequence[Formula],
+    context: Sequence[Formula],
+) -> Witness:
+    """That none of the conditions holds in the combinations `faults`."""
     asked = frozenset(atoms_of(conditions))
-    try:
-        return _witness(table, cases, faults, faults, asked)
-    except UnsureError:
-        facts, answers, _ = describe(table, faults & -faults, cases.conceivable, asked)
-        return Witness(facts, answers=answers, some=True)
+    return _witness(table, allowed, faults, faults, asked, context)
 
 
-def two_rows(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula]) -> Witness:
-    """That several conditions hold in the combinations `faults`, of which the first can be.
+def two_rows(
+    table: Table,
+    allowed: int,
+    faults: int,
+    conditions: Sequence[Formula],
+    context: Sequence[Formula],
+) -> Witness:
+    """That several conditions hold in the combinations `faults`.
 
     The condition to narrow keeps the combinations in which no other one holds, so it stays
-    distinct. If there are none, narrowing could only make two conditions equal.
+    distinct. If there are none, narrowing could only make two conditions equal. Of several it is
+    the one that is left with the fewest faults, or the last of them.
     """
-    rows = [table.bits(condition) for condition in conditions]
+    rows = [table.bits(condition) & allowed for condition in conditions]
     asked = frozenset(atoms_of(conditions))
-    try:
-        repaired, first = _narrowed(cases, rows, faults)
-        second = next(
-            index
-            for index, row in enumerate(rows)
-            if index != first and cases.find_model(row & rows[first])
-        )
-        pair = min(first, second), max(first, second)
-        both = cases.find_model(rows[first] & rows[second])
-        found = replace(_witness(table, cases, both, faults, asked), holding=pair)
-        if repaired is None:
-            return found
-        repair = condition_for(table, cases, rows[repaired] & ~faults, asked)
-        return replace(found, repair=repair, repaired=repaired)
-    except UnsureError:
-        shown = faults & -faults
-        first, second, *_ = (index for index, row in enumerate(rows) if row & shown)
-        facts, answers, _ = describe(table, shown, cases.conceivable, asked)
-        return Witness(facts, (first, second), answers=answers, some=True)
-
-
-def _narrowed(cases: Cases, rows: Sequence[int], faults: int) -> tuple[int | None, int]:
-    """The condition that could ask for less, if one could, and one that holds in the faults.
-
-    Of several it is the one that is left with the fewest faults, or the last of them.
-    """
-    holding = [index for index, row in enumerate(rows) if cases.find_model(row & faults)]
-    able = [index for index in holding if cases.find_model(rows[index] & ~faults)]
-    chosen = max(able or holding, key=lambda index: ((rows[index] & faults).bit_count(), index))
-    return chosen if able else None, chosen
+    holding = [index for index, row in enumerate(rows) if row & faults]
+    able = [index for index in holding if rows[index] & ~faults]
+    first = max(able or holding, key=lambda index: ((rows[index] & faults).bit_count(), index))
+    second = next(i for i, row in enumerate(rows) if i != first and row & rows[first])
+    both = rows[first] & rows[second]
+    found = _witness(table, allowed, both, faults, asked, context)
+    found = replace(found, holding=(min(first, second), max(first, second)))
+    if not able:
+        return found
+    repair = condition_for(table, allowed, rows[first] & ~faults, asked)
+    return replace(found, repair=repair, repaired=first)
 
 
 def _witness(
-    table: Table, cases: Cases, shown: int, faults: int, asked: frozenset[Atom]
+    table: Table,
+    allowed: int,
+    shown: int,
+    faults: int,
+    asked: frozenset[Atom],
+    context: Sequence[Formula],
 ) -> Witness:
-    """A situation of `shown`, and what all `faults` have in common.
-
-    Raises:
-        UnsureError: it is not known which cases can be.
-    """
-    facts, answers, told = describe(table, shown, cases.conceivable, asked)
-    causes = _causes(table, cases, told) if facts else {}
-    facts += tuple(fact for item in causes.items() for fact in _facts(*item, asked))
-    answers += tuple(said for item in causes.items() for said in _answers(*item))
+    """A situation of `shown`, and what all `faults` have in common."""
+    facts, answers, told = describe(table, shown, allowed, asked)
+    causes = _causes(table, told, context) if facts else {}
+    facts += tuple(fact for item in causes.items() for fact in fact_texts(*item, asked))
+    answers += tuple(said for item in causes.items() for said in truth_assignment(*item))
     found = Witness(facts, answers=answers)
-    if not cases.find_model(faults & ~told):
+    if not faults & ~told:
         return found
-    everywhere = condition_for(table, cases, faults, asked)
+    everywhere = condition_for(table, allowed, faults, asked)
     return replace(found, everywhere=everywhere, some=everywhere is None)
 
 
-def _causes(table: Table, cases: Cases, told: int) -> dict[Column, int]:
+def _causes(table: Table, told: int, context: Sequence[Formula]) -> dict[Column, int]:
     """What must have ended a state where `told` holds, of all that may end it.
 
     A proof does not need it, but a reader looks for the cause; that time passes is not one.
     """
-    ended = told
-    for formula in cases.context:
-        ended &= table.bits(formula)
-    asked = frozenset(atoms_of(cases.context))
+    ended = told & table.all_of(context)
+    asked = frozenset(atoms_of(context))
     found: dict[Column, int] = {}
     for column in table.columns if ended else ():
         if isinstance(column.variable, Quantity) and column.variable.kind == "periods":
@@ -213,8 +199,8 @@ def describe(
         if not _as_told(table, chosen, asked) & allowed & ~faults:
             break
         asked |= frozenset(column.atoms)
-    facts = tuple(fact for column, answer in found for fact in _facts(column, answer, asked))
-    answers = tuple(said for column, answer in found for said in _answers(column, answer))
+    facts = tuple(fact for column, answer in found for fact in fact_texts(column, answer, asked))
+    answers = tuple(said for column, answer in found for said in truth_assignment(column, answer))
     return facts, answers, _common(table, chosen)
 
 
@@ -245,7 +231,7 @@ def _literals_of(column: Column, answer: int, asked: frozenset[Atom]) -> list[tu
     return [(atom, yes) for atom, yes in answered if atom in asked] or answered
 
 
-def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tuple[str, str]]:
+def fact_texts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tuple[str, str]]:
     """One answer of a column in words."""
     told = _literals_of(column, answer, asked)
     if isinstance(column.variable, EnumItem):
@@ -255,7 +241,7 @@ def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tupl
         yield atom.text, "true" if yes == atom.text_holds else "false"
 
 
-def _answers(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]:
+def truth_assignment(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]:
     """One answer of a column as expressions with their truth values."""
     answered = list(zip(column.atoms, column.answers[answer], strict=True))
     variable = column.variable

@@ -204,8 +204,8 @@ def test_questions_about_ticks_end_with_their_allowance(monkeypatch: pytest.Monk
     asked: list[object] = []
     monkeypatch.setattr(
         ticks,
-        "can_hold",
-        lambda parts, _: (asked.append(parts), decide.is_satisfiable(parts, None))[1],
+        "is_satisfiable",
+        lambda parts: (asked.append(parts), decide.is_satisfiable(parts))[1],
     )
     named = [MemoryRef(f"b{i}", type=Bool()) for i in range(100)]
     with one_run():

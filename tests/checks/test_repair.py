@@ -23,7 +23,7 @@ from specc.proof.witness import opposite
 from specc.resolve.machine import none_of
 from tests.checks.conditions import HERE, condition, machine, worlds
 from tests.checks.texts import condition as typed
-from tests.checks.texts import prove
+from tests.checks.texts import prove, solved
 from tests.seeds import Seeds, blocks
 
 CASES = Path(__file__).resolve().parents[1] / "cases" / "machines"
@@ -192,7 +192,7 @@ def every_fault_is_repaired(
     repairs = 0
     for seeded, row in faulty(subsystem):
         for _ in range(MOST_REPAIRS):
-            verdict = Prover(seeded, constants, always).prove_rows(row.source, row.cause)
+            verdict = solved(Prover(seeded, constants, always).prove_rows(row.source, row.cause))
             if verdict.proved:
                 break
             seeded = mended(seeded, verdict, row)

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import pytest
 
 from specc.analysis import Facts, RowVerdictAt
-from specc.analysis.examples import Examples
 from specc.analysis.unknown_parts import is_vague
 from specc.model.expr import Expr
 from specc.proof import Witness
@@ -19,7 +18,7 @@ SAID = re.compile(r"`([^`]+)`( fresh)? = (\[.*?\]|[^,]*)")
 
 
 def refuted_of(facts: Facts) -> Iterator[tuple[Facts, RowVerdictAt, Witness]]:
-    for decided in facts.row_verdicts():
+    for decided in facts.row_verdicts:
         decision = decided.verdict.decision
         for witness in (decision.gap if decided.verdict.rows else None, decision.overlap):
             if witness:
@@ -28,9 +27,9 @@ def refuted_of(facts: Facts) -> Iterator[tuple[Facts, RowVerdictAt, Witness]]:
 
 def shown(facts: Facts, decided: RowVerdictAt, witness: Witness) -> Example:
     """The example of a refutation, which shows it; it is not told if the message says all."""
-    found = Examples(facts).find(decided.subsystem, decided.state, decided.cause, witness)
+    found = facts.examples().find(decided.subsystem, decided.state, decided.cause, witness)
     if not witness.everywhere and all(says_all(asked) for asked, _ in witness.answers):
-        assert Examples(facts).text(decided, witness, "facts") == ""
+        assert facts.examples().text(decided, witness, "facts") == ""
     assert found is not None, witness.facts
     shows(found, facts, decided, witness)
     return found

@@ -34,11 +34,11 @@ from specc.model.types import (
     within,
 )
 from specc.model.wires import Wires
-from specc.proof.decide import Solver, is_satisfiable
+from specc.proof.decide import FormulaQuestion, is_satisfiable
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.numbering import Numbering
-from specc.proof.relations import conjuncts, connected
-from specc.proof.table import Cases, Table
+from specc.proof.relations import Relations, conjuncts, connected
+from specc.proof.table import Table
 from specc.proof.translate import Translator
 from specc.proof.verdict import FactTexts, TooLargeError, UnsureError
 from specc.proof.witness import describe
@@ -258,7 +258,7 @@ class _Moment:
         present = [always_present(v.subsystem, Wires(v.system.agents)) for v in versions]
         self._translator = Translator(lets, constants, present[0] & present[1], period_s)
         self.make = self._translator.make
-        self._solver = Solver(self._translator.numbering)
+        self._relations = Relations(self._translator.numbering)
         assumed = [[axiom.that for axiom in v.subsystem.axioms] for v in versions]
         self._axioms = self.common(assumed[0], assumed[1])
 
@@ -271,8 +271,7 @@ class _Moment:
         if max(map(len, choices)) > _MOST_CHOICES:
             return False
         return all(
-            number(one) == number(other)
-            or is_satisfiable([*tests, *more, *self._axioms], self._solver) is False
+            number(one) == number(other) or is_satisfiable([*tests, *more, *self._axioms]) is False
             for tests, one in choices[0]
             for more, other in choices[1]
         )
@@ -299,7 +298,7 @@ class _Moment:
         known = [] if given is None else conjuncts([*self._axioms, *given])
         try:
             try:
-                things = self._solver.relations.things
+                things = self._relations.dependencies
                 return self._verdict(before, after, connected(known, (before, after), things))
             except TooLargeError:
                 return self._verdict(before, after, connected(known, (before, after)))
@@ -327,21 +326,25 @@ class _Moment:
         table, atoms = Table(formulas), list(atoms_of(formulas))
         lost = table.bits(before) & ~table.bits(after)
         gained = table.bits(after) & ~table.bits(before)
-        cases = Cases(table, assumed, None)
-        if (lost | gained) & cases.allowed:
-            # Only what refutes has to be possible.
-            cases = Cases(table, assumed, self._solver.between(atoms))
-        only_old, only_new = (
-            cases.find_model(bits) or cases.find_rounded_model(bits) for bits in (lost, gained)
-        )
+        allowed = table.all_of(assumed)
+        only_old, only_new = lost & allowed, gained & allowed
+        if (only_old or only_new) and self._relations.are_related(atoms):
+            # What refutes has to be possible.
+            make = self.make
+            question = FormulaQuestion((before, after), tuple(assumed), make, self._relations)
+            sides = (before, make.negation(after)), (after, make.negation(before))
+            models = question.models([make.conjunction(side) for side in sides])
+            only_old, only_new = (
+                table.where_answered(model or ()) if model is not None else 0 for model in models
+            )
         unsure = next((atom.text for atom in atoms if atom.unsure), "")
         if unsure and (only_old or only_new):
             raise UnsureError(f"proofs do not follow how `{unsure}` changes with the time")
         asked = frozenset(atoms_of((before, after)))
         return Verdict(
             not (only_old or only_new),
-            _facts(table, only_old, cases.conceivable, asked),
-            _facts(table, only_new, cases.conceivable, asked),
+            _facts(table, only_old, allowed, asked),
+            _facts(table, only_new, allowed, asked),
         )
 
 

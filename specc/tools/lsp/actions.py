@@ -79,9 +79,9 @@ def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
             yield Action(title, diagnostic, changes, preferred=False)
 
 
-def _decided(analysis: Analysis) -> Iterator[RowVerdictAt]:
+def _decided(analysis: Analysis) -> tuple[RowVerdictAt, ...]:
     proofs = analysis.result.proofs
-    return proofs.row_verdicts() if proofs else iter(())
+    return proofs.row_verdicts if proofs else ()
 
 
 def _is_about(diagnostic: Diagnostic, decided: RowVerdictAt) -> bool:

@@ -140,7 +140,7 @@ class Refutation:
 
 def refutations(facts: Facts) -> Iterator[Refutation]:
     """The refutations of a system, in the order of its states."""
-    for decided in facts.row_verdicts():
+    for decided in facts.row_verdicts:
         yield from _of_rows(decided)
     for machine in facts.consistent_machines:
         yield from _of_absence(machine)
