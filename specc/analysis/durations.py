@@ -94,7 +94,11 @@ class Durations:
         if ending is None:
             return
         ended_by = tuple(compress(conditions, ending.by))
-        end = ending.over_s, ended_by, any(self._prover.timer.turning(end.when) for end in ended_by)
+        end = (
+            ending.over_s,
+            ended_by,
+            any(self._prover.timer.turning_periods(end.when) for end in ended_by),
+        )
         for cause, condition in behaviour.endings:
             verdict = self._verdict(state.name, cause)
             if not verdict.decision.possible:
@@ -110,7 +114,7 @@ class Durations:
     def _turning(self) -> set[int]:
         """The texts of conditions in which time alone turns something, by identity."""
         asked = self._subsystem.exit_conditions
-        return {id(each.when) for each in asked if self._prover.timer.turning(each.when)}
+        return {id(each.when) for each in asked if self._prover.timer.turning_periods(each.when)}
 
     def _excludes(self, ending: _Ending, cause: Cause, asked: Condition | None) -> bool:
         """Whether a state cannot end by a cause, and with a condition, before it is over."""
@@ -146,11 +150,11 @@ class Durations:
         error, terminal = behaviour.error, behaviour.terminal
         either = joined("or", (error.when, terminal.when))
         for periods in self._candidates(either):
-            now = self._prover.timer.lasted("==", periods)
+            now = self._prover.timer.elapsed_condition("==", periods)
             if self._prover.implies([now], either):
                 alone = self._prover.implies([now], error.when)
                 other = not alone and self._prover.implies([now], terminal.when)
-                by_then = self._prover.timer.lasted("<=", periods)
+                by_then = self._prover.timer.elapsed_condition("<=", periods)
                 return _Ending(
                     periods / self._subsystem.rate_hz,
                     (not other, not alone),
@@ -160,4 +164,4 @@ class Durations:
 
     def _candidates(self, ends: Expr) -> list[int]:
         """The first period, and those at which time turns a part of what ends a state."""
-        return sorted({1, *sorted(self._prover.timer.turning(ends))[:_MOST_TURNS]})
+        return sorted({1, *sorted(self._prover.timer.turning_periods(ends))[:_MOST_TURNS]})

@@ -205,7 +205,7 @@ class _Relay:
     def _results(self, value: Expr) -> Iterator[Expr]:
         """What a value may be where nothing new comes: of choices the branches."""
         missing = {id(part): why for part, why, _ in self._guards.parts(value, frozenset())}
-        through = self._machine.prover.numbering.looked_through
+        through = self._machine.prover.numbering.resolve
         pending = [value]
         for result in map(through, pending):  # it grows
             if isinstance(result, Choice):

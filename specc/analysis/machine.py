@@ -213,7 +213,7 @@ class Machine:
             if fresh and not verdict.proved:
                 verdict = verdict.where_fresh(prove(fresh=fresh).decision, fresh)
         if not verdict.proved:
-            invariants = self.prover.related(state, cause, self.invariants)
+            invariants = self.prover.related_facts(state, cause, self.invariants)
             if invariants:
                 known = prove(fresh=fresh, invariants=invariants)
                 verdict = verdict.refuted_by(known.decision)

@@ -88,7 +88,7 @@ class MemoryBounds:
         self._lets = [(let, value) for let, value in lets.items() if let in read]
         every = [*chain(*self._written.values()), *(value for _, value in self._lets)]
         named, steps = (
-            {ranges.of_value(n)[0] for n in map(numbering.known, parts) if n is not None}
+            {ranges.of_value(n)[0] for n in map(numbering.constant_number, parts) if n is not None}
             for parts in (_parts(every), _operands(every))
         )
         if len(named) * len(steps) <= _MOST_ENDS:
@@ -138,7 +138,7 @@ class MemoryBounds:
         self._left -= 1
         if self._left < 0:
             return ANY
-        if (value := self._numbering.known(expr)) is not None:
+        if (value := self._numbering.constant_number(expr)) is not None:
             return ranges.of_value(value)
         match expr:
             case MemoryRef() | LetRef():
@@ -153,7 +153,7 @@ class MemoryBounds:
         """The bounds where a condition holds; unchanged where it never does."""
         found = dict(now)
         self._left -= len(now)
-        for part in conjuncts(self._numbering.looked_through(condition)):
+        for part in conjuncts(self._numbering.resolve(condition)):
             if isinstance(part, Unary) and isinstance(part.operand, Compare):
                 part = opposite(part.operand)
             if isinstance(part, Compare):
@@ -260,7 +260,7 @@ class ValueRanges:
             case MemoryRef(name=name):
                 return self._given.get(name, ())
             case LetRef() | ConstantRef():
-                named = self._numbering.looked_through(expr)
+                named = self._numbering.resolve(expr)
                 return () if named is expr else (named,)
             case Choice(then=then, otherwise=otherwise):
                 return then, otherwise

@@ -46,6 +46,6 @@ class Reactions:
         if isinstance(expr.type, Bool) or isinstance(expr, Input):
             yield expr
         else:
-            whole = self._prover.numbering.looked_through(expr)
+            whole = self._prover.numbering.resolve(expr)
             for part in children(expr) if whole is expr else (whole,):
                 yield from self._conditions_on(part, key)

@@ -172,7 +172,7 @@ class SuspiciousExpressions:
 
     def _answer(self, test: Expr) -> Answer:
         """Whether a condition holds, as far as constants decide it."""
-        value = self._numbering.value(self._numbering.number(test))
+        value = self._numbering.constant_value(self._numbering.number(test))
         least, greatest = bounded(test, self._known)
         if isinstance(value, bool) or least == greatest:
             return "yes" if (value if isinstance(value, bool) else least) else "no"
@@ -217,7 +217,7 @@ class SuspiciousExpressions:
 
     def _difference(self, text: ExpressionText, asked: Compare) -> Iterator[SuspiciousExpression]:
         """`abs(a - b) < 360[deg]`, or of a component of a difference."""
-        through = self._numbering.looked_through
+        through = self._numbering.resolve
         for side, limit in ((asked.left, asked.right), (asked.right, asked.left)):
             size = through(side)
             if isinstance(size, Builtin) and FUNCTIONS[size.name].is_size:
@@ -367,7 +367,7 @@ class SuspiciousExpressions:
     def _value(self, expr: Expr) -> float | None:
         if isinstance(expr, MemoryRef) and (named := self._named.get((MemoryRef, expr.name))):
             return self._value(text_of(named).expr)
-        return self._numbering.known(expr)
+        return self._numbering.constant_number(expr)
 
     def _origin(self, text: ExpressionText, expr: Expr) -> tuple[ExpressionText, Expr]:
         """Where what an expression names was written down."""

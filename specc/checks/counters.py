@@ -22,18 +22,18 @@ from specc.source import Place
 def _counts(machine: Machine, value: Expr, counter: str) -> bool | None:
     """Whether a value counts on from memory; False if it is that memory, None if it is another."""
     numbering = machine.prover.numbering
-    match numbering.looked_through(value):
+    match numbering.resolve(value):
         case MemoryRef(name=name) if name == counter:
             return False
         case Binary(op="+", left=left, right=right):
             for one, other in ((left, right), (right, left)):
-                if (step := numbering.known(other)) is not None and step > 0:
+                if (step := numbering.constant_number(other)) is not None and step > 0:
                     return None if _counts(machine, one, counter) is None else True
         case Choice(then=then, otherwise=otherwise):
             branches = [_counts(machine, branch, counter) for branch in (then, otherwise)]
             return None if None in branches else any(branches)
         case Builtin(name=name, args=args) if FUNCTIONS[name].picks:  # it stops at a number
-            unknown = [arg for arg in args if numbering.known(arg) is None]
+            unknown = [arg for arg in args if numbering.constant_number(arg) is None]
             return _counts(machine, unknown[0], counter) if len(unknown) == 1 else None
     return None
 
@@ -59,7 +59,7 @@ class _Limit:
 
 def _limits(machine: Machine, state: State, counter: str) -> Iterator[_Limit]:
     """The limits that conditions of a state set to a counter, directly or through lets."""
-    through = machine.prover.numbering.looked_through
+    through = machine.prover.numbering.resolve
     behaviour = state.behaviour
     rows = [row for row in machine.subsystem.transitions if row.source == state.name]
     for condition in (behaviour.error, behaviour.terminal, *(row.condition for row in rows)):
@@ -71,7 +71,7 @@ def _limits(machine: Machine, state: State, counter: str) -> Iterator[_Limit]:
 
 def _reached(machine: Machine, asked: Compare, counter: str) -> Expr | None:
     """That a counter has reached what it is compared with, if that is constant."""
-    through = machine.prover.numbering.looked_through
+    through = machine.prover.numbering.resolve
     sides = (asked.left, asked.right, asked.op), (asked.right, asked.left, MIRRORED[asked.op])
     for memory, limit, op in sides:
         counted, on = through(memory), machine.dependences.of(limit)

@@ -70,7 +70,7 @@ def _only_grows(machine: Machine, item: Memory) -> bool:
         return False
     asked = machine.dependences.all(condition.when for condition in subsystem.exit_conditions)
     written = subsystem.written.get(("", item.name), {})
-    values = [numbering.looked_through(value) for each in written.values() for value in each]
+    values = [numbering.resolve(value) for each in written.values() for value in each]
     again = any(
         ("", item.name) in {(a.peer, a.name) for a in state.behaviour.assignments}
         and (state.behaviour.terminal.when != TRUE or _is_entered_again(machine, state.name))
@@ -83,7 +83,7 @@ def _only_grows(machine: Machine, item: Memory) -> bool:
         and all(
             isinstance(value, Builtin)
             and value.name == JOINED
-            and numbering.looked_through(value.args[0]) == MemoryRef(item.name, type=item.type)
+            and numbering.resolve(value.args[0]) == MemoryRef(item.name, type=item.type)
             for value in values
         )
     )

@@ -57,7 +57,7 @@ class HeldOutputs:
 
     def _may_move(self, value: Expr) -> bool:
         """Whether a value may be another one than zero, or nothing."""
-        value = self._machine.prover.numbering.looked_through(value)
+        value = self._machine.prover.numbering.resolve(value)
         if isinstance(value, Items):
             return any(map(self._may_move, value.items))
         zero = isinstance(value, Nothing | Unused)

@@ -34,7 +34,7 @@ def situation(witness: Witness) -> str:
         return f"when `{show(witness.everywhere)}`"
     if not witness.facts:
         return "whatever the conditions are"
-    return f"when {facts_of(witness)}{', among other cases' if witness.some else ''}"
+    return f"when {facts_of(witness)}{', among other cases' if witness.is_partial else ''}"
 
 
 def facts_of(witness: Witness) -> str:

@@ -8,8 +8,8 @@ from itertools import combinations
 
 from specc.limits import spend
 from specc.model.expr import Expr
+from specc.proof.dependencies import Dependencies, components, conjuncts, connected, variables_of
 from specc.proof.formula import Answered, Arrival, EnumItem, Formula, Formulas, atoms_of
-from specc.proof.relations import Relations, components, conjuncts, connected, variables_of
 from specc.proof.table import Column, Table
 from specc.proof.verdict import (
     INSTALL,
@@ -18,11 +18,11 @@ from specc.proof.verdict import (
     FactTexts,
     InputName,
     SolverAnswer,
+    SolverError,
     TooLargeError,
     TruthAssignment,
-    UnsureError,
     Witness,
-    time,
+    untracked_time,
 )
 from specc.proof.witness import fact_texts, no_row, truth_assignment, two_rows
 
@@ -34,9 +34,9 @@ class FormulaQuestion:
     """Whether exactly one of `conditions` holds where all of `assumed` do, left open by tables."""
 
     conditions: tuple[Formula, ...]
-    assumed: tuple[Formula, ...]
+    assumptions: tuple[Formula, ...]
     make: Formulas
-    relations: Relations
+    relations: Dependencies
     reason: str = ""
     """Why tables do not decide it; empty where values of numbers depend on each other."""
 
@@ -51,7 +51,7 @@ class FormulaQuestion:
         """What the solver says, if it is installed."""
         try:
             return self._solve()
-        except UnsureError as error:
+        except SolverError as error:
             reasons = filter(None, (self.reason, str(error)))
             return SolverAnswer(unknown=", and ".join(reasons), way_out=error.way_out)
 
@@ -62,12 +62,13 @@ class FormulaQuestion:
         exact = self.models(self.faults, exact=True)
         if exact == [None, None]:
             broken = next(model for model in rounded if model is not None)
-            facts = self.witness(broken, self._holding(broken)).facts
+            facts = self.witness(broken, self._holding_conditions(broken)).facts
             case = " and ".join(f"`{question}` {answer}" for question, answer in facts)
             words = "it is true of exact numbers, but floats are rounded, which may make"
             return SolverAnswer(unknown=f"{words} {case}", way_out=ROUNDED)
         gap, overlap = (
-            None if model is None else self.witness(model, self._holding(model)) for model in exact
+            None if model is None else self.witness(model, self._holding_conditions(model))
+            for model in exact
         )
         return SolverAnswer(gap, overlap)
 
@@ -77,15 +78,15 @@ class FormulaQuestion:
         """Answers with which each of the formulas holds, and all that is assumed.
 
         Raises:
-            UnsureError: the solver does not say, or is not installed.
+            SolverError: the solver does not say, or is not installed.
         """
         try:
             from specc.proof.solver import Theory
         except ImportError:
-            raise UnsureError("it needs the solver, which is not installed", INSTALL) from None
-        atoms = list(atoms_of([*self.conditions, *self.assumed]))
+            raise SolverError("it needs the solver, which is not installed", INSTALL) from None
+        atoms = list(atoms_of([*self.conditions, *self.assumptions]))
         theory = Theory(self.relations.numbering, atoms, exact=exact)
-        return [theory.find_model(self.make.conjunction([*self.assumed, f])) for f in faults]
+        return [theory.find_model(self.make.conjunction([*self.assumptions, f])) for f in faults]
 
     def witness_of(self, value: Callable[[Expr], object], holding: tuple[int, ...]) -> Witness:
         """The witness of a situation; see `OpenQuestion`."""
@@ -96,7 +97,7 @@ class FormulaQuestion:
                 if (member := value(variable.expr)) is not None:
                     answers.append((atom, member in test))
             elif atom.expr is not None and (yes := value(atom.expr)) is not None:
-                answers.append((atom, bool(yes) is atom.text_holds))
+                answers.append((atom, bool(yes) is atom.holds_if))
         return self.witness(answers, holding)
 
     def witness(self, answers: Sequence[Answered], holding: tuple[int, ...]) -> Witness:
@@ -118,10 +119,10 @@ class FormulaQuestion:
             said += tuple(truth_assignment(column, 0))
         asked = {make.atom(atom): yes for atom, yes in known.items()}
         told = make.conjunction(f if yes else make.negation(f) for f, yes in asked.items())
-        others = is_satisfiable([*self.assumed, *fault, make.negation(told)])
-        return Witness(facts, holding, answers=said, some=others is not False)
+        others = is_satisfiable([*self.assumptions, *fault, make.negation(told)])
+        return Witness(facts, holding, answers=said, is_partial=others is not False)
 
-    def _holding(self, answers: Sequence[Answered]) -> tuple[int, ...]:
+    def _holding_conditions(self, answers: Sequence[Answered]) -> tuple[int, ...]:
         """Two of the conditions that hold with these answers, or none."""
         known, make = dict(answers), self.make
         holds = (make.substituted(row, known.get) is make.true for row in self.conditions)
@@ -140,7 +141,7 @@ class Question:
         context: Sequence[Formula],
         axioms: Sequence[Formula],
         make: Formulas,
-        relations: Relations,
+        relations: Dependencies,
     ) -> None:
         self._make = make
         self._relations = relations
@@ -148,36 +149,36 @@ class Question:
         self._context = conjuncts(context)
         self.about = [*conditions, *self._context]
         """What it is about, without the axioms."""
-        self._assumed = self._context + connected(conjuncts(axioms), self.about)
-        others = [axiom for axiom in conjuncts(axioms) if axiom not in self._assumed]
-        self._more = connected(others, self.about, relations.dependencies)
+        self._assumptions = self._context + connected(conjuncts(axioms), self.about)
+        others = [axiom for axiom in conjuncts(axioms) if axiom not in self._assumptions]
+        self._related_axioms = connected(others, self.about, relations.dependencies)
         """Axioms that are related only by what their numbers are computed from."""
         self.arrivals = frozenset(
             (variable.peer, variable.element)
-            for variable in variables_of([*conditions, *self._assumed])
+            for variable in variables_of([*conditions, *self._assumptions])
             if isinstance(variable, Arrival)
         )
         """Inputs about whose arrival something is asked."""
 
     def concerns(self, formula: Formula) -> bool:
         """Whether a formula has to do with what is asked, directly or through axioms."""
-        about = [*self.about, *self._assumed]
+        about = [*self.about, *self._assumptions]
         return bool(connected([formula], about, self._relations.dependencies))
 
     def decide(self, facts: Sequence[Formula]) -> Decision:
         """The answer where the facts hold as well; what is unsure refutes nothing."""
-        assumed = [*self._assumed, *facts]
+        assumed = [*self._assumptions, *facts]
         try:
-            decision, reason = self._by_table(assumed), ""
+            decision, reason = self._tabulate(assumed), ""
         except TooLargeError as error:
             decision, reason = self._without_context(assumed, str(error)), str(error)
         if decision.proved:
             return decision
-        every = [*assumed, *self._more]
+        every = [*assumed, *self._related_axioms]
         atoms = list(atoms_of([*self._conditions, *every]))
-        unsure = [atom for atom in atoms if atom.unsure]
+        unsure = [atom for atom in atoms if atom.is_uncertain]
         if unsure:
-            return time(decision, unsure[0].text)
+            return untracked_time(decision, unsure[0].text)
         if not reason and not self._relations.are_related(atoms):
             return decision
         rows, make = self._conditions, self._make
@@ -190,7 +191,7 @@ class Question:
     def _without_context(self, assumed: Sequence[Formula], reason: str) -> Decision:
         """What the context says of other things cannot help, but makes a table larger."""
         try:
-            smaller = self._by_table(connected(assumed, self._conditions))
+            smaller = self._tabulate(connected(assumed, self._conditions))
             if smaller.proved:
                 return smaller
         except TooLargeError:
@@ -198,7 +199,7 @@ class Question:
         count = len(self._conditions)
         return Decision(True, (True,) * count, (frozenset(),) * count, unknown=reason)
 
-    def _by_table(self, assumed: Sequence[Formula]) -> Decision:
+    def _tabulate(self, assumed: Sequence[Formula]) -> Decision:
         table = Table([*self._conditions, *assumed])
         allowed = table.all_of(assumed)
         rows = [table.bits(condition) for condition in self._conditions]

@@ -12,11 +12,11 @@ from specc.model.fsm import Behaviour, Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Enum
 from specc.proof.decide import Question, is_satisfiable
+from specc.proof.dependencies import Dependencies, conjuncts, connected
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, atoms_of
-from specc.proof.relations import Relations, conjuncts, connected
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
-from specc.proof.witness import only
+from specc.proof.witness import excluding
 from specc.reachable import reachable
 
 EvaluationPoint = Literal["conditions", "functions", "start"]
@@ -45,15 +45,15 @@ class Prover:
         self._translator = Translator(*known, period_s)
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
-        self._relations = Relations(self.numbering)
+        self._relations = Dependencies(self.numbering)
         self._formula = self._translator.formula
         self.timer = self._translator.timer
         self._always_present = frozenset(always_present)
         self._subsystem = subsystem
-        self._assumed = tuple(axiom.that for axiom in subsystem.axioms)
-        self._axioms = tuple(map(self._formula, self._assumed))
+        self._axiom_conditions = tuple(axiom.that for axiom in subsystem.axioms)
+        self._axioms = tuple(map(self._formula, self._axiom_conditions))
         self._questions: dict[object, Question] = {}
-        self._alike: dict[tuple[object, ...], Question] = {}
+        self._questions_by_condition: dict[tuple[object, ...], Question] = {}
         """By the conditions that are asked, which most states have in common, by identity."""
         self._decisions: dict[object, Decision] = {}
         self._possible: dict[tuple[Formula, ...], bool | None] = {}
@@ -82,7 +82,7 @@ class Prover:
             facts: list[Expr] = [*map(presence, sorted(known)), *invariants]
             came = tuple(map(freshness, sorted(new)))
             decided = question.decide([*map(self._formula, (*facts, *came))])
-            decision = self._decisions[key] = _where_fresh(decided, came)
+            decision = self._decisions[key] = _with_freshness(decided, came)
         return RowVerdict(rows, with_repair(decision, rows), question.arrivals)
 
     def _question(
@@ -96,7 +96,7 @@ class Prover:
         behaviour = self._subsystem.state(state).behaviour
         ends = id(behaviour.error.when), id(behaviour.terminal.when)
         alike = cause, without, *ends, *[id(row.condition.when) for row in rows]
-        question = self._alike.get(alike)
+        question = self._questions_by_condition.get(alike)
         if question is None:
             conditions = tuple(self._formula(row.condition.when) for row in rows)
             key = conditions, self._context(behaviour, cause), without
@@ -105,7 +105,7 @@ class Prover:
                 self._questions[key] = Question(
                     *key[:2], axioms, self._translator.make, self._relations
                 )
-            question = self._alike[alike] = self._questions[key]
+            question = self._questions_by_condition[alike] = self._questions[key]
         return question, rows
 
     def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
@@ -114,14 +114,14 @@ class Prover:
         near = connected(conjuncts(self._axioms), question.about, self._relations.dependencies)
         return any(part in near for part in conjuncts((self._axioms[axiom],)))
 
-    def related(self, state: str, cause: Cause, facts: Iterable[Expr]) -> tuple[Expr, ...]:
+    def related_facts(self, state: str, cause: Cause, facts: Iterable[Expr]) -> tuple[Expr, ...]:
         """The facts that have to do with the rows of a state and cause."""
         question, _ = self._question(state, cause, None)
         return tuple(fact for fact in facts if question.concerns(self._formula(fact)))
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
         """Whether all conditions can hold together; None if the question is too large."""
-        return self._can_hold([*map(self._formula, conditions)], self._axioms)
+        return self._is_satisfiable([*map(self._formula, conditions)], self._axioms)
 
     def constant(self, condition: Expr, *, assuming: bool = True) -> bool | None:
         """The truth value of a condition that has only one; None for others and if unknown.
@@ -130,7 +130,7 @@ class Prover:
         """
         formula = self._formula(condition)
         for asked, value in ((formula, False), (self._translator.make.negation(formula), True)):
-            if self._can_hold([asked], self._axioms if assuming else ()) is False:
+            if self._is_satisfiable([asked], self._axioms if assuming else ()) is False:
                 return value
         return None
 
@@ -149,10 +149,10 @@ class Prover:
         if moment == "conditions":
             negated = self._translator.make.negation(self._formula(fact))
             asked = [*map(self._formula, context), negated]
-            possible = self._can_hold(asked, self._axioms if assuming else ())
+            possible = self._is_satisfiable(asked, self._axioms if assuming else ())
             return None if possible is None else not possible
         translator = self._anywhere
-        said = [*context, *(self._assumed if moment == "functions" else ())]
+        said = [*context, *(self._axiom_conditions if moment == "functions" else ())]
         negated = translator.make.negation(translator.formula(fact))
         possible = is_satisfiable([*map(translator.formula, said), negated])
         return None if possible is None else not possible
@@ -169,7 +169,7 @@ class Prover:
         def answered(value: str, fresh: bool, present: bool) -> Formula:
             def answer(atom: Atom) -> bool | None:
                 match atom.variable:
-                    case EnumItem(of=of) if of == number:
+                    case EnumItem(number=of) if of == number:
                         return value in atom.test
                     case Arrival(peer=peer, element=name) if (peer, name) == element.key:
                         return fresh if atom.test == "fresh" else present
@@ -188,7 +188,7 @@ class Prover:
 
     def _reads(self, atom: Atom, element: Input) -> bool:
         """Whether the question of an atom is about an input, directly or through lets."""
-        through = self.numbering.looked_through
+        through = self.numbering.resolve
         parts = reachable(
             [through(atom.expr)] if atom.expr else [],
             lambda part: map(through, children(part)),
@@ -221,14 +221,16 @@ class Prover:
         """Formulas about any moment, in functions as well."""
         return self._elsewhere()
 
-    def _can_hold(self, formulas: Iterable[Formula], axioms: Iterable[Formula]) -> bool | None:
+    def _is_satisfiable(
+        self, formulas: Iterable[Formula], axioms: Iterable[Formula]
+    ) -> bool | None:
         asked = (*formulas, *axioms)
         if asked not in self._possible:
             self._possible[asked] = is_satisfiable(asked)
         return self._possible[asked]
 
 
-def _where_fresh(decision: Decision, came: Iterable[Expr]) -> Decision:
+def _with_freshness(decision: Decision, came: Iterable[Expr]) -> Decision:
     """The decision with answers that say what is known to be fresh."""
     known = tuple((each, True) for each in came)
     gap, overlap = (
@@ -244,5 +246,5 @@ def with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
         return decision
     one = overlap.repaired
     (other,) = (index for index in overlap.holding if index != one)
-    repair = only(rows[one].condition.when, rows[other].condition.when)
+    repair = excluding(rows[one].condition.when, rows[other].condition.when)
     return replace(decision, overlap=replace(overlap, repair=repair))

@@ -12,7 +12,7 @@ from specc.proof.formula import (
     Answers,
     Atom,
     Formula,
-    ItemQuestions,
+    ItemCollection,
     Variable,
     in_order,
 )
@@ -145,13 +145,13 @@ class Table:
 
 
 def _answers(variable: Variable, tests: Sequence[object]) -> list[Answers]:
-    if isinstance(variable, ItemQuestions):
+    if isinstance(variable, ItemCollection):
         return _collection_answers(variable, [t for t in tests if isinstance(t, Formula)])
     answers: list[Answers] = variable.answers(tests)  # type: ignore[arg-type]  # tests of its kind
     return answers
 
 
-def _collection_answers(variable: ItemQuestions, tests: list[Formula]) -> list[Answers]:
+def _collection_answers(variable: ItemCollection, tests: list[Formula]) -> list[Answers]:
     """Which tests some item passes: for every set of kinds of items that can be there."""
     kinds = _kinds_of_items(tests)
     fewest = {(False,) * len(tests): 0}

@@ -17,7 +17,7 @@ class TooLargeError(Exception):
     """The formulas have too many combinations for tables; the message says how many of what."""
 
 
-class UnsureError(Exception):
+class SolverError(Exception):
     """The solver gave no answer within its bounds, or is not installed; the message says so."""
 
     def __init__(self, reason: str, way_out: str = "") -> None:
@@ -69,9 +69,9 @@ class Witness:
     repaired: int | None = None
     answers: TruthAssignment = ()
     everywhere: Expr | None = None
-    some: bool = False
+    is_partial: bool = False
 
-    def needs_old(self, elements: Collection[InputName]) -> bool:
+    def excludes_freshness(self, elements: Collection[InputName]) -> bool:
         """Whether it says that one of some inputs is not fresh."""
         asked = (asked for asked, yes in self.answers if isinstance(asked, Fresh) and not yes)
         return any(each.input.key in elements for each in asked)
@@ -144,19 +144,21 @@ class RowVerdict:
     arrivals: frozenset[InputName] = frozenset()
     """Inputs that it depends on whether they have arrived."""
 
-    def where_fresh(self, by: Decision, fresh: Collection[InputName]) -> RowVerdict:
+    def where_fresh(self, decision: Decision, fresh: Collection[InputName]) -> RowVerdict:
         """This verdict where some inputs are known to be fresh, with the decision `by` then.
 
         Which rows may apply, and what they ensure, stays; so does a witness that may still be.
         """
         mine = self.decision
         if mine.open:
-            return self.refuted_by(by)
+            return self.refuted_by(decision)
         gap, overlap = (
-            None if now is None or was is None or was.needs_old(fresh) else was
-            for was, now in ((mine.gap, by.gap), (mine.overlap, by.overlap))
+            None if now is None or was is None or was.excludes_freshness(fresh) else was
+            for was, now in ((mine.gap, decision.gap), (mine.overlap, decision.overlap))
         )
-        return self.refuted_by(replace(by, gap=gap or by.gap, overlap=overlap or by.overlap))
+        return self.refuted_by(
+            replace(decision, gap=gap or decision.gap, overlap=overlap or decision.overlap)
+        )
 
     def refuted_by(self, decision: Decision) -> RowVerdict:
         """This verdict with other refutations; which rows may apply and what they ensure stays."""
@@ -192,7 +194,7 @@ TIMED = (
 )
 
 
-def time(refuted: Decision, question: str) -> Decision:
+def untracked_time(refuted: Decision, question: str) -> Decision:
     """The verdict where what a run computes from the time may make a refutation wrong."""
     return replace(
         refuted,

@@ -26,7 +26,7 @@ class _Literal:
 
     expr: Expr
     bits: int
-    is_in_question: bool
+    is_asked: bool
 
 
 def condition_for(table: Table, allowed: int, target: int, asked: frozenset[Atom]) -> Expr | None:
@@ -39,7 +39,7 @@ def condition_for(table: Table, allowed: int, target: int, asked: frozenset[Atom
     while left := left & allowed:
         if len(found) == MOST_CASES:
             return None
-        case = _smallest(_literals(table, left, asked), table.full, allowed & ~target)
+        case = _minimise(_literals(table, left, asked), table.full, allowed & ~target)
         bits = table.full
         for literal in case:
             bits &= literal.bits
@@ -48,15 +48,15 @@ def condition_for(table: Table, allowed: int, target: int, asked: frozenset[Atom
     return joined("or", found) if found else None
 
 
-def only(condition: Expr, other: Expr) -> Expr:
+def excluding(condition: Expr, other: Expr) -> Expr:
     """The condition without what another one has in common with it."""
     return joined("and", [condition, opposite(other)])
 
 
-def _smallest(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:
+def _minimise(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:
     """As few of the literals as keep all forbidden combinations out; those not asked go first."""
     kept = list(literals)
-    for literal in sorted(literals, key=lambda item: item.is_in_question):
+    for literal in sorted(literals, key=lambda item: item.is_asked):
         rest = [other for other in kept if other is not literal]
         bits = full
         for other in rest:
@@ -71,10 +71,12 @@ def _literals(table: Table, left: int, asked: frozenset[Atom]) -> list[_Literal]
     combination = (left & -left).bit_length() - 1
     answers = zip(table.columns, table.answers_at(combination), strict=True)
     found = sorted(answers, key=lambda item: not isinstance(item[0].variable, Arrival))
-    return [literal for item in found for literal in _of(table, *item, asked)]
+    return [literal for item in found for literal in _column_literals(table, *item, asked)]
 
 
-def _of(table: Table, column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[_Literal]:
+def _column_literals(
+    table: Table, column: Column, answer: int, asked: frozenset[Atom]
+) -> Iterator[_Literal]:
     answered = list(zip(column.atoms, column.answers[answer], strict=True))
     if isinstance(column.variable, EnumItem):
         expr = _among(column.variable, answered)
@@ -83,7 +85,7 @@ def _of(table: Table, column: Column, answer: int, asked: frozenset[Atom]) -> It
         return
     for atom, yes in answered:
         assert atom.expr is not None  # only atoms about members have none
-        expr = atom.expr if yes == atom.text_holds else opposite(atom.expr)
+        expr = atom.expr if yes == atom.holds_if else opposite(atom.expr)
         bits = table.bits_of(atom)
         yield _Literal(expr, bits if yes else table.full ^ bits, atom in asked)
 
@@ -157,7 +159,7 @@ def _witness(
     if not faults & ~told:
         return found
     everywhere = condition_for(table, allowed, faults, asked)
-    return replace(found, everywhere=everywhere, some=everywhere is None)
+    return replace(found, everywhere=everywhere, is_partial=everywhere is None)
 
 
 def _causes(table: Table, told: int, context: Sequence[Formula]) -> dict[Column, int]:
@@ -192,35 +194,35 @@ def describe(
     chosen = dict(zip(table.columns, table.answers_at(combination), strict=True))
     for column in sorted(table.columns, key=lambda c: not asked.isdisjoint(c.atoms)):
         rest = {c: answer for c, answer in chosen.items() if c is not column}
-        if not _common(table, rest) & allowed & ~faults:
+        if not _combinations(table, rest) & allowed & ~faults:
             chosen = rest
     found = chosen.items()
     for column in chosen:
-        if not _as_told(table, chosen, asked) & allowed & ~faults:
+        if not _stated_combinations(table, chosen, asked) & allowed & ~faults:
             break
         asked |= frozenset(column.atoms)
     facts = tuple(fact for column, answer in found for fact in fact_texts(column, answer, asked))
     answers = tuple(said for column, answer in found for said in truth_assignment(column, answer))
-    return facts, answers, _common(table, chosen)
+    return facts, answers, _combinations(table, chosen)
 
 
-def _common(table: Table, chosen: Mapping[Column, int]) -> int:
+def _combinations(table: Table, chosen: Mapping[Column, int]) -> int:
     bits = table.full
     for column, answer in chosen.items():
         bits &= table.where(column, answer)
     return bits
 
 
-def _as_told(table: Table, chosen: Mapping[Column, int], asked: frozenset[Atom]) -> int:
+def _stated_combinations(table: Table, chosen: Mapping[Column, int], asked: frozenset[Atom]) -> int:
     """The combinations in which the facts hold as they are put in words."""
     bits = table.full
     for column, answer in chosen.items():
-        for atom, yes in _literals_of(column, answer, asked):
+        for atom, yes in _stated_answers(column, answer, asked):
             bits &= table.bits_of(atom) if yes else ~table.bits_of(atom)
     return bits
 
 
-def _literals_of(column: Column, answer: int, asked: frozenset[Atom]) -> list[tuple[Atom, bool]]:
+def _stated_answers(column: Column, answer: int, asked: frozenset[Atom]) -> list[tuple[Atom, bool]]:
     """What is told of one answer; atoms that are not asked only where none of it is."""
     answered = list(zip(column.atoms, column.answers[answer], strict=True))
     if isinstance(column.variable, EnumItem):
@@ -233,12 +235,12 @@ def _literals_of(column: Column, answer: int, asked: frozenset[Atom]) -> list[tu
 
 def fact_texts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tuple[str, str]]:
     """One answer of a column in words."""
-    told = _literals_of(column, answer, asked)
+    told = _stated_answers(column, answer, asked)
     if isinstance(column.variable, EnumItem):
         yield column.variable.text, " or ".join(_members(column.variable, told))
         return
     for atom, yes in told:
-        yield atom.text, "true" if yes == atom.text_holds else "false"
+        yield atom.text, "true" if yes == atom.holds_if else "false"
 
 
 def truth_assignment(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]:
@@ -251,7 +253,7 @@ def truth_assignment(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]
         return
     for atom, yes in answered:
         if atom.expr is not None:
-            yield atom.expr, yes == atom.text_holds
+            yield atom.expr, yes == atom.holds_if
 
 
 def _members(item: EnumItem, answered: list[tuple[Atom, bool]]) -> list[str]:

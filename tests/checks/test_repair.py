@@ -131,7 +131,7 @@ def what_is_told_are_all_situations(seed: int) -> None:
             if witness.everywhere is not None:
                 told = bool(evaluate(witness.everywhere, world))
             is_wrong = sum(bool(evaluate(row, world)) for row in rows) in wrong
-            assert told == is_wrong or (witness.some and is_wrong)
+            assert told == is_wrong or (witness.is_partial and is_wrong)
 
 
 @pytest.mark.parametrize("seeds", blocks(range(15), also=range(15, 40), long=80, each=40))

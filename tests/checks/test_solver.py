@@ -111,7 +111,7 @@ def what_is_said_to_be_impossible_is(seed: int) -> None:
     for said in itertools.product((False, True), repeat=len(atoms)):
         answers = list(zip(map(make.atom, atoms), said, strict=True))
         model = exact.find_model(make.conjunction(f if y else make.negation(f) for f, y in answers))
-        asked = [(a.expr, yes == a.text_holds) for a, yes in zip(atoms, said, strict=True)]
+        asked = [(a.expr, yes == a.holds_if) for a, yes in zip(atoms, said, strict=True)]
         assert model is not None or not any(
             all(evaluate(expr, world) == holds for expr, holds in asked if expr is not None)
             for world in worlds

@@ -22,7 +22,7 @@ from specc.proof.formula import (
 )
 from specc.proof.numbering import Numbering
 from specc.proof.solver.conditions import Conditions, arrived
-from specc.proof.verdict import UnsureError
+from specc.proof.verdict import SolverError
 
 _STEPS = "rlimit count"
 MOST_STEPS = 400_000
@@ -40,16 +40,18 @@ class Theory:
 
     def __init__(self, numbering: Numbering, atoms: Sequence[Atom], *, exact: bool) -> None:
         if not spend("proof", _OF_A_THEORY):
-            raise UnsureError(OUT_OF_STEPS)
+            raise SolverError(OUT_OF_STEPS)
         items, reached = _quantified(atoms, numbering)
         self._conditions = Conditions(numbering, items, exact=exact)
-        for value in numbering.named():  # so that no chain of lets is followed by deep recursion
+        for (
+            value
+        ) in numbering.named_values():  # so that no chain of lets is followed by deep recursion
             if id(value) in reached:
                 self._conditions.prepare(value)
         terms = [self._term(atom) for atom in atoms]
         rounding = self._conditions.rounding
         if rounding.is_large:
-            raise UnsureError("too many sums are compared in one table")
+            raise SolverError("too many sums are compared in one table")
         self.rounds = rounding.matters
         facts = [*self._conditions.laws, *rounding.facts()]
         facts += [_arrival(a.variable) for a in atoms if isinstance(a.variable, Arrival)]
@@ -71,7 +73,7 @@ class Theory:
         """Answers to all questions with which a formula holds; None if there are none.
 
         Raises:
-            UnsureError: the solver does not say.
+            SolverError: the solver does not say.
         """
         allowed = left("proof")
         if allowed < MOST_STEPS:
@@ -86,7 +88,7 @@ class Theory:
             self._solver.pop()
         if found == z3.unknown:
             within = "bounds" if allowed >= MOST_STEPS else "the steps that this run has left"
-            raise UnsureError(f"the solver found no answer within {within}")
+            raise SolverError(f"the solver found no answer within {within}")
         if model is None:
             return None
         return [
@@ -126,11 +128,11 @@ class Theory:
             case EnumItem(expr=item) if item is not None:
                 return self._conditions.boolean(Among(item, atom.test, type=Bool()))
             case Quantity(kind="periods"):
-                return self._conditions.in_periods(atom.expr, atom.test[1], atom.text_holds)
+                return self._conditions.in_periods(atom.expr, atom.test[1], atom.holds_if)
         if atom.expr is None:
             return z3.Bool(f"fact {variable} {atom.test}")
         term = self._conditions.boolean(atom.expr)
-        return term if atom.text_holds else z3.Not(term)
+        return term if atom.holds_if else z3.Not(term)
 
 
 def _arrival(variable: Any) -> Any:
@@ -153,13 +155,13 @@ def _quantified(
     while open_:
         expr = open_.pop()
         if isinstance(expr, LetRef):
-            expr = numbering.looked_through(expr)
+            expr = numbering.resolve(expr)
         if id(expr) in seen:
             continue
         seen.add(id(expr))
         if isinstance(expr, Quantifier):
             if isinstance(expr.over.type, ListOf):
-                over = numbering.number(numbering.looked_through(expr.over))
+                over = numbering.number(numbering.resolve(expr.over))
                 found.setdefault(over, set()).add(numbering.number(expr))
             open_.append(expr.over)
         else:

@@ -35,12 +35,12 @@ from specc.model.types import (
 )
 from specc.model.wires import Wires
 from specc.proof.decide import FormulaQuestion, is_satisfiable
+from specc.proof.dependencies import Dependencies, conjuncts, connected
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.numbering import Numbering
-from specc.proof.relations import Relations, conjuncts, connected
 from specc.proof.table import Table
 from specc.proof.translate import Translator
-from specc.proof.verdict import FactTexts, TooLargeError, UnsureError
+from specc.proof.verdict import FactTexts, SolverError, TooLargeError
 from specc.proof.witness import describe
 from specc.tools.diff.record import Book, Verdict
 
@@ -258,7 +258,7 @@ class _Moment:
         present = [always_present(v.subsystem, Wires(v.system.agents)) for v in versions]
         self._translator = Translator(lets, constants, present[0] & present[1], period_s)
         self.make = self._translator.make
-        self._relations = Relations(self._translator.numbering)
+        self._relations = Dependencies(self._translator.numbering)
         assumed = [[axiom.that for axiom in v.subsystem.axioms] for v in versions]
         self._axioms = self.common(assumed[0], assumed[1])
 
@@ -280,7 +280,7 @@ class _Moment:
         self, expr: Expr, tests: tuple[Formula, ...]
     ) -> Iterator[tuple[tuple[Formula, ...], Expr]]:
         """The values that an expression chooses from, each with the tests that lead to it."""
-        value = self._translator.numbering.looked_through(expr)
+        value = self._translator.numbering.resolve(expr)
         if not isinstance(value, Choice) or len(tests) == _MOST_CHOICES:
             yield tests, expr
             return
@@ -302,7 +302,7 @@ class _Moment:
                 return self._verdict(before, after, connected(known, (before, after), things))
             except TooLargeError:
                 return self._verdict(before, after, connected(known, (before, after)))
-        except (TooLargeError, UnsureError) as error:
+        except (TooLargeError, SolverError) as error:
             return Verdict(False, unknown=str(error))
 
     def common(self, old: Sequence[Expr], new: Sequence[Expr]) -> tuple[Formula, ...]:
@@ -321,7 +321,7 @@ class _Moment:
         return _marked(self._then(expr), _MARKS[side])
 
     def _verdict(self, before: Formula, after: Formula, assumed: Sequence[Formula]) -> Verdict:
-        """Raises TooLargeError, and UnsureError where the solver does not say."""
+        """Raises TooLargeError, and SolverError where the solver does not say."""
         formulas = [before, after, *assumed]
         table, atoms = Table(formulas), list(atoms_of(formulas))
         lost = table.bits(before) & ~table.bits(after)
@@ -337,9 +337,9 @@ class _Moment:
             only_old, only_new = (
                 table.where_answered(model or ()) if model is not None else 0 for model in models
             )
-        unsure = next((atom.text for atom in atoms if atom.unsure), "")
+        unsure = next((atom.text for atom in atoms if atom.is_uncertain), "")
         if unsure and (only_old or only_new):
-            raise UnsureError(f"proofs do not follow how `{unsure}` changes with the time")
+            raise SolverError(f"proofs do not follow how `{unsure}` changes with the time")
         asked = frozenset(atoms_of((before, after)))
         return Verdict(
             not (only_old or only_new),

@@ -30,7 +30,7 @@ from specc.model.types import (
     Vector,
 )
 from specc.proof import InputName
-from specc.proof.clock import Turns
+from specc.proof.clock import TurningPoints
 from specc.tools.explore.lines import EXACT, Line, lined
 from specc.tools.explore.regions import Region, Within, is_number, leaves
 
@@ -53,7 +53,7 @@ class Known:
     present: Mapping[InputName, bool] = field(default_factory=dict)
     periods: int | None = None
     """Periods since the state was entered; only expressions in `turns` depend on it."""
-    turns: dict[int, tuple[m.Expr, Turns]] = field(default_factory=dict)
+    turns: dict[int, tuple[m.Expr, TurningPoints]] = field(default_factory=dict)
     """The periods at which an expression that time alone decides turns, by its identity."""
     times: int = 0
     """How many values of lines are meant: what is filled in holds for all of them."""
