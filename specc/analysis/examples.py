@@ -25,10 +25,10 @@ from specc.search import (
     Interpreter,
     SearchBudget,
     Situation,
+    refutation_goals,
     runnable,
-    showing,
 )
-from specc.search.example import Example, example, says_all
+from specc.search.example import Example, example, is_complete_answer
 
 # Finding values that show what was refuted of rows.
 
@@ -61,7 +61,7 @@ class Examples:
         if they are what is said, or if its answers are all there is to say.
         """
         is_said = witness.everywhere is None
-        if is_said and all(says_all(asked) for asked, _ in witness.answers):
+        if is_said and all(is_complete_answer(asked) for asked, _ in witness.answers):
             return ""
         found = self.find(decided.subsystem, decided.state, decided.cause, witness)
         if found:
@@ -123,7 +123,7 @@ class Examples:
             seen, given = (sure if witness.holding else unmet)(cause).of(subsystem), []
         about = tuple(expr for expr, _ in witness.answers)
         answers = *witness.answers, *given
-        every = tuple(showing(seen, state.name, cause, witness.holding, answers))
+        every = tuple(refutation_goals(seen, state.name, cause, witness.holding, answers))
         always = always_present(subsystem, self._wires)
         there = machine.presence.in_conditions(state.name) | always
         key = name, every, about, there
@@ -139,7 +139,7 @@ class Examples:
         meaning: Interpreter,
         freedom: FreeVariables,
     ) -> Example | None:
-        if self._left.left <= 0:
+        if self._left.remaining <= 0:
             return None
         self._left.spend(EACH)
         most = MOST
@@ -147,7 +147,7 @@ class Examples:
             size = 1 + sum(_size(condition) for condition, _ in goals) // LARGE
             for number in (0.0, 1.0):  # by one, one can divide
                 start = _start(meaning, number)
-                with self._left.some(most // size) as budget:
+                with self._left.share(most // size) as budget:
                     found = example(goals, about, meaning, start, freedom, budget)
                 if found:
                     return found

@@ -38,7 +38,7 @@ def run_witness(options: argparse.Namespace) -> int:
 
 def _write_all(options: argparse.Namespace, result: Result) -> int:
     from specc.tools.witness.code import SubsystemCode
-    from specc.tools.witness.plan import planned
+    from specc.tools.witness.plan import plan_script
     from specc.tools.witness.subject import refutations
 
     facts = result.proofs
@@ -64,7 +64,7 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
             name = item.subsystem
             if name not in generated:
                 generated[name] = SubsystemCode(facts.system, name, Path(scratch, name))
-            codes.append(_write(item, planned(generated[name], facts, item), options))
+            codes.append(_write(item, plan_script(generated[name], facts, item), options))
     return max(codes)
 
 

@@ -111,7 +111,7 @@ def test_of_what_was_sent_only_the_latest_values_are_remembered(
     spec = tmp_path / "spec.yaml"
     spec.write_text(text, encoding="utf-8")
     sent: list[list[float]] = []
-    changed = concrete._changed
+    changed = concrete._changes
 
     def looked_into(*given: Any) -> Any:
         sent.extend(list(values) for values in given[3].sent.values())

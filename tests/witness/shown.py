@@ -12,7 +12,7 @@ from specc.analysis.unknown_parts import is_vague
 from specc.model.expr import Expr
 from specc.proof import Witness
 from specc.search import Interpreter, runnable
-from specc.search.example import Example, says_all
+from specc.search.example import Example, is_complete_answer
 
 SAID = re.compile(r"`([^`]+)`( fresh)? = (\[.*?\]|[^,]*)")
 
@@ -28,7 +28,7 @@ def refuted_of(facts: Facts) -> Iterator[tuple[Facts, RowVerdictAt, Witness]]:
 def shown(facts: Facts, decided: RowVerdictAt, witness: Witness) -> Example:
     """The example of a refutation, which shows it; it is not told if the message says all."""
     found = facts.examples().find(decided.subsystem, decided.state, decided.cause, witness)
-    if not witness.everywhere and all(says_all(asked) for asked, _ in witness.answers):
+    if not witness.everywhere and all(is_complete_answer(asked) for asked, _ in witness.answers):
         assert facts.examples().text(decided, witness, "facts") == ""
     assert found is not None, witness.facts
     shows(found, facts, decided, witness)

@@ -20,7 +20,7 @@ from specc.model.units import METRE
 from specc.pipeline import compile_spec, read_spec
 from specc.proof import Witness
 from specc.search import Interpreter, SearchBudget
-from specc.search.example import worded
+from specc.search.example import value_text
 from specc.search.search import Inverter, Thresholds
 from specc.search.situation import FreeVariables
 from tests.lower.test_law import systems
@@ -123,10 +123,10 @@ def test_what_is_unknown_does_not_matter(tmp_path: Path) -> None:
 
 def test_a_search_budget_ends_and_is_shared() -> None:
     whole = SearchBudget(3)
-    with whole.some(2) as part:
+    with whole.share(2) as part:
         assert part.spend(1) and part.spend(5) and not part.spend(1)
-    assert whole.left < 0 and not whole.spend(1)
-    with whole.some(2) as part:
+    assert whole.remaining < 0 and not whole.spend(1)
+    with whole.share(2) as part:
         assert not part.spend(1)
 
 
@@ -140,7 +140,7 @@ def test_a_search_budget_ends_and_is_shared() -> None:
     ],
 )
 def test_vectors_in_words(value: tuple[float, ...], text: str) -> None:
-    assert worded(value, Vector(len(value), Real(METRE))) == text
+    assert value_text(value, Vector(len(value), Real(METRE))) == text
 
 
 def has_examples(system: System) -> None:

@@ -111,7 +111,7 @@ def test_what_cannot_be_shown_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = spec(tmp_path, "x.c.go > 1", "x.c.go > 2")
-    monkeypatch.setattr("specc.tools.witness.drive.find", lambda *_, **__: None)
+    monkeypatch.setattr("specc.tools.witness.plan.find", lambda *_, **__: None)
     assert main(["witness", str(path), "--code", "E0602", "--out", str(tmp_path / "out")]) == 1
     assert "no values were found with which a run shows this" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

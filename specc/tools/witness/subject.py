@@ -27,7 +27,7 @@ OPERATORS = "operators_of_the_scenario"
 """The module from which generated code gets its operators here."""
 
 
-def alone(system: System, name: str) -> System:
+def isolated(system: System, name: str) -> System:
     """One subsystem of a system, by its qualified name, with all operators in one module.
 
     What has errors in its text is left out: a condition holds where it surely does, an assignment
@@ -39,7 +39,7 @@ def alone(system: System, name: str) -> System:
     for agent in system.agents:
         for subsystem in agent.subsystems:
             if subsystem.qualified_name == name:
-                kept = replace(agent, subsystems=(_legible(subsystem),), devices=())
+                kept = replace(agent, subsystems=(_without_errors(subsystem),), devices=())
                 names = Namespace()
                 operators = tuple(
                     replace(operator, python=f"{OPERATORS}:{names.new(operator.name)}")
@@ -49,7 +49,7 @@ def alone(system: System, name: str) -> System:
     raise KeyError(name)
 
 
-def unproved(system: System) -> dict[str, str]:
+def generate_checked(system: System) -> dict[str, str]:
     """Generated code of a system that checks all rows while it runs, by path in its package."""
     return filled(lower(system, None, stand_ins=True))
 
@@ -59,12 +59,12 @@ def _stand_ins(subsystem: Subsystem) -> Iterator[Operator]:
     unknowns = [item.init for item in subsystem.memory if has_unknown(item.init)]
     unknowns += [let.value for let in subsystem.lets if has_unknown(let.value)]
     for value in unknowns:
-        call = _standing_in(value)
+        call = _with_stand_in(value)
         assert isinstance(call, Call)  # there is something unknown in it
         yield Operator(call.operator, (), value.type, "", "", Trace(), subsystem.place)
 
 
-def _standing_in(expr: Expr) -> Expr:
+def _with_stand_in(expr: Expr) -> Expr:
     """The expression, or a call of an operator of which nothing is known."""
     unknown = next((node for node in walk(expr) if isinstance(node, Unknown)), None)
     if unknown is None:
@@ -72,7 +72,7 @@ def _standing_in(expr: Expr) -> Expr:
     return Call(f"unknown_{re.sub(r'[^A-Za-z0-9]', '_', unknown.name)}", (), type=expr.type)
 
 
-def _legible(subsystem: Subsystem) -> Subsystem:
+def _without_errors(subsystem: Subsystem) -> Subsystem:
     behaviours = {id(b): _legible_behaviour(b) for b in subsystem.behaviours}
     states = tuple(
         replace(s, behaviour=behaviours.get(id(s.behaviour)) or _legible_behaviour(s.behaviour))
@@ -81,8 +81,10 @@ def _legible(subsystem: Subsystem) -> Subsystem:
     rows = (replace(r, condition=_legible_condition(r.condition)) for r in subsystem.transitions)
     return replace(
         subsystem,
-        memory=tuple(replace(item, init=_standing_in(item.init)) for item in subsystem.memory),
-        lets=tuple(replace(let, value=runnable(_standing_in(let.value))) for let in subsystem.lets),
+        memory=tuple(replace(item, init=_with_stand_in(item.init)) for item in subsystem.memory),
+        lets=tuple(
+            replace(let, value=runnable(_with_stand_in(let.value))) for let in subsystem.lets
+        ),
         behaviours=tuple(behaviours.values()),
         states=states,
         transitions=tuple(rows),

@@ -38,8 +38,8 @@ def scenario(refutation: Refutation, script: Script, spec: str) -> str:
     used = " ".join(line for line in lines if not line.startswith("#"))
     parts = {
         "mark": MARK,
-        "title": _documented(_title(refutation)),
-        "about": tuple(map(_documented, _about(refutation, script))),
+        "title": _docstring_text(_title(refutation)),
+        "about": tuple(map(_docstring_text, _about(refutation, script))),
         "imports": ", ".join(name for name in _HELPERS if name == "Trial" or f"{name}(" in used),
         "spec": repr(spec.replace(os.sep, "/")),
         "name": f"test_{_identifier(refutation)}",
@@ -85,11 +85,11 @@ def _lines(refutation: Refutation, script: Script) -> Iterator[str]:
         into = [repr(step.into), *_inputs(step)]
         if step.periods != 1:
             into.append(f"periods={step.periods}")
-        yield f"# {_commented(step.way)}"
+        yield f"# {_comment_text(step.way)}"
         yield f"trial.step({', '.join(into)})"
     if script.placed is not None:
         yield from _place(script.placed)
-    yield from (f"# {line}" for line in wrap(_commented(_last(refutation, script)), _WIDTH))
+    yield from (f"# {line}" for line in wrap(_comment_text(_last(refutation, script)), _WIDTH))
     yield f"trial.decide({', '.join(_inputs(script.last))})"
 
 
@@ -110,7 +110,7 @@ def _place(placed: Placed) -> Iterator[str]:
     else:
         yield "# No inputs were found that lead to these values, so they are set directly."
     if placed.memory:
-        arguments.append(f"memory={_spelled(placed.memory)}")
+        arguments.append(f"memory={_values_text(placed.memory)}")
     if placed.periods is not None:
         arguments.append(f"periods={placed.periods}")
     yield f"trial.place({', '.join(arguments)})"
@@ -118,23 +118,23 @@ def _place(placed: Placed) -> Iterator[str]:
 
 def _inputs(step: Periods) -> Iterator[str]:
     if step.arrives:
-        yield f"arrives={_spelled(step.arrives)}"
-    if step.there:
-        yield f"there={_spelled(step.there)}"
+        yield f"arrives={_values_text(step.arrives)}"
+    if step.stale:
+        yield f"there={_values_text(step.stale)}"
     if step.absent:
         yield f"absent={list(step.absent)!r}"
 
 
-def _spelled(values: ScriptValues) -> str:
+def _values_text(values: ScriptValues) -> str:
     return f"{{{', '.join(f'{name!r}: {literal_of(value)}' for name, value in values.items())}}}"
 
 
-def _documented(text: str) -> str:
+def _docstring_text(text: str) -> str:
     """A text for the inside of a docstring."""
     return text.replace("\\", "\\\\").replace('"', "'")
 
 
-def _commented(text: str) -> str:
+def _comment_text(text: str) -> str:
     """A text for a comment of one line, without instructions to linters."""
     return " ".join(text.replace("#", "").split())
 
