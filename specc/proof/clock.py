@@ -36,9 +36,6 @@ from specc.model.types import Bool, Real
 from specc.model.units import SECOND
 from specc.proof.numbering import Numbering
 
-# Conditions about the time in a state: whole periods, at some of which their truth changes.
-
-
 LONGEST = 2**40
 """Periods that no state lasts; later ones are not asked about."""
 MOST_STEPS = 50_000
@@ -58,7 +55,7 @@ class _Step(NamedTuple):
 
 
 class UndecidedError(Exception):
-    """The ranges of values do not tell."""
+    """The ranges of values do not decide a condition."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +67,9 @@ class TurningPoints:
 
 
 class Timer:
-    """Truth of what is computed from `elapsed` and constants alone, as generated code has it.
+    """Evaluates conditions over `elapsed` and constants, rounded as generated code rounds.
 
-    It is asked of ranges of periods, which are halved until the values in them tell.
+    It bisects ranges of periods until interval arithmetic decides each of them.
     """
 
     def __init__(self, numbering: Numbering) -> None:
@@ -90,7 +87,7 @@ class Timer:
             self._timing(value)
 
     def turning_points(self, condition: Expr) -> TurningPoints | None:
-        """When a condition holds; None if not time alone tells, or ranges of values do not."""
+        """When a condition changes; None if undecided, or not by time alone."""
         number = self._numbering.number(condition)
         self._add(condition)
         if self._numbering.exact_period_s is None or number not in self._steps:
@@ -103,7 +100,7 @@ class Timer:
         return self._turns[number]
 
     def turning_periods(self, expr: Expr) -> frozenset[int]:
-        """The periods at which time alone turns a condition in an expression, or in its lets."""
+        """Periods at which conditions in an expression, or in its lets, change with time alone."""
         return frozenset(
             period for _, found in self.timed_conditions(expr).values() for period in found.at
         )
@@ -127,7 +124,7 @@ class Timer:
         return Compare(op, ELAPSED, Number(time_s, type=ELAPSED.type), type=Bool())
 
     def is_unsure(self, condition: Expr) -> bool:
-        """Whether what a run computes from the time may not be what proofs make of it."""
+        """Whether a run may compute another value from the time than proofs do."""
         if self._numbering.exact_period_s is None:
             return False
         if self._add(condition):
@@ -178,7 +175,7 @@ class Timer:
         return sorted(needed)
 
     def _add(self, expr: Expr) -> bool:
-        """Whether an expression is computed from time and constants alone, in steps noted here."""
+        """Whether an expression depends on time and constants alone; its steps are recorded."""
         number = self._numbering.number(expr)
         if (
             number not in self._steps

@@ -36,7 +36,7 @@ class FormulaQuestion:
     conditions: tuple[Formula, ...]
     assumptions: tuple[Formula, ...]
     make: Formulas
-    relations: Dependencies
+    dependencies: Dependencies
     reason: str = ""
     """Why tables do not decide it; empty where values of numbers depend on each other."""
 
@@ -85,7 +85,7 @@ class FormulaQuestion:
         except ImportError:
             raise SolverError("it needs the solver, which is not installed", INSTALL) from None
         atoms = list(atoms_of([*self.conditions, *self.assumptions]))
-        theory = Theory(self.relations.numbering, atoms, exact=exact)
+        theory = Theory(self.dependencies.numbering, atoms, exact=exact)
         return [theory.find_model(self.make.conjunction([*self.assumptions, f])) for f in faults]
 
     def witness_of(self, value: Callable[[Expr], object], holding: tuple[int, ...]) -> Witness:
@@ -141,17 +141,17 @@ class Question:
         context: Sequence[Formula],
         axioms: Sequence[Formula],
         make: Formulas,
-        relations: Dependencies,
+        dependencies: Dependencies,
     ) -> None:
         self._make = make
-        self._relations = relations
+        self._dependencies = dependencies
         self._conditions = tuple(conditions)
         self._context = conjuncts(context)
         self.about = [*conditions, *self._context]
         """What it is about, without the axioms."""
         self._assumptions = self._context + connected(conjuncts(axioms), self.about)
         others = [axiom for axiom in conjuncts(axioms) if axiom not in self._assumptions]
-        self._related_axioms = connected(others, self.about, relations.dependencies)
+        self._related_axioms = connected(others, self.about, dependencies.of)
         """Axioms that are related only by what their numbers are computed from."""
         self.arrivals = frozenset(
             (variable.peer, variable.element)
@@ -163,7 +163,7 @@ class Question:
     def concerns(self, formula: Formula) -> bool:
         """Whether a formula has to do with what is asked, directly or through axioms."""
         about = [*self.about, *self._assumptions]
-        return bool(connected([formula], about, self._relations.dependencies))
+        return bool(connected([formula], about, self._dependencies.of))
 
     def decide(self, facts: Sequence[Formula]) -> Decision:
         """The answer where the facts hold as well; what is unsure refutes nothing."""
@@ -179,10 +179,10 @@ class Question:
         unsure = [atom for atom in atoms if atom.is_uncertain]
         if unsure:
             return untracked_time(decision, unsure[0].text)
-        if not reason and not self._relations.are_related(atoms):
+        if not reason and not self._dependencies.are_related(atoms):
             return decision
         rows, make = self._conditions, self._make
-        question = FormulaQuestion(rows, tuple(every), make, self._relations, reason)
+        question = FormulaQuestion(rows, tuple(every), make, self._dependencies, reason)
         if question.faults == (make.false, make.false):  # of a condition and its opposite
             return replace(decision, unknown="")
         unknown = reason or "the numbers in these conditions depend on each other"

@@ -1,7 +1,7 @@
-"""Which questions, and which parts of a conjunction, have to do with each other.
+"""Which questions, and which parts of a conjunction, depend on each other.
 
-Tables treat the variables of conditions as independent. What they prove is true all the same; where
-they refute, variables computed from the same value may not be independent, and the solver is asked.
+Tables treat the variables of conditions as independent. Their proofs hold all the same; their
+refutations are open where variables are computed from the same value.
 """
 
 from __future__ import annotations
@@ -46,8 +46,6 @@ from specc.proof.formula import (
 )
 from specc.proof.numbering import Numbering
 
-# Which parts of a conjunction have to do with each other: those that ask about one variable.
-
 
 def conjuncts(formulas: Iterable[Formula]) -> list[Formula]:
     """The parts of a conjunction of formulas."""
@@ -60,7 +58,7 @@ def variables_of(formulas: Iterable[Formula]) -> set[Variable]:
 
 
 Variables = Callable[[Iterable[Formula]], Set[object]]
-"""What formulas are about; those that have something in common are connected."""
+"""What formulas depend on; formulas with a common dependency are connected."""
 
 
 def connected(
@@ -86,7 +84,7 @@ def components(
 
 
 class _Index:
-    """Where parts stand in their sequence, found by what they are about; each is taken once."""
+    """Positions of parts by what they depend on; each is returned once."""
 
     def __init__(self, about: Iterable[Set[object]]) -> None:
         self.about = list(about)
@@ -98,7 +96,7 @@ class _Index:
                 self._by_dependency.setdefault(name, []).append(place)
 
     def connected_with(self, seeds: Set[object]) -> list[int]:
-        """The constants that are left, and then what is connected with some things."""
+        """The remaining constants, then what is connected with the seeds."""
         found = [place for place in self._constants if place in self.remaining]
         self._constants = []
         self.remaining.difference_update(found)
@@ -151,7 +149,7 @@ class Dependencies:
                 return True
         return False
 
-    def dependencies(self, formulas: Iterable[Formula]) -> set[object]:
+    def of(self, formulas: Iterable[Formula]) -> set[object]:
         """The variables that formulas ask about, and what the answers depend on."""
         found: set[object] = set()
         for atom in atoms_of(formulas):
@@ -191,13 +189,16 @@ class Dependencies:
             ):
                 yield self.numbering.number(whole), expr.index
                 continue
-            if isinstance(expr, _LOOKED_INTO) or _has_term(expr):
+            function = FUNCTIONS[expr.name] if isinstance(expr, Builtin) else None
+            is_near = function is not None and function.compares and len(children(expr)) == 3
+            has_term = is_near or (function is not None and function.term is not None)
+            if isinstance(expr, _LOOKED_INTO) or has_term:
                 open_ += children(expr)
                 continue
             if not isinstance(expr, BoundVariable):
                 yield (number := self.numbering.number(expr))
                 yield from ((number, index) for index in range(_independent_components(expr)))
-            if isinstance(expr, Builtin) and _has_laws(expr):
+            if isinstance(expr, Builtin) and (expr.name == LENGTH or FUNCTIONS[expr.name].laws):
                 open_ += expr.args
             elif isinstance(expr, Call) and any(arg.type.is_discrete for arg in expr.args):
                 yield "operator", expr.operator
@@ -212,11 +213,16 @@ class Dependencies:
                 computed = ()
             case _:
                 return False
-        return any(
-            isinstance(side, computed) or (isinstance(side, Builtin) and _is_computed(side))
-            for side in map(self._resolve, (a, b))
-            if not self._is_constant(side)
-        )
+        for side in map(self._resolve, (a, b)):
+            if self._is_constant(side):
+                continue
+            if isinstance(side, computed):
+                return True
+            if isinstance(side, Builtin):
+                function = FUNCTIONS[side.name]
+                if function.term is not None or function.laws is not None:
+                    return True
+        return False
 
     def _is_unbounded(self, atom: Atom) -> bool:
         """Whether what is compared in sums surely differs by anything: by a leaf that is in no
@@ -282,21 +288,3 @@ def _independent_components(expr: Expr) -> int:
     if isinstance(expr.type, Spatial):
         return len(expr.type.components)
     return expr.type.size if isinstance(expr.type, Vector) and expr.type.size <= _MOST_APART else 0
-
-
-def _has_term(expr: Expr) -> bool:
-    """Whether the solver has the result of a function by its arguments."""
-    return isinstance(expr, Builtin) and (
-        FUNCTIONS[expr.name].term is not None
-        or (FUNCTIONS[expr.name].compares and len(expr.args) == 3)
-    )
-
-
-def _has_laws(call: Builtin) -> bool:
-    """Whether the solver knows something of a result and the arguments together."""
-    return call.name == LENGTH or FUNCTIONS[call.name].laws is not None
-
-
-def _is_computed(call: Builtin) -> bool:
-    function = FUNCTIONS[call.name]
-    return function.term is not None or function.laws is not None

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from specc.lang import show
 from specc.limits import spend
-from specc.model.expr import Expr
+from specc.model.expr import COMPARED, Expr
 from specc.reachable import reachable
 
 # What conditions ask about. Atoms of one variable are related; those of different ones are not.
@@ -104,17 +104,13 @@ class Quantity:
         for value in thresholds:
             if self._has_value_between(below, value):
                 found.append(tuple(t >= value and op != "==" for op, t in tests))
-            if self._can_be(value):
-                found.append(tuple(_holds_at(op, value, t) for op, t in tests))
+            is_possible = self.least is None or value >= self.least
+            if is_possible and (not self.is_integer or value == math.floor(value)):
+                found.append(tuple(COMPARED[op](value, t) for op, t in tests))
             below = value
         if below < math.inf:
             found.append((False,) * len(tests))
         return _distinct(found)
-
-    def _can_be(self, value: float) -> bool:
-        if self.least is not None and value < self.least:
-            return False
-        return not self.is_integer or value == math.floor(value)
 
     def _has_value_between(self, below: float, above: float) -> bool:
         """Whether a value lies between, both ends excluded."""
@@ -131,12 +127,6 @@ class Quantity:
 
 
 _ALL_WHOLE = 2.0**53
-
-
-def _holds_at(op: str, value: float, threshold: float) -> bool:
-    if op == "==":
-        return value == threshold
-    return value < threshold or (value == threshold and op == "<=")
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,7 +232,15 @@ class Formulas:
         if formula not in self._negations:
             for part in in_order((formula,), without=self._negations.keys()):
                 if part not in self._negations:  # nor is it the negation of an earlier one
-                    negated = self._negations[part] = self._negate(part)
+                    opposites = [self._negations[each] for each in part.parts]
+                    match part.kind:
+                        case "atom":
+                            negated = self._make("negated", part.atom)
+                        case "and":
+                            negated = self.disjunction(opposites)
+                        case _:
+                            negated = self.conjunction(opposites)
+                    self._negations[part] = negated
                     self._negations[negated] = part
         return self._negations[formula]
 
@@ -274,12 +272,6 @@ class Formulas:
                 said = answer(part.atom) if part.atom is not None else None
                 found[part] = part if said is None else self.constant(said == (part.kind == "atom"))
         return found[formula]
-
-    def _negate(self, formula: Formula) -> Formula:
-        if formula.kind == "atom":
-            return self._make("negated", formula.atom)
-        parts = [self._negations[part] for part in formula.parts]
-        return self.disjunction(parts) if formula.kind == "and" else self.conjunction(parts)
 
     def _join(
         self, kind: Literal["and", "or"], parts: Iterable[Formula], none: Formula, end: Formula

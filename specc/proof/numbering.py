@@ -90,7 +90,7 @@ class Numbering:
         return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
     def resolve(self, expr: Expr) -> Expr:
-        """What a let or a constant stands for; any other expression itself."""
+        """The value of a let or a constant; any other expression itself."""
         while isinstance(expr, (LetRef, ConstantRef)):
             names = self.lets if isinstance(expr, LetRef) else self._constant_values
             if expr.name not in names:
@@ -99,12 +99,12 @@ class Numbering:
         return expr
 
     def item(self, component: Component) -> Expr | None:
-        """What a component of a literal vector is; None if it is converted, or not known."""
+        """The item of a literal vector; None if it is converted or unknown."""
         found = self.literal_item(component)
         return found if found is not None and found.type == component.type else None
 
     def literal_item(self, component: Component) -> Expr | None:
-        """What a component of a literal vector was written as; None if it is not known."""
+        """The item of a literal vector as it is written; None if unknown."""
         whole = self.resolve(component.value)
         if isinstance(whole, Items) and 0 <= component.index < len(whole.items):
             return whole.items[component.index]
@@ -144,7 +144,7 @@ class Numbering:
         return self._lets if isinstance(expr, LetRef) else self._constants
 
     def pair(self, a: int, b: int) -> int:
-        """A number for what two values have to do with each other, whatever their order."""
+        """A number for an unordered pair of values."""
         return self._number_for(("pair", min(a, b), max(a, b)))
 
     def range_of(self, expr: Expr, bound: Depths | None = None) -> Range:
@@ -161,7 +161,7 @@ class Numbering:
         given = parts
         if isinstance(expr, (Unary, Binary, Builtin)):
             known = [*map(self._typed, children(expr), parts)]
-            folded = _result(expr, known) if isinstance(expr, Builtin) else _fold(expr.op, known)
+            folded = _fold(expr, known)
             if folded is not None:
                 return self._constant_number(folded)
         if isinstance(expr, Builtin) and FUNCTIONS[expr.name].compares and len(parts) == 3:
@@ -199,20 +199,18 @@ class Numbering:
 
 
 def labels(expr: Expr) -> tuple[object, ...]:
-    """What distinguishes a node besides its parts; how many parts it has included."""
+    """The fields of a node that are no nodes; of tuples their length."""
     values = [getattr(expr, name) for name in expr.__match_args__]
     return tuple(len(v) if isinstance(v, tuple) else v for v in values if not isinstance(v, Node))
 
 
-def _fold(op: str, known: list[KnownValue | None]) -> float | None:
-    """The result of arithmetic on known numbers; None if it has none."""
-    if len(known) == 1:
-        return _computed(lambda a: -a if op == "-" else None, known)
-    return _computed(SIGNS[op].value, known)
-
-
-def _result(expr: Builtin, known: list[KnownValue | None]) -> float | None:
-    """The result of a function of known numbers; None if it has none, or not the same anywhere."""
+def _fold(expr: Unary | Binary | Builtin, known: list[KnownValue | None]) -> float | None:
+    """The result of known numbers; None if it has none, or not the same on every machine."""
+    match expr:
+        case Unary(op=op):
+            return _computed(lambda a: -a if op == "-" else None, known)
+        case Binary(op=op):
+            return _computed(SIGNS[op].value, known)
     function = FUNCTIONS[expr.name]
     if not function.folds:
         return None

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import Literal
 
 from specc.model.expr import Expr, Input, children
-from specc.model.fsm import Behaviour, Cause, Transition
+from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Enum
 from specc.proof.decide import Question, is_satisfiable
@@ -45,7 +45,7 @@ class Prover:
         self._translator = Translator(*known, period_s)
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
-        self._relations = Dependencies(self.numbering)
+        self._dependencies = Dependencies(self.numbering)
         self._formula = self._translator.formula
         self.timer = self._translator.timer
         self._always_present = frozenset(always_present)
@@ -53,8 +53,6 @@ class Prover:
         self._axiom_conditions = tuple(axiom.that for axiom in subsystem.axioms)
         self._axioms = tuple(map(self._formula, self._axiom_conditions))
         self._questions: dict[object, Question] = {}
-        self._questions_by_condition: dict[tuple[object, ...], Question] = {}
-        """By the conditions that are asked, which most states have in common, by identity."""
         self._decisions: dict[object, Decision] = {}
         self._possible: dict[tuple[Formula, ...], bool | None] = {}
 
@@ -94,24 +92,21 @@ class Prover:
         """
         rows = tuple([row for _, row in self._subsystem.rows(state, cause)])
         behaviour = self._subsystem.state(state).behaviour
-        ends = id(behaviour.error.when), id(behaviour.terminal.when)
-        alike = cause, without, *ends, *[id(row.condition.when) for row in rows]
-        question = self._questions_by_condition.get(alike)
-        if question is None:
-            conditions = tuple(self._formula(row.condition.when) for row in rows)
-            key = conditions, self._context(behaviour, cause), without
-            if key not in self._questions:
-                axioms = [a for index, a in enumerate(self._axioms) if index != without]
-                self._questions[key] = Question(
-                    *key[:2], axioms, self._translator.make, self._relations
-                )
-            question = self._questions_by_condition[alike] = self._questions[key]
+        make = self._translator.make
+        conditions = tuple(self._formula(row.condition.when) for row in rows)
+        ended = ((self._formula(when), holds) for when, holds in behaviour.ended(cause))
+        context = tuple(f if holds else make.negation(f) for f, holds in ended)
+        key = conditions, context, without
+        if key not in self._questions:
+            axioms = [a for index, a in enumerate(self._axioms) if index != without]
+            self._questions[key] = Question(conditions, context, axioms, make, self._dependencies)
+        question = self._questions[key]
         return question, rows
 
     def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
         """Whether an axiom, by its index, has to do with the rows of a state and cause."""
         question, _ = self._question(state, cause, None)
-        near = connected(conjuncts(self._axioms), question.about, self._relations.dependencies)
+        near = connected(conjuncts(self._axioms), question.about, self._dependencies.of)
         return any(part in near for part in conjuncts((self._axioms[axiom],)))
 
     def related_facts(self, state: str, cause: Cause, facts: Iterable[Expr]) -> tuple[Expr, ...]:
@@ -209,12 +204,6 @@ class Prover:
             if is_satisfiable([self._axioms[i] for i in rest]) is False:
                 core = rest
         return tuple(core)
-
-    def _context(self, behaviour: Behaviour, cause: Cause) -> tuple[Formula, ...]:
-        """What holds when a behaviour has ended by a cause."""
-        negation = self._translator.make.negation
-        asked = ((self._formula(when), held) for when, held in behaviour.ended(cause))
-        return tuple(formula if held else negation(formula) for formula, held in asked)
 
     @cached_property
     def _anywhere(self) -> Translator:

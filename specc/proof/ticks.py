@@ -102,7 +102,7 @@ class Ticks:
         return self._temporal[key].flag
 
     def _related_facts(self, asked: Sequence[Formula]) -> Iterator[Formula]:
-        """What is known of the values and operators that formulas are about."""
+        """The facts and laws about the variables and operators in formulas."""
         over = self._operators_in(asked)
         told = [*asked, *(operand for each in over for operand in each.operands)]
         variables = {atom.variable for atom in atoms_of(told)}
@@ -113,12 +113,13 @@ class Ticks:
             yield from self._laws_of(each)
         if len(over) <= _MOST_RELATED:
             for one in over:
-                yield from (
-                    self._implication(one, other) for other in over if _is_comparable(one, other)
-                )
+                for other in over:  # `one` reaches no further the same way
+                    same = one is not other and one.op == other.op != "since"
+                    if same and one.span_s <= other.span_s:
+                        yield self._implication(one, other)
 
     def _operators_in(self, asked: Sequence[Formula]) -> list[_TemporalFlag]:
-        """The operators over ticks in formulas, and those in what they are about."""
+        """The temporal operators in formulas, nested ones included."""
         found: dict[_TemporalFlag, None] = {}
         open_ = list(asked)
         while open_:
@@ -138,13 +139,7 @@ class Ticks:
             yield self.make.negation(each.flag)
 
     def _implication(self, one: _TemporalFlag, other: _TemporalFlag) -> Formula:
-        """That `other` holds wherever `one` does, if it follows."""
+        """`one` implies `other`, if that follows; otherwise true."""
         if not self.follows(other.operands[0], one.operands[0]):
             return self.make.true
         return self.make.disjunction([self.make.negation(one.flag), other.flag])
-
-
-def _is_comparable(one: _TemporalFlag, other: _TemporalFlag) -> bool:
-    """Whether `one` reaches no further the same way."""
-    same = one is not other and one.op == other.op != "since"
-    return same and one.span_s <= other.span_s

@@ -257,7 +257,8 @@ class Translator:
         if x is not None or (y is None and a > b):
             left, right, a, b, y, op = right, left, b, a, x, MIRRORED[op]
         if y is not None and isinstance(left, Unary):
-            return self._question(MIRRORED[op], left.operand, _negative(right), bound)
+            negative = Unary("-", right, type=right.type)
+            return self._question(MIRRORED[op], left.operand, negative, bound)
         parts = self._subtracted(left) if y is not None else None
         if parts is not None and y == 0.0:
             # Subnormal numbers keep a difference from being 0 unless both are equal.
@@ -265,9 +266,10 @@ class Translator:
         whole = isinstance(left.type, Int)
         if y is not None and isinstance(left, Builtin) and FUNCTIONS[left.name].is_size:
             apart = self._subtracted(self._resolve(left.args[0]))
-            if apart is not None:
+            if apart is not None:  # the distance of two floats is the same in both directions
                 asked, holds = _QUESTIONS[op]
-                return self._distance(*apart, bound), (asked, y), holds
+                one, other = sorted(self._numbering.number(side, bound) for side in apart)
+                return Quantity("distance", (one, other), False, 0.0), (asked, y), holds
         if y is None:
             whole = whole and isinstance(right.type, Int)
             quantity, y = Quantity("difference", (a, b), whole, None), 0.0
@@ -283,11 +285,6 @@ class Translator:
             return None
         floats = isinstance(expr.left.type, Real) and isinstance(expr.right.type, Real)
         return (expr.left, expr.right) if floats else None
-
-    def _distance(self, a: Expr, b: Expr, bound: Depths) -> Quantity:
-        """How far two floats are from each other, which is the same in both directions."""
-        one, other = sorted(self._numbering.number(side, bound) for side in (a, b))
-        return Quantity("distance", (one, other), False, 0.0)
 
     def _near(self, expr: Builtin, bound: Depths) -> Near | None:
         """`near` as a question about how far apart two values are, so that tolerances are related.
@@ -306,7 +303,8 @@ class Translator:
         """Whether two truth values, members or texts are the same (or not, unless `holds`)."""
         if isinstance(a.type, Bool):
             p, q = self._bool(a, bound), self._bool(b, bound)
-            return self.make.choice(p, *_either(q, self.make.negation(q), holds))
+            opposite = self.make.negation(q)
+            return self.make.choice(p, *((q, opposite) if holds else (opposite, q)))
         x, y = (self._numbering.number(side, bound) for side in (a, b))
         known_x, known_y = self._numbering.constant_value(x), self._numbering.constant_value(y)
         if x == y or (known_x is not None and known_y is not None):
@@ -351,7 +349,10 @@ class Translator:
             return self.make.true
         if isinstance(value, Choice):
             return self._split(
-                value, "none", bound, lambda one: self._is_none(_none(one), one, bound)
+                value,
+                "none",
+                bound,
+                lambda one: self._is_none(IsNone(one, type=Bool()), one, bound),
             )
         if not isinstance(value.type, OptionalOf):
             return self.make.false
@@ -386,15 +387,3 @@ def _tests(value: Expr) -> Iterator[Expr]:
     """The tests that choose what a value is."""
     if isinstance(value, Choice):
         yield from (value.test, *_tests(value.then), *_tests(value.otherwise))
-
-
-def _none(value: Expr) -> Expr:
-    return IsNone(value, type=Bool())
-
-
-def _either(same: Formula, other: Formula, holds: bool) -> tuple[Formula, Formula]:
-    return (same, other) if holds else (other, same)
-
-
-def _negative(expr: Expr) -> Expr:
-    return Unary("-", expr, type=expr.type)

@@ -1,4 +1,4 @@
-"""Situations that refute a table, and the condition that would end an overlap."""
+"""Describes situations that refute a table, and the condition that resolves an overlap."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def condition_for(table: Table, allowed: int, target: int, asked: frozenset[Atom
     while left := left & allowed:
         if len(found) == MOST_CASES:
             return None
-        case = _minimise(_literals(table, left, asked), table.full, allowed & ~target)
+        case = _minimise(list(_literals(table, left, asked)), table.full, allowed & ~target)
         bits = table.full
         for literal in case:
             bits &= literal.bits
@@ -54,7 +54,7 @@ def excluding(condition: Expr, other: Expr) -> Expr:
 
 
 def _minimise(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:
-    """As few of the literals as keep all forbidden combinations out; those not asked go first."""
+    """A minimal subset of the literals that excludes all forbidden combinations."""
     kept = list(literals)
     for literal in sorted(literals, key=lambda item: item.is_asked):
         rest = [other for other in kept if other is not literal]
@@ -66,37 +66,26 @@ def _minimise(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_
     return kept
 
 
-def _literals(table: Table, left: int, asked: frozenset[Atom]) -> list[_Literal]:
+def _literals(table: Table, left: int, asked: frozenset[Atom]) -> Iterator[_Literal]:
     """What is answered in the first combination of `left`; whether something came goes first."""
     combination = (left & -left).bit_length() - 1
     answers = zip(table.columns, table.answers_at(combination), strict=True)
-    found = sorted(answers, key=lambda item: not isinstance(item[0].variable, Arrival))
-    return [literal for item in found for literal in _column_literals(table, *item, asked)]
-
-
-def _column_literals(
-    table: Table, column: Column, answer: int, asked: frozenset[Atom]
-) -> Iterator[_Literal]:
-    answered = list(zip(column.atoms, column.answers[answer], strict=True))
-    if isinstance(column.variable, EnumItem):
-        expr = _among(column.variable, answered)
-        is_asked = not asked.isdisjoint(column.atoms)
-        yield _Literal(expr, table.where(column, answer), is_asked)
-        return
-    for atom, yes in answered:
-        assert atom.expr is not None  # only atoms about members have none
-        expr = atom.expr if yes == atom.holds_if else opposite(atom.expr)
-        bits = table.bits_of(atom)
-        yield _Literal(expr, bits if yes else table.full ^ bits, atom in asked)
-
-
-def _among(item: EnumItem, answered: Sequence[tuple[Atom, bool]]) -> Expr:
-    assert item.expr is not None  # the translator gives it
-    members = [m for m in item.members if all((m in atom.test) == yes for atom, yes in answered)]
-    if len(members) == 1:
-        member = Member(members[0], type=item.expr.type)
-        return Compare("==", item.expr, member, type=_BOOL)
-    return Among(item.expr, frozenset(members), type=_BOOL)
+    for column, answer in sorted(answers, key=lambda i: not isinstance(i[0].variable, Arrival)):
+        answered = list(zip(column.atoms, column.answers[answer], strict=True))
+        if isinstance(item := column.variable, EnumItem):
+            assert item.expr is not None  # the translator gives it
+            members = _members(item, answered)
+            expr: Expr = Among(item.expr, frozenset(members), type=_BOOL)
+            if len(members) == 1:
+                member = Member(members[0], type=item.expr.type)
+                expr = Compare("==", item.expr, member, type=_BOOL)
+            is_asked = not asked.isdisjoint(column.atoms)
+            yield _Literal(expr, table.where(column, answer), is_asked)
+            continue
+        for atom, yes in answered:
+            assert atom.expr is not None  # only atoms about members have none
+            expr = atom.expr if yes == atom.holds_if else opposite(atom.expr)
+            yield _Literal(expr, table.where_answered([(atom, yes)]), atom in asked)
 
 
 # What is said about a fault: a situation that shows it, all that do, the repair of an overlap.
@@ -198,7 +187,8 @@ def describe(
             chosen = rest
     found = chosen.items()
     for column in chosen:
-        if not _stated_combinations(table, chosen, asked) & allowed & ~faults:
+        stated = (item for each in found for item in _stated_answers(*each, asked))
+        if not table.where_answered(stated) & allowed & ~faults:
             break
         asked |= frozenset(column.atoms)
     facts = tuple(fact for column, answer in found for fact in fact_texts(column, answer, asked))
@@ -213,17 +203,8 @@ def _combinations(table: Table, chosen: Mapping[Column, int]) -> int:
     return bits
 
 
-def _stated_combinations(table: Table, chosen: Mapping[Column, int], asked: frozenset[Atom]) -> int:
-    """The combinations in which the facts hold as they are put in words."""
-    bits = table.full
-    for column, answer in chosen.items():
-        for atom, yes in _stated_answers(column, answer, asked):
-            bits &= table.bits_of(atom) if yes else ~table.bits_of(atom)
-    return bits
-
-
 def _stated_answers(column: Column, answer: int, asked: frozenset[Atom]) -> list[tuple[Atom, bool]]:
-    """What is told of one answer; atoms that are not asked only where none of it is."""
+    """The atoms of one answer to report: those that are asked, or all if none is."""
     answered = list(zip(column.atoms, column.answers[answer], strict=True))
     if isinstance(column.variable, EnumItem):
         return answered

@@ -1,4 +1,4 @@
-"""A situation in as few words as possible."""
+"""Describes a situation in as few words as possible."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m
 
 
 def is_complete_answer(asked: m.Expr) -> bool:
-    """Whether the answer to a question is the value of all that it is about."""
+    """Whether the answer to a question determines the values it depends on."""
     match asked:
         case m.Fresh() | m.Present():
             return True
@@ -295,7 +295,7 @@ def _describe_value(leaf: m.Expr, meaning: Interpreter, at: Situation) -> Iterat
 
 
 def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:
-    """What is said once: the value of an input and whether it came belong together."""
+    """The element to describe: the value and the arrival of an input belong together."""
     if not isinstance(leaf, (m.Fresh, m.Present)):
         return leaf
     name = leaf.input.key

@@ -269,7 +269,10 @@ class Inverter:
 
     def _quantifier(self, expr: m.Quantifier, wanted: bool, at: Situation) -> Situations:
         items = self._value(expr.over, at)
-        bodies = [m.instance(expr.body, expr.variable, i) for i in items_of(expr.over, items)]
+        assert isinstance(expr.over.type, (Vector, ListOf))  # what quantifiers range over
+        element = expr.over.type.element
+        parts = (m.Component(expr.over, index, type=element) for index in range(len(items)))
+        bodies = [m.instance(expr.body, expr.variable, part) for part in parts]
         for body in bodies:
             if self._meaning.holds(body, at) is not wanted:
                 yield from self.situations(body, wanted, at)
@@ -280,14 +283,6 @@ class Inverter:
             yield from self.situations(expr.over, longer, at)
         else:
             yield from self.situations(expr.over, (), at)
-
-
-def items_of(expr: m.Expr, at_hand: Value) -> Iterator[m.Expr]:
-    """The items of a vector or list as expressions; `at_hand` is its value."""
-    kind = expr.type
-    assert isinstance(kind, (Vector, ListOf))  # what quantifiers range over
-    for index in range(len(at_hand)):
-        yield m.Component(expr, index, type=kind.element)
 
 
 def conjuncts(expr: m.Expr, wanted: bool, meaning: Interpreter) -> list[tuple[m.Expr, bool]]:
@@ -321,7 +316,7 @@ Goal = tuple[Expr, bool]
 STARTS, REPAIRS = 6, 40
 _ALL = STARTS * REPAIRS * (1 + MOST_SITUATIONS)
 _RANDOM_STEP = 0.15
-"""How often a repair is taken that is not the best one, which leads out of circles."""
+"""The probability of a random repair, which leaves local optima."""
 
 
 def refutation_goals(

@@ -179,7 +179,7 @@ def independent(texts: Sequence[str]) -> None:
     known = prover("True")
     formulas = tuple(known._formula(condition(text)) for text in texts)
     atoms = list(atoms_of(formulas))
-    if known._relations.are_related(atoms):
+    if known._dependencies.are_related(atoms):
         return
     theory = Theory(known.numbering, atoms, exact=False)
     make = known._translator.make
@@ -211,7 +211,7 @@ def test_sums_that_can_have_any_value_are_as_the_solver_has_them(seed: int) -> N
 def test_components_alone_do_not_need_the_solver(rows: tuple[str, str], related: bool) -> None:
     asked = prover("True")
     atoms = list(atoms_of(asked._formula(condition(row)) for row in rows))
-    assert asked._relations.are_related(atoms) == related
+    assert asked._dependencies.are_related(atoms) == related
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -95,6 +95,6 @@ def solved(verdict: RowVerdict) -> RowVerdict:
 def agree(known: Prover, decision: Decision, conditions: Sequence[Expr]) -> bool:
     """Whether the solver alone decides of the conditions what tables and solver do."""
     formulas = tuple(known._formula(each) for each in conditions)
-    answer = FormulaQuestion(formulas, (), known._translator.make, known._relations).solve()
+    answer = FormulaQuestion(formulas, (), known._translator.make, known._dependencies).solve()
     refuted = answer.gap is None, answer.overlap is None, answer.unknown == ""
     return refuted == (decision.gap is None, decision.overlap is None, decision.unknown == "")

@@ -31,9 +31,6 @@ from specc.proof.numbering import Numbering, labels
 from specc.proof.solver.rounding import Rounding, constant
 from specc.proof.verdict import SolverError
 
-# Values of the language as terms: what is not known of is an unknown function of its parts.
-
-
 VALUE = z3.DeclareSort("value")
 _SORTS: dict[str, Any] = {"truth": z3.BoolSort(), "real": z3.RealSort()}
 _SORTS |= dict.fromkeys(("whole", "item"), z3.IntSort())
@@ -127,16 +124,16 @@ class Terms:
         return self.unknown(expr)
 
     def _value(self, expr: Expr) -> Any:
-        """The term of an argument beside others that may be of another type: an integer, None."""
+        """The term of an argument, as a value of any type."""
         term = self.argument(expr)
         return term if term.sort() == VALUE else self._opaque(expr)
 
     def _opaque(self, expr: Expr) -> Any:
-        """A value of which it is known only by which expression it comes."""
+        """An uninterpreted constant for this expression."""
         return z3.Const(f"argument {self._numbering.number(expr)}", VALUE)
 
     def unknown(self, expr: Expr) -> Any:
-        """A value of which only its parts are known, if it has any."""
+        """An uninterpreted function of the expression's parts; a constant without parts."""
         key = type(expr.type).__name__, self._numbering.number(expr)
         if key not in self._terms:
             self._terms[key] = term = self._unknown(expr, key[1])
@@ -219,7 +216,7 @@ class Terms:
         return self.rounding.float(number)
 
     def _converted(self, chosen: Sequence[Expr], expr: Expr) -> list[Any]:
-        """What an expression chooses from: an integer among reals becomes a float first."""
+        """The alternatives of a choice; an integer among reals is converted to a float."""
         read = self.number if isinstance(expr.type, Int) else self.as_float
         return [read(part) for part in chosen]
 
@@ -239,7 +236,7 @@ class Terms:
         return self.rounding.rounded(key, result, is_exact=kept, is_sum=expr.op in "+-")
 
     def as_float(self, expr: Expr) -> Any:
-        """A number as an operation on floats takes it."""
+        """The term of a number converted to a float."""
         if not isinstance(expr.type, Int):
             return self.number(expr)
         key, known = self._numbering.number(expr), self._numbering.constant_number(expr)
@@ -251,7 +248,7 @@ class Terms:
         return term if known is not None else self.rounding.rounded(f"float {key}", term)
 
     def _component(self, expr: Component) -> Any:
-        """A component of a vector, by the components of what it is computed from."""
+        """A component of a vector, computed from components of the operands."""
         value = self._numbering.resolve(expr.value)
 
         def part(of: Expr) -> Expr:

@@ -258,7 +258,7 @@ class _Moment:
         present = [always_present(v.subsystem, Wires(v.system.agents)) for v in versions]
         self._translator = Translator(lets, constants, present[0] & present[1], period_s)
         self.make = self._translator.make
-        self._relations = Dependencies(self._translator.numbering)
+        self._dependencies = Dependencies(self._translator.numbering)
         assumed = [[axiom.that for axiom in v.subsystem.axioms] for v in versions]
         self._axioms = self.common(assumed[0], assumed[1])
 
@@ -298,7 +298,7 @@ class _Moment:
         known = [] if given is None else conjuncts([*self._axioms, *given])
         try:
             try:
-                things = self._relations.dependencies
+                things = self._dependencies.of
                 return self._verdict(before, after, connected(known, (before, after), things))
             except TooLargeError:
                 return self._verdict(before, after, connected(known, (before, after)))
@@ -328,10 +328,10 @@ class _Moment:
         gained = table.bits(after) & ~table.bits(before)
         allowed = table.all_of(assumed)
         only_old, only_new = lost & allowed, gained & allowed
-        if (only_old or only_new) and self._relations.are_related(atoms):
+        if (only_old or only_new) and self._dependencies.are_related(atoms):
             # What refutes has to be possible.
             make = self.make
-            question = FormulaQuestion((before, after), tuple(assumed), make, self._relations)
+            question = FormulaQuestion((before, after), tuple(assumed), make, self._dependencies)
             sides = (before, make.negation(after)), (after, make.negation(before))
             models = question.models([make.conjunction(side) for side in sides])
             only_old, only_new = (

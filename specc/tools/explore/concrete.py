@@ -112,13 +112,10 @@ def _vectors(nodes: Sequence[m.Expr], system: System) -> Iterator[tuple[Type, An
     known = Known({}, {item.name: item.value for item in system.constants}, Fraction(1))
     for node in nodes:
         if isinstance(node, m.Items) and isinstance(node.type, Vector):
-            made = node if _has_lets(node) else filled(node, known)
+            has_lets = any(isinstance(part, m.LetRef) for part in m.walk(node))
+            made = node if has_lets else filled(node, known)
             if is_literal(made):
                 yield node.type, evaluate(made, Environment())
-
-
-def _has_lets(expr: m.Expr) -> bool:
-    return any(isinstance(node, m.LetRef) for node in m.walk(expr))
 
 
 def _units(type_: Type) -> Iterator[Dimensions]:
@@ -238,7 +235,9 @@ def reports(way: ExploredTrace, system: System, rehearsal: Rehearsal, shared: in
             ways += _candidates(changed, stray, expected, values)
             if stray.reach >= furthest.reach:
                 furthest = ways[-1].deviation
-    raise NotConcreteError(_reason(furthest, rehearsal))
+    if rehearsal.influences(furthest.subsystem):
+        raise NotConcreteError(f"{furthest.words}, whatever measurements were tried")
+    raise NotConcreteError(f"{furthest.words}, and nothing that is measured changes that")
 
 
 @dataclass(eq=False, slots=True)
@@ -274,12 +273,6 @@ def _candidates(
                 for changed in _changes(known, moment, sensor, stray, values)
             ),
         )
-
-
-def _reason(stray: Deviation, rehearsal: Rehearsal) -> str:
-    if not rehearsal.influences(stray.subsystem):
-        return f"{stray.words}, and nothing that is measured changes that"
-    return f"{stray.words}, whatever measurements were tried"
 
 
 class _Expected:
@@ -334,7 +327,9 @@ class _Expected:
             return not found
 
         failures, self.snapshots = self.rehearsal.run(known, self._end, goes_on, since, keep)
-        if not any(map(self._is_expected, failures)):
+        broken = {key for key, step in self._steps.items() if step.move.broken}
+        is_expected = any(f.is_assumption and (f.subsystem, f.stamp) in broken for f in failures)
+        if not is_expected:
             for failure in failures[:1]:
                 tick = max(failure.stamp, 0) * ticks.get(failure.subsystem, 0)
                 found.append(
@@ -346,10 +341,6 @@ class _Expected:
         first = min(found, key=lambda stray: stray.tick)
         others = sum(stray.tick == first.tick for stray in found) - 1
         return replace(first, others=others, sent=sent)
-
-    def _is_expected(self, failure: Failure) -> bool:
-        step = self._steps.get((failure.subsystem, failure.stamp))
-        return failure.is_assumption and step is not None and bool(step.move.broken)
 
     def _missed_losses(self, known: Reports) -> Iterator[Deviation]:
         """Deviations where a measurement should arrive unseen, but does not arrive."""

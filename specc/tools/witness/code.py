@@ -116,7 +116,7 @@ def from_runtime(value: Value) -> Value:
 
 
 class SubsystemCode:
-    """The generated code of one subsystem by itself, with operators that give what they are told.
+    """The generated code of one subsystem, with scripted results of operators.
 
     `alone` is the system that consists of the subsystem.
     """
@@ -292,7 +292,7 @@ class RunPosition:
 def replay(
     code: SubsystemCode, steps: Sequence[Periods], answers: Sequence[OperatorAnswer]
 ) -> RunPosition:
-    """Where steps lead from the first period on.
+    """Replay steps from the first period.
 
     Raises:
         NoRunError: not where they say.

@@ -298,18 +298,18 @@ class Driver:
             run = replay(self._code, driven.steps, at.answers).run
             gone = run_for(run, step_between(driven.last, at), periods)
             if not gone:
-                at, gone = self._staying(at, state), 1
+                behaviour = self._subsystem.state(state).behaviour
+                goals = [(behaviour.error.when, False), (behaviour.terminal.when, False)]
+                at, gone = self.find_situation(at, [*goals, *self.inputs.axioms], state), 1
             step = step_between(driven.last, at, state, "it goes on")
-            steps = _with_wait(driven.steps, replace(step, periods=gone))
+            *earlier, last = driven.steps
+            if last == replace(step, periods=last.periods):  # nothing distinguishes them
+                steps = *earlier, replace(last, periods=last.periods + gone)
+            else:
+                steps = *driven.steps, replace(step, periods=gone)
             driven = self._advance(steps, at, -1)
             periods -= gone
         return driven
-
-    def _staying(self, at: Situation, state: str) -> Situation:
-        """A situation in which a state does not end."""
-        behaviour = self._subsystem.state(state).behaviour
-        goals = [(behaviour.error.when, False), (behaviour.terminal.when, False)]
-        return self.find_situation(at, [*goals, *self.inputs.axioms], state)
 
     def _advance(self, steps: tuple[Periods, ...], seen: Situation, row: int) -> Driven:
         """The run of some steps, of which the last is what was `seen` and takes a row, or none.
@@ -342,7 +342,7 @@ class Driver:
         """
         memory = self.meaning.changing if placed else frozenset[str]()
         inputs = self.inputs
-        sure = self._present_inputs(state) | inputs.always if state else inputs.always
+        sure = self._presence.in_conditions(state) | inputs.always if state else inputs.always
         freedom = FreeVariables(memory, sure, time, placed, inputs.devices, self._never)
         found = find(self.meaning, at, goals, freedom)
         if found is None:
@@ -360,20 +360,8 @@ class Driver:
         Raises:
             NoRunError: nothing was found.
         """
-        at = replace(at, present=at.present | self._present_inputs(state))
+        at = replace(at, present=at.present | self._presence.in_conditions(state))
         return self.find_situation(at, goals, state, time=True, placed=True)
-
-    def _present_inputs(self, state: str) -> frozenset[InputName]:
-        """Inputs that are there whenever the conditions of a state are asked."""
-        return self._presence.in_conditions(state)
-
-
-def _with_wait(steps: tuple[Periods, ...], wait: Periods) -> tuple[Periods, ...]:
-    """The steps with one more, which makes the last one longer if nothing distinguishes them."""
-    last = steps[-1]
-    if last == replace(wait, periods=last.periods):
-        return (*steps[:-1], replace(last, periods=last.periods + wait.periods))
-    return (*steps, wait)
 
 
 # Ways through the transition table of a machine.

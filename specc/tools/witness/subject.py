@@ -156,18 +156,13 @@ def _of_rows(decided: RowVerdictAt) -> Iterator[Refutation]:
     if gap and verdict.rows:
         words = f"no row of state `{state.name}` applies {situation(gap)}"
         yield Refutation("E0601", name, state.name, cause, words, gap.answers)
-    elif decided.lacks_rows and not _is_unfinished(decided):
+    elif decided.lacks_rows and state not in decided.machine.dead_ends:  # these have no rows yet
         words = f"state `{state.name}` can end {ended} and has no row for that"
         yield Refutation("E0603", name, state.name, cause, words)
     if overlap:
         rows = tuple(verdict.rows[index] for index in overlap.holding)
         words = f"two rows of state `{state.name}` apply {situation(overlap)}"
         yield Refutation("E0602", name, state.name, cause, words, overlap.answers, rows)
-
-
-def _is_unfinished(decided: RowVerdictAt) -> bool:
-    """Whether the table has no rows for the state yet."""
-    return any(decided.state is state for state in decided.machine.dead_ends)
 
 
 def _of_absence(machine: Machine) -> Iterator[Refutation]:
