@@ -153,8 +153,8 @@ def _punctual() -> Iterator[Callable[[], None]]:
 
     def begin() -> None:
         punctuality.begin()
-        if any(told != "done" for told in punctuality.told.values()):
-            print(in_words(punctuality.told), file=sys.stderr)
+        if any(told != "done" for told in punctuality.classes.values()):
+            print(in_words(punctuality.classes), file=sys.stderr)
 
     try:
         yield begin

@@ -31,7 +31,7 @@ def judged(spec: Path) -> Iterator[tuple[str, str, str]]:
         that = each.requirement.name or each.requirement.that
         if len(that) > LONGEST:
             that = f"{that[: LONGEST - 3]}..."
-        yield spec.stem, f"`{that}`", each.words()
+        yield spec.stem, f"`{that}`", each.summary()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

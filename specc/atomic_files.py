@@ -21,7 +21,7 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
-from specc.signals import deferred
+from specc.signals import defer_signals
 
 PREFIX = ".specc-aside-"
 """How the name of everything begins that stands aside."""
@@ -32,7 +32,7 @@ _LONGEST_NOTE = 1 << 20
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replacing_file(path: Path) -> Iterator[Path]:
     """Where to write what is to be at `path`; it gets there at the end, unless anything is raised.
 
     Signals wait meanwhile.
@@ -40,7 +40,7 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises:
         OSError: the system refuses; what was there is unchanged.
     """
-    with deferred():
+    with defer_signals():
         aside, lock = _locked(path.parent, _make_file)
         try:
             yield aside
@@ -51,25 +51,25 @@ def replacing(path: Path) -> Iterator[Path]:
             _unlock(lock)
 
 
-def put(path: Path, content: str | bytes) -> None:
+def write_atomically(path: Path, content: str | bytes) -> None:
     """Put a file there as a whole; what is no character of a text is spelt out. Raises OSError."""
     data = content.encode(errors="backslashreplace") if isinstance(content, str) else content
-    with replacing(path) as aside:
+    with replacing_file(path) as aside:
         aside.write_bytes(data)
 
 
 @contextmanager
-def folder_aside(parent: Path | None = None) -> Iterator[Path]:
+def temporary_folder(parent: Path | None = None) -> Iterator[Path]:
     """A folder that is removed at the end; without a parent it is among the temporary files.
 
     Raises OSError.
     """
-    with deferred():
+    with defer_signals():
         aside, lock = _locked(parent or Path(tempfile.gettempdir()), _make_folder)
     try:
         yield aside
     finally:
-        with deferred():
+        with defer_signals():
             shutil.rmtree(aside, ignore_errors=True)
             _unlock(lock)
 

@@ -89,7 +89,7 @@ class TooMuchError(ArithmeticError):
     """A run has no allowance for the steps of some work."""
 
 
-def take(work: WorkKind, steps: int) -> None:
+def spend_or_raise(work: WorkKind, steps: int) -> None:
     """Count steps before they are made. Raises TooMuchError if they are not allowed."""
     if not spend(work, steps):
         raise TooMuchError(too_many_steps(work))
@@ -100,7 +100,7 @@ def too_many_steps(work: WorkKind) -> str:
     return f"all of it takes more than {ALLOWED[work]:,} steps"
 
 
-def left(work: WorkKind) -> int:
+def remaining(work: WorkKind) -> int:
     """Steps that the run may still spend; outside of a run it may spend all."""
     spent = _spent.get()
     return ALLOWED[work] - (spent.get(work, 0) if spent is not None else 0)
@@ -108,7 +108,7 @@ def left(work: WorkKind) -> int:
 
 def is_used_up(work: WorkKind) -> bool:
     """Whether steps of the run were refused: what follows would be done about a part of it only."""
-    return left(work) < 0
+    return remaining(work) < 0
 
 
 def spend(work: WorkKind, steps: int) -> bool:

@@ -8,11 +8,11 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from specc.atomic_files import REPLACED, folder_aside, sync
+from specc.atomic_files import REPLACED, sync, temporary_folder
 from specc.diagnostics import Diagnostic
-from specc.read import ANYWHERE, Reach
+from specc.read import ANYWHERE, AllowedPaths
 from specc.refusal import reason_of
-from specc.signals import deferred
+from specc.signals import defer_signals
 from specc.source import Place
 
 MARKER = ".specc-output"
@@ -33,15 +33,17 @@ def stale(directory: Path, files: Mapping[str, str]) -> list[Diagnostic]:
         return [_refused(directory, error)]
 
 
-def write(directory: Path, files: Mapping[str, str], reach: Reach = ANYWHERE) -> list[Diagnostic]:
+def write(
+    directory: Path, files: Mapping[str, str], reach: AllowedPaths = ANYWHERE
+) -> list[Diagnostic]:
     """Make `directory` hold exactly `files`; findings say why that was refused.
 
     Links must not lead out of `reach`. What was there before stays until everything is written,
     also when the user interrupts.
     """
     try:
-        if not reach.holds(str(directory)):
-            return [reach.link_out(str(directory))]
+        if not reach.contains(str(directory)):
+            return [reach.link_finding(str(directory))]
         if not _may_replace(directory):
             return [_foreign(directory)]
         if _differences(directory, files):
@@ -86,7 +88,7 @@ def _may_replace(directory: Path) -> bool:
 def _replace(directory: Path, files: Mapping[str, str]) -> None:
     directory.parent.mkdir(parents=True, exist_ok=True)
     # A sibling, because a rename is atomic only within a file system.
-    with folder_aside(directory.parent) as aside:
+    with temporary_folder(directory.parent) as aside:
         new, old = aside / "new", aside / REPLACED / directory.name
         for name, text in files.items():
             path = new / name
@@ -94,7 +96,7 @@ def _replace(directory: Path, files: Mapping[str, str]) -> None:
             path.write_bytes(text.encode())
             if directory.exists():
                 sync(path)
-        with deferred():
+        with defer_signals():
             _swap(directory, new, old)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from specc.diagnostics import CommandName, Diagnostic, once, stops, without_follow_ups
+from specc.diagnostics import CommandName, Diagnostic, blocks, merge_duplicates, without_follow_ups
 from specc.limits import (
     DESCRIBE_LESS,
     MAX_BYTES,
@@ -21,10 +21,9 @@ from specc.limits import (
 from specc.model.system import System
 from specc.policy import allowed_paths
 from specc.read import Document, read_file, read_text
-from specc.resolve import Findings, Loaded, resolve
+from specc.resolve import Findings, Loaded, is_certain, resolve, resolve_alone
 from specc.resolve.expressions import add_comment_hints
 from specc.resolve.loader import Loader
-from specc.resolve.standalone import is_certain, resolve_alone
 from specc.source import Place, Sources, real_path
 
 _AS_WRITTEN: Mapping[str, str] = MappingProxyType({})
@@ -52,7 +51,7 @@ class Result:
 
     def can(self, command: CommandName) -> bool:
         """Whether everything that a command needs is there and right."""
-        stopped = any(stops(finding.code, command) for finding in self.diagnostics)
+        stopped = any(blocks(finding.code, command) for finding in self.diagnostics)
         return self.system is not None and not stopped
 
 
@@ -114,7 +113,7 @@ def _checked_alone(file: Loaded, loader: Loader) -> Result:
     findings = loader.findings
     system, resolver = resolve_alone(file, loader.load, findings, loader.reach)
     broken, faulty = frozenset(resolver.broken), frozenset(resolver.faulty)
-    checked, proofs = run_checks(system, broken, faulty, sound=False, kept=findings.cache)
+    checked, proofs = run_checks(system, broken, faulty, sound=False)
     own = add_comment_hints(findings.diagnostics, loader.sources)
     found = findings.certain((*own, *(d for d in checked if is_certain(d, file.path))))
     found = _add_budget_findings(found, file)
@@ -138,14 +137,12 @@ def _compiled(
     if publish and (plant := resolved.system.plant):
         plant = replace(plant, published=(*plant.published, *loader.published(publish)))
         resolved = replace(resolved, system=replace(resolved.system, plant=plant))
-    sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
-    checked, proofs = run_checks(
-        resolved.system, resolved.broken, resolved.faulty, sound=sound, kept=findings.cache
-    )
+    sound = not any(blocks(finding.code, "build") for finding in findings.diagnostics)
+    checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty, sound=sound)
     own = add_comment_hints(findings.diagnostics, loader.sources)
     agents = [agent.name for agent in resolved.system.agents]
     every = findings.certain((*without_follow_ups(own, checked), *checked))
-    found = _add_budget_findings(tuple(once(every, agents)), file)
+    found = _add_budget_findings(tuple(merge_duplicates(every, agents)), file)
     return Result(resolved.system, proofs, found, loader.sources, resolved.broken, resolved.units)
 
 
@@ -229,13 +226,13 @@ def generated(
         return Build(result, "", {})
     plant = result.system.plant
     tests_all_rows |= plant is not None and plant.ros2 is not None
-    from specc.emit import FormatError, emit, filled
+    from specc.emit import FormatError, emit, fill_templates
     from specc.lower import TooLarge, lower
 
     try:
         proofs = None if tests_all_rows else result.proofs
         plans = lower(result.system, proofs, result.proofs.ages)
-        files = emit(plans) if is_read else filled(plans)
+        files = emit(plans) if is_read else fill_templates(plans)
     except (TooLarge, FormatError) as error:
         code, at = "E0094", Place(path)
         if isinstance(error, TooLarge):

@@ -14,7 +14,7 @@ def reason_of(error: OSError) -> str:
     return (error.strerror or "unknown reason").lower()
 
 
-def lacking(error: ModuleNotFoundError, *packages: str) -> Refused:
+def missing_package(error: ModuleNotFoundError, *packages: str) -> Refused:
     """What is not installed, and how to install it; raises any error that is not of `packages`."""
     if packages and (error.name or "").partition(".")[0] not in packages:
         raise error

@@ -16,11 +16,11 @@ from specc.source import Place, Route
 
 
 @dataclass(frozen=True, slots=True)
-class Repaired:
+class RepairResult:
     """A text after repairs, those that were made, and those that could not be."""
 
     text: str
-    made: tuple[Repair, ...]
+    applied: tuple[Repair, ...]
     refused: tuple[Repair, ...]
 
 
@@ -28,7 +28,7 @@ Accepts = Callable[[str, tuple[Repair, ...]], bool]
 """Whether a text may take the place of another one, after repairs."""
 
 
-def repaired(text: str, repairs: Iterable[Repair], accepts: Accepts) -> Repaired:
+def apply_compatible(text: str, repairs: Iterable[Repair], accepts: Accepts) -> RepairResult:
     """Make the repairs that do not touch each other and after which `accepts` takes the text.
 
     Of two that touch each other the first is made; the other may fit once the file is read again.
@@ -40,7 +40,7 @@ def repaired(text: str, repairs: Iterable[Repair], accepts: Accepts) -> Repaired
     for repair in ordered:
         (others if _touches(repair, apart) else apart).append(repair)
     if len(apart) > 1 and accepts(_edited(text, apart), tuple(apart)):
-        return Repaired(_edited(text, apart), tuple(apart), tuple(others))
+        return RepairResult(_edited(text, apart), tuple(apart), tuple(others))
     made: list[Repair] = []
     left: list[Repair] = []
     for repair in ordered:
@@ -48,7 +48,7 @@ def repaired(text: str, repairs: Iterable[Repair], accepts: Accepts) -> Repaired
             made.append(repair)
         else:
             left.append(repair)
-    return Repaired(_edited(text, made), tuple(made), tuple(left))
+    return RepairResult(_edited(text, made), tuple(made), tuple(left))
 
 
 def _first(repair: Repair) -> tuple[int, int, str]:
@@ -104,7 +104,10 @@ def is_wrong_again(repaired: Iterable[Diagnostic], after: Iterable[Diagnostic]) 
 # What a repair does to the meaning: it makes known what was not, where it is made and elsewhere.
 
 
-_NOT_SAID = ("place", "title", "trace", "type", "span", "rate_hz", "rated", "begun", "whole")
+_NOT_SAID = (
+    "place", "title", "trace", "type", "span", "rate_hz", "has_rate", "has_initial_state",
+    "is_complete",
+)  # fmt: skip
 """What says nothing of the meaning, or follows from what is not known yet."""
 _REFERRED = ("behaviour", "functions", "terminal", "error", "condition")
 """Parts of states, behaviours and rows that are those of the subsystem, by their names."""
@@ -119,11 +122,11 @@ def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
     many = {place for place, times in places.items() if times > 1}
     for key, part in _parts(new, ()):
         earlier = before.get(key)
-        known = earlier is not None and getattr(earlier, "whole", True)
+        known = earlier is not None and getattr(earlier, "is_complete", True)
         if not known:
             continue
-        before_said, is_edited = dict(_said(earlier)), any(part.place.holds(e) for e in at)
-        for name, value in _said(part):
+        before_said, is_edited = dict(_own_fields(earlier)), any(part.place.contains(e) for e in at)
+        for name, value in _own_fields(part):
             was, now = _meaning(before_said.get(name)), _meaning(value)
             # An edit inside `for` is one of all copies, of which some may have been right before.
             if was and _is_known(was) and was != now and not (is_edited and part.place not in many):
@@ -147,7 +150,7 @@ def _parts(value: Any, key: _PartKey) -> Iterator[tuple[_PartKey, Any]]:
                 yield from _parts(getattr(value, item.name), (*key, item.name))
 
 
-def _said(part: Any) -> Iterator[tuple[str, Any]]:
+def _own_fields(part: Any) -> Iterator[tuple[str, Any]]:
     """What a part says by itself, not in parts of its own."""
     for item in fields(part):
         value = getattr(part, item.name)

@@ -13,7 +13,7 @@ ENDING = frozenset(
 
 
 @contextmanager
-def deferred() -> Iterator[None]:
+def defer_signals() -> Iterator[None]:
     """Make the signals wait, for this thread and for the threads and processes that it starts."""
     if not hasattr(signal, "pthread_sigmask"):
         yield

@@ -48,7 +48,7 @@ class Place:
         """A part of this scalar."""
         return replace(self, start=start, end=end)
 
-    def holds(self, other: "Place") -> bool:
+    def contains(self, other: "Place") -> bool:
         """Whether another place is this value, or stands in it."""
         return self.file == other.file and other.route[: len(self.route)] == self.route
 

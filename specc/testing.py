@@ -15,8 +15,8 @@ from specc_runtime.stepping import Stepper, array
 from specc_runtime.track import outcome_of
 
 from specc import output
-from specc.atomic_files import folder_aside
-from specc.diagnostics.nearest import hint
+from specc.atomic_files import temporary_folder
+from specc.diagnostics.nearest import suggestion
 from specc.lang import (
     Environment,
     ExprError,
@@ -26,7 +26,7 @@ from specc.lang import (
     expression,
     members_of,
 )
-from specc.lang.errors import Declared
+from specc.lang.errors import Declaration
 from specc.lower.module import lag_slots
 from specc.model import expr as e
 from specc.model.system import types_used
@@ -61,7 +61,7 @@ class Stepped:
         if subsystem not in known:
             raise ValueError(_unknown("subsystem", subsystem, known))
         self._model = known[subsystem]
-        with folder_aside() as scratch:
+        with temporary_folder() as scratch:
             package = Path(scratch, built.system)
             list(output.write(package, built.files))
             loaded = load_system(package, Path(spec).parent)
@@ -71,7 +71,7 @@ class Stepped:
         constants = (*system.constants, *self._model.constants)
         every = types_used(system)
         self._scope = Scope(
-            constants={c.name: Declared(c.value.type, c.place, c.value) for c in constants},
+            constants={c.name: Declaration(c.value.type, c.place, c.value) for c in constants},
             enums=members_of(type_ for type_ in every if isinstance(type_, Enum)),
         )
         self._environment = _environment({c.name: c.value for c in constants})
@@ -201,4 +201,4 @@ def _known(known: Mapping[str, T], name: str) -> T:
 
 
 def _unknown(what: str, name: str, known: Iterable[str]) -> str:
-    return f"there is no {what} {name!r}; {hint(name, known)}"
+    return f"there is no {what} {name!r}; {suggestion(name, known)}"

@@ -16,7 +16,7 @@ import jsonschema
 from specc import pipeline
 from specc.pipeline import Result, read_spec
 from specc.read import Document, read_file
-from specc.schema.json_schema import json_schema
+from specc.schema.files import json_schema
 from specc.tools.diff import compare
 from tests.compiled import anew
 from tests.tools.fmt.layout import keeps_what_is_written

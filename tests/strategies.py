@@ -18,15 +18,15 @@ from specc.lang import (
     Environment,
     Scope,
     TypeNames,
+    declarations,
     members_of,
-    of_types,
     parse_signature,
     parse_type,
 )
 from specc.lang.values import compose, pose, translation
 from specc.model import expr as m
+from specc.model.fsm import Trace
 from specc.model.system import Operator
-from specc.model.trace import Trace
 from specc.model.types import (
     Bool,
     Enum,
@@ -117,12 +117,12 @@ SIGNATURES = {
     "lift": "(X_EO: pose[E, O]) -> pose[E, O]",
 }
 SCOPE = Scope(
-    memory=of_types(MEMORY),
-    lets=of_types(LETS),
-    constants=of_types(CONSTANTS),
+    memory=declarations(MEMORY),
+    lets=declarations(LETS),
+    constants=declarations(CONSTANTS),
     enums=members_of([MODE, FINGERS]),
     operators={name: _operator(name, text) for name, text in SIGNATURES.items()},
-    inputs=of_types(INPUTS),
+    inputs=declarations(INPUTS),
     allow_clock=True,
 )
 TYPES: tuple[Type, ...] = tuple(
@@ -281,7 +281,7 @@ class _Maker:
 
     def among(self, type: Type, depth: int) -> m.Expr:
         members = frozenset(self.draw(st.sets(st.sampled_from(MODE.members), min_size=1)))
-        return m.Among(self.rooted(MODE, depth), members, type=type)
+        return m.IsOneOf(self.rooted(MODE, depth), members, type=type)
 
     def quantifier(self, type: Type, depth: int) -> m.Expr:
         over = self.draw(st.sampled_from([INPUTS["c", "b"], MEMORY["p"], LETS["distances"]]))

@@ -14,7 +14,7 @@ from time import process_time
 from types import FrameType
 
 from specc import pipeline
-from specc.diagnostics.render import json, text
+from specc.diagnostics import formats, text
 from specc.diagnostics.report import report, resolve
 
 HANGING_S = 300
@@ -50,7 +50,7 @@ def tried(path: Path) -> Trial:
             built = pipeline.build(str(path))
             found = report(resolve(built.result.diagnostics, built.result.sources), [str(path)])
             text.render(found)
-            json.render(found)
+            formats.as_json(found)
     except Exception:  # noqa: BLE001 - whatever it is, it is what is searched for
         return Trial(False, frozenset(), process_time() - begin, traceback.format_exc())
     seconds = process_time() - begin

@@ -9,7 +9,7 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
-from specc.atomic_files import put
+from specc.atomic_files import write_atomically
 from specc.tools.sweep.plots import plot
 from specc.tools.sweep.summary import Estimate, cells_of, median, rate
 from specc.tools.sweep.table import as_csv
@@ -73,7 +73,7 @@ def keep_rows(name: str, rows: Sequence[Row]) -> None:
     """Keep rows as they are, with a few digits."""
     DATA.mkdir(exist_ok=True)
     short = [{n: _short(v) for n, v in row.items()} for row in rows]
-    put(DATA / f"{name}.csv", as_csv(short))
+    write_atomically(DATA / f"{name}.csv", as_csv(short))
 
 
 def _short(value: Any) -> Any:
@@ -106,7 +106,7 @@ def _value(text: str) -> Any:
 
 def write_page() -> None:
     """Make the tables and pictures again. Raises OSError."""
-    put(PAGE, page(PAGE.read_text(encoding="utf-8")))
+    write_atomically(PAGE, page(PAGE.read_text(encoding="utf-8")))
     draw(DATA)
 
 

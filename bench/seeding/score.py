@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bench.seeding.fault import Fault, Follows, Seed
 from bench.seeding.sheet import Sheet
-from specc.diagnostics.report import Finding, Spot, resolve
+from specc.diagnostics.report import Finding, RenderedLocation, resolve
 from specc.pipeline import check_spec
 from specc.read import Document, read_file, read_text
 from specc.resolve import Findings
@@ -193,7 +193,7 @@ def _is_abroad(finding: Finding, sheet: Sheet) -> bool:
     return os.path.abspath(finding.primary.span.file) != os.path.abspath(sheet.path)
 
 
-def is_on(spot: Spot, sheet: Sheet, lines: Container[int]) -> bool:
+def is_on(spot: RenderedLocation, sheet: Sheet, lines: Container[int]) -> bool:
     """Whether a spot is on one of the lines of a sheet."""
     same = os.path.abspath(spot.span.file) == os.path.abspath(sheet.path)
     return same and spot.span.line in lines

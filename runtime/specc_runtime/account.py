@@ -52,12 +52,14 @@ class Account:
         """What samples the plant for requirements; a recorder gets all that there is."""
         if system.plant is None or plant is None:
             return None
-        told: list[Requirements] = [*self._judged.values()]
-        read = frozenset[str]().union(*(each.observed for each in told))
+        watchers: list[Requirements] = [*self._judged.values()]
+        read = frozenset[str]().union(*(each.observed for each in watchers))
         seen = [one for one in system.plant.observed if recorder is not None or one.name in read]
         if not seen:
             return None
-        onlooker = Onlooker(seen, plant.sample, [*([] if recorder is None else [recorder]), *told])
+        onlooker = Onlooker(
+            seen, plant.sample, [*([] if recorder is None else [recorder]), *watchers]
+        )
         self.unobserved = onlooker.failed
         return onlooker
 
@@ -106,10 +108,10 @@ class Account:
         self.statistics.restore(saved["tallies"])
         self.cycles.restore(saved["task"])
         self.unobserved |= saved["unobserved"]
-        kept = saved["task"]["judge"]
-        restored("the judge", self._judge, kept)
+        judge = saved["task"]["judge"]
+        restored("the judge", self._judge, judge)
         lost = []
-        if self._judge is not None and kept is None:
+        if self._judge is not None and judge is None:
             lost.append("the judge begins anew: it could not be kept")
         is_alike = abs(saved["tick"] * self._tick_s - saved["time"]) < _ROUNDING_S
         for of, each in self._judged.items():

@@ -64,14 +64,14 @@ class Ageing:
     """The ages of what one subsystem reads and sends; `followed` are the inputs that matter.
 
     `received` has the stamps of the inputs that other subsystems sent, `known` those of all inputs
-    of the step that is under way, `came` the inputs that were fresh in it; `held` has those of
-    outputs that were committed before the others may see them.
+    of the step that is under way, `came` the inputs that were fresh in it; `held_inputs` has those
+    of outputs that were committed before the others may see them.
     """
 
     __slots__ = (
         "_age_slots", "_asked_fresh", "_behind", "_clock", "_commands", "_late_slots", "_limits",
         "_readers", "_senders", "_sensors", "_subsystem", "_x", "before", "came", "fault",
-        "followed", "held", "known", "received", "tick",
+        "followed", "held_inputs", "known", "received", "tick",
     )  # fmt: skip
 
     def __init__(self, subsystem: Subsystem, rules: AgeRules, clock: Clock) -> None:
@@ -100,7 +100,7 @@ class Ageing:
         self.received: dict[str, Stamp] = {}
         self.known: dict[str, Stamp] = {}
         self.came: frozenset[str] = frozenset()
-        self.held: dict[str, Stamp] = {}
+        self.held_inputs: dict[str, Stamp] = {}
         self.before = ""
         self.fault: TooOld | None = None
         self.tick = 0
@@ -157,15 +157,15 @@ class Ageing:
             state, sends = self._subsystem.state, self._subsystem.sends[self._subsystem.state]
             stamps = {o: self._stamp(state, o) for o in self._readers if o in sends}
             if is_early:
-                self.held = stamps
+                self.held_inputs = stamps
             else:
                 self._tell(stamps)
         return self.fault is not None
 
     def show(self) -> None:
         """Tell the readers what was held back."""
-        held, self.held = self.held, {}
-        self._tell(held)
+        inputs, self.held_inputs = self.held_inputs, {}
+        self._tell(inputs)
 
     def _judged(self, visible_tick: int) -> TooOld | None:
         state = self._subsystem.state
@@ -225,18 +225,18 @@ class Ageing:
             name: {
                 e: [s.computed * tick_s, _in_s(s.measured, tick_s), s.device] for e, s in of.items()
             }
-            for name, of in (("received", self.received), ("held", self.held))
+            for name, of in (("received", self.received), ("held", self.held_inputs))
         }
 
     def restore(self, saved: Any) -> None:
         """Go on with those; raises LookupError, TypeError, ValueError for other data."""
         self.received = self._read(saved.get("received", {}), self.followed)
-        self.held = self._read(saved.get("held", {}), self._readers)
+        self.held_inputs = self._read(saved.get("held", {}), self._readers)
 
-    def _read(self, told: Any, known: Collection[str]) -> dict[str, Stamp]:
+    def _read(self, saved: Any, known: Collection[str]) -> dict[str, Stamp]:
         ticks = self._clock.ticks
         found = {}
-        for element, (computed_s, measured_s, device) in told.items():
+        for element, (computed_s, measured_s, device) in saved.items():
             if element in known:
                 measured = None if measured_s is None else ticks(float(measured_s))
                 found[element] = Stamp(ticks(float(computed_s)), measured, str(device))

@@ -15,7 +15,7 @@ from specc_runtime.cycle import REST_S
 from specc_runtime.ending import tell
 from specc_runtime.environment import made_plant, open_judge, prepare
 from specc_runtime.examination import shortcomings
-from specc_runtime.faults import Fault, PlantFailed, said
+from specc_runtime.faults import Fault, PlantFailed, error_text
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
 from specc_runtime.loading import load_system, timed
 from specc_runtime.options import Options, UsageError
@@ -30,7 +30,7 @@ from specc_runtime.system import PlantSpec, System
 from specc_runtime.watchdog import Watchdog
 
 if TYPE_CHECKING:
-    from specc_runtime.recording.snapshots import Kept
+    from specc_runtime.recording.snapshots import Snapshot
     from specc_runtime.video import Video
 
 FULFILLED, UNFULFILLED, WRONG_USAGE = 0, 1, 2
@@ -109,7 +109,7 @@ class _Attempt:
         return self._processes.under_way() or getattr(self._plant, "waits_for", list)()
 
     def _go(self) -> None:
-        kept = self._kept()
+        snapshot = self._snapshot()
         options = self._options
         examined = options.check_operators
         system = load_system(options.directory, options.base, check_operators=examined)
@@ -118,14 +118,14 @@ class _Attempt:
         self._processes.begin(system, options)
         spec = system.plant
         plant = self._handed_over(spec) or self._set_up(system) if spec is not None else None
-        recorder = self._recorder(system, plant, kept.time_s if kept else 0.0)
+        recorder = self._recorder(system, plant, snapshot.time_s if snapshot else 0.0)
         session = self._session(system, plant, recorder)
         if recorder is not None:
             recorder.report = session.report
-        if kept:
-            for lost in kept.go_on(session, system):
+        if snapshot:
+            for lost in snapshot.go_on(session, system):
                 say(f"--from: {lost}")
-            session.stop_from(kept.until_s)
+            session.stop_from(snapshot.until_s)
         _accompany(self._companions, session, options, system, plant, self._clock)
         if options.report is not None:
             self._companions.append(ReportKeeper(session.report, options.report, self._clock))
@@ -162,7 +162,7 @@ class _Attempt:
         prepare(plant, system.task, options.seed)
         return plant
 
-    def _kept(self) -> Kept | None:
+    def _snapshot(self) -> Snapshot | None:
         """What the run goes on from, if anything; the run gets its seed."""
         resume, record = self._options.resume, self._options.record
         if resume is None:
@@ -173,25 +173,26 @@ class _Attempt:
             raise UsageError(f"cannot write {record}: the run goes on from it")
         from specc_runtime.recording.snapshots import last_before, settings_text
 
-        kept = last_before(*resume)
-        self._options = options = replace(self._options, seed=kept.seed)
-        if kept.is_of(options):
-            if kept.saved is None and resume[1] >= REST_S:
-                say(f"--from: the run is repeated from its start: {kept.missing}")
-            return kept
-        if kept.is_set_otherwise(options):
+        snapshot = last_before(*resume)
+        self._options = options = replace(self._options, seed=snapshot.seed)
+        if snapshot.is_of(options):
+            if snapshot.saved is None and resume[1] >= REST_S:
+                say(f"--from: the run is repeated from its start: {snapshot.missing}")
+            return snapshot
+        if snapshot.is_set_otherwise(options):
             now = settings_text(options.built_with)
-            say(f"--from: set for the recorded run: {settings_text(kept.set)}; for this one: {now}")
+            then = settings_text(snapshot.set)
+            say(f"--from: set for the recorded run: {then}; for this one: {now}")
         if options.past is not None:
-            self._repeat(kept, options.past, resume[1])
-        elif kept.saved is None:
-            raise UsageError(f"{resume[0]} has nothing to go on from: {kept.missing}")
-        if abs(kept.time_s - resume[1]) > 1e-6:
-            say(f"--from: the specification goes on from {kept.time_s:.9g} s")
-        kept.is_other = True
-        return kept
+            self._repeat(snapshot, options.past, resume[1])
+        elif snapshot.saved is None:
+            raise UsageError(f"{resume[0]} has nothing to go on from: {snapshot.missing}")
+        if abs(snapshot.time_s - resume[1]) > 1e-6:
+            say(f"--from: the specification goes on from {snapshot.time_s:.9g} s")
+        snapshot.is_other = True
+        return snapshot
 
-    def _repeat(self, kept: Kept, past: Path, until_s: float) -> None:
+    def _repeat(self, snapshot: Snapshot, past: Path, until_s: float) -> None:
         """Let the recorded specification run until then, and keep what the other goes on from."""
         tick_s = load_system(self._options.directory, self._options.base).tick_s
         system = load_system(past, self._options.base)
@@ -199,15 +200,15 @@ class _Attempt:
         judge, options = open_judge(system, plant), self._options
         session = Session(options, system, plant, judge, self._clock, self._interruption)
         try:
-            kept.go_on(session, system)
+            snapshot.go_on(session, system)
             self.session = session
             session.go_to(until_s, tick_s)
-            kept.take(session, system)
+            snapshot.take(session, system)
         finally:
             self.session = None
             session.close()
         self._plant_of = system.plant.python if system.plant else ""
-        if kept.saved is None or kept.saved["plant"] is not None:
+        if snapshot.saved is None or snapshot.saved["plant"] is not None:
             self._close_plant()
 
     def _recorder(self, system: System, plant: Any, begin_s: float) -> Any:
@@ -282,7 +283,7 @@ def _closed(companion: Companion) -> OutputLost | None:
     except OutputLost as error:
         return error
     except BaseException as error:  # noqa: BLE001  # whatever it is, the run is over
-        lost = OutputLost(f"a file of the run is not complete: {said(error)}")
+        lost = OutputLost(f"a file of the run is not complete: {error_text(error)}")
         return None if isinstance(companion, ViewerCompanion) else lost
     return None
 
@@ -325,7 +326,7 @@ def _write(report: Report, options: Options) -> int:
     try:
         write(report, options.report)
     except (Exception, Abandoned) as error:  # noqa: BLE001  # what a judge says may be anything
-        why = error.strerror if isinstance(error, OSError) else said(error)
+        why = error.strerror if isinstance(error, OSError) else error_text(error)
         say(f"error: cannot write {options.report}: {why}")
         return WRONG_USAGE
     return FULFILLED

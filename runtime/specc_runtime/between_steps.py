@@ -39,7 +39,7 @@ class Standing:
             "late": {t.name: values.of_sent(t.runner.subsystem, t.late) for t in late},
             "sensors": {
                 name: sensor.saved(
-                    partial(values.told, "sensor"),
+                    partial(values.encoded, "sensor"),
                     whole=values.is_lenient or any((n, name) not in renewed for n in readers),
                 )
                 | {"had": [n for n, ports in self._ports if any(p.has_had(name) for p in ports)]}
@@ -47,7 +47,7 @@ class Standing:
                 for readers in [self.rates[name].readers]
             },
             "commands": {
-                name: {"by": by, "value": values.told("actuator", name, value)}
+                name: {"by": by, "value": values.encoded("actuator", name, value)}
                 for name, (by, value) in self.commands.items()
             },
             **({"ages": ages} if (ages := self._ages()) else {}),
@@ -63,8 +63,8 @@ class Standing:
         Raises LookupError, TypeError, ValueError for other data.
         """
         sensors, commands = saved["sensors"], saved["commands"]
-        held = {name: each["value"] for name, each in sensors.items() if "value" in each}
-        samples = values.found("sensor", held)
+        values_held = {name: each["value"] for name, each in sensors.items() if "value" in each}
+        samples = values.found("sensor", values_held)
         tick = math.ceil(saved["time"] / self.tick_s - _ROUNDING)
         if abs(tick * self.tick_s - saved["time"]) > _ROUNDING:
             of_time = f"there is no base tick at {saved['time']:g} s"
@@ -81,9 +81,9 @@ class Standing:
         for reader, ports in self._ports:
             for port in ports:
                 port.restore(reader in sensors.get(port.sensor, {}).get("had", ()))
-        told = values.found("actuator", {name: each["value"] for name, each in commands.items()})
-        self.commands.update({n: (str(commands[n]["by"]), value) for n, value in told.items()})
-        return tick, told
+        sent = values.found("actuator", {name: each["value"] for name, each in commands.items()})
+        self.commands.update({n: (str(commands[n]["by"]), value) for n, value in sent.items()})
+        return tick, sent
 
     @property
     def _ports(self) -> list[tuple[str, tuple[Port, ...]]]:

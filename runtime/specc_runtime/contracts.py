@@ -22,7 +22,7 @@ import numpy as np
 from specc_runtime.buffers import freeze
 from specc_runtime.building import builder, named
 from specc_runtime.usual import calling, usual_of, usual_record, usually, with_usual
-from specc_runtime.wrong import Unfit, WrongValue, said
+from specc_runtime.wrong import Unfit, WrongValue, value_text
 
 Contract = Callable[[Any], Any]
 P = ParamSpec("P")
@@ -99,7 +99,7 @@ def as_bool(value: Any) -> bool:
     """A truth value; numpy's becomes Python's."""
     if type(value) in (bool, np.bool_):  # nothing inherits from these
         return bool(value)
-    raise Unfit(said(value), "True or False")
+    raise Unfit(value_text(value), "True or False")
 
 
 @usually("if type({v}) is int:")
@@ -108,7 +108,7 @@ def as_int(value: Any) -> int:
     kind = type(value)
     if issubclass(kind, _INTS) and not issubclass(kind, _NO_NUMBERS):
         return int.__int__(value) if issubclass(kind, int) else np.generic.__int__(value)
-    raise Unfit(said(value), "an int")
+    raise Unfit(value_text(value), "an int")
 
 
 @usually("if type({v}) is float and isfinite({v}):", names={"isfinite": math.isfinite})
@@ -117,7 +117,7 @@ def as_real(value: Any) -> float:
     number = _number(value)
     if math.isfinite(number):
         return number
-    raise Unfit(said(value), "a finite float")
+    raise Unfit(value_text(value), "a finite float")
 
 
 @usually("if type({v}) is str and {v}.isascii():")
@@ -130,7 +130,7 @@ def as_text(value: Any) -> str:
         except UnicodeEncodeError:
             raise Unfit("a text with lone surrogates", "a text that UTF-8 can hold") from None
         return text
-    raise Unfit(said(value), "a str")
+    raise Unfit(value_text(value), "a str")
 
 
 def as_member(*members: str) -> Contract:
@@ -148,7 +148,7 @@ def as_member(*members: str) -> Contract:
             value = str.__str__(value)
         if type(value) is str and value in known:
             return known[value]
-        raise Unfit(said(value), wanted)
+        raise Unfit(value_text(value), wanted)
 
     return accept
 
@@ -205,7 +205,7 @@ def as_rgb(height: int, width: int) -> Contract:
 
     def accept(value: Any) -> np.ndarray[Any, Any]:
         if type(value) is not np.ndarray or value.shape != shape or value.dtype != np.uint8:
-            raise Unfit(said(value), f"a numpy array {shape} of uint8")
+            raise Unfit(value_text(value), f"a numpy array {shape} of uint8")
         return _owned(value)
 
     return accept
@@ -251,7 +251,7 @@ def as_instance(kind: type) -> Contract:
     def accept(value: Any) -> Any:
         if issubclass(type(value), kind):
             return value
-        raise Unfit(said(value), f"a value of class {kind.__name__}")
+        raise Unfit(value_text(value), f"a value of class {kind.__name__}")
 
     return accept
 
@@ -265,7 +265,9 @@ def as_record(kind: type, /, **parts: Contract) -> Contract:
 
     def accept(value: Any) -> Any:
         if type(value) is not kind:  # a subclass may compute its fields, and have others
-            raise Unfit(said(value), f"a value of class {kind.__module__}:{kind.__qualname__}")
+            raise Unfit(
+                value_text(value), f"a value of class {kind.__module__}:{kind.__qualname__}"
+            )
         accepted = {}
         for name, contract in parts.items():
             try:
@@ -315,7 +317,7 @@ def _array(
     kinds: str = "fiu",
 ) -> np.ndarray[Any, Any]:
     if type(value) is not np.ndarray or value.shape != shape or value.dtype.kind not in kinds:
-        raise Unfit(said(value), f"a numpy array {shape} of floats")
+        raise Unfit(value_text(value), f"a numpy array {shape} of floats")
     with np.errstate(over="ignore"):  # what becomes infinite is refused below
         owned = value.astype(dtype)
     bad = np.isinf(owned) if partial else ~np.isfinite(owned)
@@ -334,7 +336,7 @@ def _items(contract: Contract, wanted: str, fits: Callable[[int], bool]) -> Cont
         if type(value) is not tuple and issubclass(type(value), tuple):
             value = tuple.__getitem__(value, slice(None))
         if type(value) is not tuple or not fits(len(value)):
-            raise Unfit(said(value), wanted)
+            raise Unfit(value_text(value), wanted)
         return tuple(_each(contract, value))
 
     return accept

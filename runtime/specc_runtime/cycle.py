@@ -174,7 +174,7 @@ class Executor:
         real = self._real
         due, sensors = self._due.after_gap(self.tick, tick) if real else self._due.at(tick)
         gap, self.tick = tick - self.tick, tick
-        if (gap and not self._could(lambda: self._let_pass(gap))) or not self._settled(due):
+        if (gap and not self._could(lambda: self._let_pass(gap))) or not self._all_done(due):
             return False
         if tick % self._rest == 0 and not (real and self._under_way):
             self._at_rest()
@@ -243,9 +243,9 @@ class Executor:
 
     def settle(self) -> bool:
         """Commit the steps that are due now. False after a fault."""
-        return self._settled(self._due.at(self.tick)[0])
+        return self._all_done(self._due.at(self.tick)[0])
 
-    def _settled(self, due: Iterable[Track]) -> bool:
+    def _all_done(self, due: Iterable[Track]) -> bool:
         for track in due:
             if track.pending or track.late:
                 self._commit(track, self.tick)
@@ -293,10 +293,10 @@ class Executor:
         self._abandoned = False
         self._commands.clear()
         self._commands.update(commands)
-        for part, held in parts:
+        for part, state in parts:
             for name in slots(part):
-                if name in held:
-                    setattr(part, name, held[name])
+                if name in state:
+                    setattr(part, name, state[name])
                 elif hasattr(part, name):
                     delattr(part, name)
 

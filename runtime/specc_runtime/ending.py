@@ -42,5 +42,5 @@ def _reasons(report: Report, options: Options) -> Iterator[str]:
     moments += [(r["time_s"], "") for r in violated if r["time_s"] is not None]
     for time_s, subsystem in dict.fromkeys(moments):
         moment = f"{options.record}@{round(time_s, 6):.12g}"
-        asked = ["specc", "why", moment, *filter(None, [subsystem]), "--spec", options.spec]
-        yield shlex.join(asked)
+        command = ["specc", "why", moment, *filter(None, [subsystem]), "--spec", options.spec]
+        yield shlex.join(command)

@@ -66,11 +66,11 @@ def _attribute(thing: object, name: str) -> str:
     return "" if hasattr(thing, name) else f"has no `{name}`"
 
 
-def _method(thing: object, asked: FunctionType) -> str:
-    name, (_, *arguments) = asked.__name__, inspect.signature(asked).parameters
+def _method(thing: object, wanted: FunctionType) -> str:
+    name, (_, *arguments) = wanted.__name__, inspect.signature(wanted).parameters
     member = getattr(thing, name, None)
     # A class derived from the protocol inherits methods that do nothing.
-    if member is None or getattr(member, "__func__", None) is asked:
+    if member is None or getattr(member, "__func__", None) is wanted:
         return f"has no method `{name}({', '.join(arguments)})`"
     if not callable(member):
         return f"has a `{name}` that is not a method"

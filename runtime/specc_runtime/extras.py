@@ -62,8 +62,8 @@ def _pip() -> str:
 def _source(extra: str) -> str:
     """An extra from where specc itself is from: a folder, a repository or an index."""
     try:
-        told = distribution("specc").read_text("direct_url.json")
-        where = json.loads(told) if told else {}
+        origin = distribution("specc").read_text("direct_url.json")
+        where = json.loads(origin) if origin else {}
     except (PackageNotFoundError, ValueError):
         tree = Path(__file__).parents[2]
         where = {"url": tree.as_uri(), "dir_info": {"editable": True}} if _is_ours(tree) else {}

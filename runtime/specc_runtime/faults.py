@@ -86,12 +86,14 @@ class UndecidedTransition(Fault):
         inputs: Mapping[str, object],
         equations: Sequence[int] = (),
     ) -> None:
-        held = "; ".join(rows) if rows else "none"
-        applying = f"{len(rows)} of its rows apply: {held}" if rows else "none of its rows applies"
+        enabled = "; ".join(rows) if rows else "none"
+        applying = (
+            f"{len(rows)} of its rows apply: {enabled}" if rows else "none of its rows applies"
+        )
         super().__init__(subsystem, state, f"{cause} condition holds; {applying}")
         self.cause = cause
         self.rows = tuple(rows)
-        self.row = held
+        self.row = enabled
         self.origin = Origin(equations=tuple(equations))
         self.inputs = dict(inputs)
 
@@ -122,7 +124,7 @@ class StepFailed(Fault):
     """
 
     def __init__(self, subsystem: str, state: str, error: BaseException, module: str = "") -> None:
-        super().__init__(subsystem, state, said(error))
+        super().__init__(subsystem, state, error_text(error))
         self.__cause__ = error
         self.place = place_of(error.__traceback__)
         self.origin, operator = computed_at(_frames(error.__traceback__), module)
@@ -159,7 +161,7 @@ class PartFailed(Fault):
         self, part: str, error: BaseException, inputs: Mapping[str, object] | None = None
     ) -> None:
         known = isinstance(error, PlantError | Blamed)
-        message = str(error) if known else said(error)
+        message = str(error) if known else error_text(error)
         super().__init__("", "", message, " ".join((self.kind, part)).strip())
         self.__cause__ = error
         self.part = part
@@ -214,7 +216,7 @@ class JudgeFailed(PartFailed):
     kind = "judge"
 
 
-def said(error: BaseException) -> str:
+def error_text(error: BaseException) -> str:
     """Class and message of an exception, whatever its `__str__` does."""
     if isinstance(error, Blamed):
         return str(error)

@@ -67,7 +67,7 @@ class Fetch(Protocol):
     def packed(self, kind: str, data: Any) -> bytes:
         """What a codec made."""
 
-    def kept(self, kind: str, data: Any) -> Any:
+    def opaque(self, kind: str, data: Any) -> Any:
         """An opaque value itself, if it stayed in this process."""
         raise NotRecorded(f"a value of {kind}")
 
@@ -104,7 +104,7 @@ class _Plain(Form):
 
     def value(self, data: Any, fetch: Fetch) -> Any:
         if type(data) is not self._kind:
-            raise Misshapen(f"{_said(data)} is no {self._kind.__name__}")
+            raise Misshapen(f"{_described(data)} is no {self._kind.__name__}")
         return data
 
 
@@ -130,7 +130,7 @@ class _Integer(Form):
         if type(data) is str and _LONG.match(data):
             return int(data, 0)
         if type(data) is not int:
-            raise Misshapen(f"{_said(data)} is no whole number")
+            raise Misshapen(f"{_described(data)} is no whole number")
         return data
 
 
@@ -158,7 +158,7 @@ class _Array(Form):
             or len(data) != self._size
             or not all(item is None or type(item) is float for item in data)
         ):
-            raise Misshapen(f"{_said(data)} is no list of {self._size} numbers")
+            raise Misshapen(f"{_described(data)} is no list of {self._size} numbers")
         array = np.array(data, dtype=np.float64).reshape(self._shape)  # None becomes NaN
         array.setflags(write=False)
         return array
@@ -183,7 +183,7 @@ class _Items(Form):
 
     def value(self, data: Any, fetch: Fetch) -> Any:
         if type(data) is not list:
-            raise Misshapen(f"{_said(data)} is no list")
+            raise Misshapen(f"{_described(data)} is no list")
         return tuple([self._form.value(item, fetch) for item in data])
 
 
@@ -226,7 +226,7 @@ class _Record(Form):
 
     def value(self, data: Any, fetch: Fetch) -> Any:
         if type(data) is not dict or data.keys() != self._parts.keys():
-            raise Misshapen(f"{_said(data)} has not the fields {', '.join(self._parts)}")
+            raise Misshapen(f"{_described(data)} has not the fields {', '.join(self._parts)}")
         return self._build([self._parts[name].value(data[name], fetch) for name in self._order])
 
 
@@ -285,7 +285,7 @@ class _Opaque(Form):
             return {"type": self._kind, "arrays": [self._array(part, aside) for part in data]}
         if type(data) is not bytes:
             wanted = "bytes, or a tuple of arrays, are wanted"
-            raise TypeError(f"the codec of {self._kind} gave {_said(data)} where {wanted}")
+            raise TypeError(f"the codec of {self._kind} gave {_described(data)} where {wanted}")
         return aside.packed(self._kind, data)
 
     def _array(self, array: np.ndarray[Any, Any], aside: Aside) -> Any:
@@ -302,7 +302,7 @@ class _Opaque(Form):
             packed = fetch.packed(self._kind, part)
             dtype, shape = part.get("dtype"), part.get("shape")
             if type(dtype) is not str or not _NUMBERS.match(dtype) or type(shape) is not list:
-                raise Misshapen(f"{_said(part)} is no array")
+                raise Misshapen(f"{_described(part)} is no array")
             try:
                 array = np.frombuffer(packed, dtype).reshape(shape)  # of bytes, so read-only
             except (TypeError, ValueError) as error:
@@ -312,7 +312,7 @@ class _Opaque(Form):
 
     def value(self, data: Any, fetch: Fetch) -> Any:
         if isinstance(data, dict) and "kept" in data:
-            return fetch.kept(self._kind, data)
+            return fetch.opaque(self._kind, data)
         packed = self._unpacked(data, fetch)
         if self._decode is None:
             raise NotRecorded(f"a value of {self._kind}, which has no codec any more")
@@ -351,6 +351,6 @@ class Layout:
     ends: Mapping[str, tuple[str, str, str]]
 
 
-def _said(data: Any) -> str:
+def _described(data: Any) -> str:
     text = repr(data)
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -130,5 +130,5 @@ def followed_data(
         "ticks": timing.ticks,
         **real_time_data(timing.lateness, executor.skipped, executor.first_skipped),
         "steps": steps_data(system, apart, *steps),
-        "punctual": punctuality.told,
+        "punctual": punctuality.classes,
     }

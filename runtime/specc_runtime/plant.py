@@ -43,8 +43,8 @@ class Sample(NamedTuple):
         except (TypeError, ValueError, OverflowError):
             age_s = math.nan
         if not math.isfinite(age_s):
-            told = reprlib.repr(self.age_s)
-            raise PlantError(f"the sample has the age {told}, which is no time in s")
+            text = reprlib.repr(self.age_s)
+            raise PlantError(f"the sample has the age {text}, which is no time in s")
         return now_s - max(age_s, 0.0)
 
 

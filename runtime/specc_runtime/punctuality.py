@@ -38,13 +38,13 @@ _CAP_IPC_LOCK = 14
 
 
 class Punctuality:
-    """What is done for a run: `told` has for each measure `DONE`, or why not.
+    """What is done for a run: `classes` has for each measure `DONE`, or why not.
 
     `scheduling` has the classes of the main thread (of "") and of processes, by subsystems.
     """
 
     def __init__(self, of_processes: Callable[[], Mapping[str, str]] = dict) -> None:
-        self.told: dict[str, str] = {}
+        self.classes: dict[str, str] = {}
         self.scheduling: dict[str, str] = {}
         self._of_processes = of_processes
         self._undo: list[Callable[[], None]] = []
@@ -61,9 +61,9 @@ class Punctuality:
         for measure, do in measures.items():
             try:
                 self._undo.append(do())
-                self.told[measure] = DONE
+                self.classes[measure] = DONE
             except _NotPermitted as why:
-                self.told[measure] = str(why)
+                self.classes[measure] = str(why)
         self.scheduling = {"": class_of(), **self._of_processes()}
 
     def end(self) -> None:
@@ -73,10 +73,10 @@ class Punctuality:
                 self._undo.pop()()
 
 
-def in_words(told: Mapping[str, str]) -> str:
+def in_words(classes: Mapping[str, str]) -> str:
     """What was done, and what was not and why, on one line."""
-    done = [measure for measure, why in told.items() if why == DONE]
-    others = [f"not {measure} ({why})" for measure, why in told.items() if why != DONE]
+    done = [measure for measure, why in classes.items() if why == DONE]
+    others = [f"not {measure} ({why})" for measure, why in classes.items() if why != DONE]
     return ", ".join((*done, *others))
 
 

@@ -81,7 +81,7 @@ class Rehearsal:
         if self._executor is None:
             self._executor = Executor(self.again(), self._plant, [self._observe], inline=True)
             self._begin = self._executor.mark()
-        executor, kept = self._executor, dict[int, Mark]()
+        executor, marks = self._executor, dict[int, Mark]()
         executor.go_back(since or self._begin)
         if self._plant is not None:
             self._plant.follow(reports, executor.tick)
@@ -89,11 +89,11 @@ class Rehearsal:
         with np.errstate(all="ignore"):
             while True:
                 if executor.tick in keep:
-                    kept[executor.tick] = executor.mark()
+                    marks[executor.tick] = executor.mark()
                 if not (self._going and executor.tick < ticks and executor.advance()):
                     break
             executor.finish()
-        return [_failure(fault) for fault in executor.faults], kept
+        return [_failure(fault) for fault in executor.faults], marks
 
     def _observe(self, record: StepRecord) -> None:
         step = record.subsystem, record.stamp, record.state, record.transition
@@ -126,10 +126,10 @@ def record(
     """
     from specc_runtime.recording.recorder import Recorder
 
-    asked = Options(Path(), duration_s=duration_s, record_exact=True, inline=True, **options)
+    run_options = Options(Path(), duration_s=duration_s, record_exact=True, inline=True, **options)
     system, plant, clock = rehearsal.again(), rehearsal.plant(reports), WallClock()
-    recorder = Recorder(asked, system, plant, clock)
-    session = Session(asked, system, plant, None, clock, Interruption(), recorder)
+    recorder = Recorder(run_options, system, plant, clock)
+    session = Session(run_options, system, plant, None, clock, Interruption(), recorder)
     recorder.report = session.report
     try:
         with np.errstate(all="ignore"):
@@ -183,12 +183,13 @@ class Scripted:
     def follow(self, reports: Reports, tick: int) -> None:
         """Report that, from a base tick on. Raises NotRecorded, Misshapen for other values."""
         self._tick = tick
-        self._ticks = {name: [tick for tick, _ in said] for name, said in reports.items()}
+        self._ticks = {name: [tick for tick, _ in reported] for name, reported in reports.items()}
         self._values = {
             name: [
-                NO_SAMPLE if data is ... else _value(self._forms[name], data) for _, data in said
+                NO_SAMPLE if data is ... else _value(self._forms[name], data)
+                for _, data in reported
             ]
-            for name, said in reports.items()
+            for name, reported in reports.items()
         }
 
     def reset(self, seed: int) -> None:

@@ -32,7 +32,7 @@ Passage = tuple[str, int, str]
 
 
 @dataclass(slots=True)
-class Taken:
+class TakenTransition:
     """A row that was taken, so many times without another between: first and last time in s."""
 
     transition: str
@@ -55,7 +55,7 @@ class Tally:
     since_s: float = 0.0
     spent_s: dict[str, float] = field(default_factory=dict)
     is_timed: bool = True
-    recent: deque[Taken] = field(default_factory=lambda: deque(maxlen=_RECENT))
+    recent: deque[TakenTransition] = field(default_factory=lambda: deque(maxlen=_RECENT))
 
     def note(self, record: StepRecord) -> None:
         """Count a step."""
@@ -69,7 +69,7 @@ class Tally:
                 self.recent[-1].last_s = record.time_s
                 self.recent[-1].times += 1
             else:
-                self.recent.append(Taken(row, record.time_s, record.time_s))
+                self.recent.append(TakenTransition(row, record.time_s, record.time_s))
 
     def time_in_states(self, until_s: float) -> dict[str, float]:
         """Seconds in each state until then, in order of the states' names."""
@@ -145,7 +145,7 @@ class Statistics:
                 "state": tally.state,
                 "paths": paths,
                 **times,
-                "recent": [astuple(taken) for taken in tally.recent],
+                "recent": [astuple(transition) for transition in tally.recent],
             }
         return found
 
@@ -163,7 +163,7 @@ class Statistics:
             spent_s = saved[name].get("spent", {}).items()
             tally.spent_s = {str(state): float(time_s) for state, time_s in spent_s}
             tally.recent.extend(
-                Taken(str(row), float(first_s), float(last_s), int(times))
+                TakenTransition(str(row), float(first_s), float(last_s), int(times))
                 for row, first_s, last_s, times in saved[name].get("recent", ())
             )
 
@@ -270,7 +270,7 @@ def subsystem_data(tally: Tally, busy_s: float, simulated_s: float) -> dict[str,
         "states_visited": tally.states_visited,
         **({"time_in_states_s": rounded_s} if tally.is_timed else {}),
         "transitions_taken": tally.transitions_taken,
-        "last_transitions": [asdict(taken) for taken in tally.recent],
+        "last_transitions": [asdict(transition) for transition in tally.recent],
     }
 
 
@@ -320,8 +320,8 @@ def check_outputs(options: Options) -> None:
 
     Better known before a run than after.
     """
-    for option, asked in (("exact", options.record_exact), ("images", options.record_images)):
-        if asked and options.record is None:
+    for option, is_wanted in (("exact", options.record_exact), ("images", options.record_images)):
+        if is_wanted and options.record is None:
             raise UsageError(f"--record-{option}: the run is not recorded; add --record")
     if options.record_exact and options.record_images:
         raise UsageError("--record-images: with --record-exact images are as they are")

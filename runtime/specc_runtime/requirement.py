@@ -20,7 +20,7 @@ from specc_runtime.temporal import (
 )
 
 Verdict = Literal["met", "violated", "unknown"]
-Told = Callable[[Any], Any]
+Encode = Callable[[Any], Any]
 """Converts values, by attribute, to plain data or back."""
 Show = Callable[[Mapping[str, Any]], None]
 """Evaluates conditions on values, by attribute."""
@@ -53,7 +53,7 @@ class Requirement:
         self.because = because
         self.reads = reads
         self.formula = formula
-        self._asked = None if asked is None else _Asked(asked, lasts=lasts)
+        self._antecedent = None if asked is None else _Antecedent(asked, lasts=lasts)
         self._lasts = lasts
         self.holds = False
         """Whether it is met at the last tick that is judged."""
@@ -75,8 +75,8 @@ class Requirement:
     def step(self, values: Mapping[str, Any]) -> None:
         """Judge a tick on its values."""
         self._earlier.append(values)
-        if self._asked is not None:
-            self._asked.step()
+        if self._antecedent is not None:
+            self._antecedent.step()
         found = self.formula.step()
         if found is None:
             return
@@ -125,13 +125,13 @@ class Requirement:
             "that": self.that,
             "because": self.because,
             "verdict": verdict,
-            "asked": None if self._asked is None else self._asked.ever,
+            "asked": None if self._antecedent is None else self._antecedent.ever,
             "margin": None if margin is None or math.isinf(margin) else margin,
             "time_s": first[0] * tick_s if first else None,
             "values": first[1] if first else {},
         }
 
-    def saved(self, told: Told) -> dict[str, Any]:
+    def saved(self, encode: Encode) -> dict[str, Any]:
         """The state of the monitor, as plain data."""
         earlier = () if self._decided else self._earlier
         runs = [list(same) for _, same in groupby(earlier, id)]
@@ -139,12 +139,12 @@ class Requirement:
             "that": self.that,
             "shape": self._shape,
             "formula": self.formula.saved(),
-            "asked": None if self._asked is None else self._asked.saved(),
+            "asked": None if self._antecedent is None else self._antecedent.saved(),
             "holds": self.holds,
             "worst": of_judgement(self._worst),
             "count": self._count,
             "history": self._history,
-            "earlier": [[len(same), told(same[0])] for same in runs],
+            "earlier": [[len(same), encode(same[0])] for same in runs],
             "first": self._first,
         }
 
@@ -159,19 +159,19 @@ class Requirement:
 
     @property
     def _shape(self) -> list[Any]:
-        asked = self._asked
-        return [self.formula.shape, None if asked is None else asked.formula.shape]
+        antecedent = self._antecedent
+        return [self.formula.shape, None if antecedent is None else antecedent.formula.shape]
 
-    def restore(self, saved: Any, values_of: Told) -> None:
+    def restore(self, saved: Any, values_of: Encode) -> None:
         """Restore a saved state; raises KeyError, TypeError, ValueError for other data."""
         self._remember(saved)
         self.formula.restore(saved["formula"])
-        if self._asked is not None:
-            self._asked.restore(saved["asked"])
+        if self._antecedent is not None:
+            self._antecedent.restore(saved["asked"])
         self._earlier.clear()
         self._earlier.extend(_values(saved, values_of, self._earlier.maxlen))
 
-    def judge_anew(self, tick: int, saved: Any, values_of: Told, show: Show) -> float:
+    def judge_anew(self, tick: int, saved: Any, values_of: Encode, show: Show) -> float:
         """Go on at a tick from the state `saved` of another version of this requirement.
 
         Its verdicts stay. Open ticks are judged by this version on the values of the last ticks,
@@ -181,8 +181,8 @@ class Requirement:
         if saved is not None:
             self._remember(saved)
             self._history, self._count = max(self._count, self._history), 0
-            if self._asked is not None:
-                self._asked.begin_anew(saved.get("asked"), self._history)
+            if self._antecedent is not None:
+                self._antecedent.begin_anew(saved.get("asked"), self._history)
             # More values than this version keeps: the other version may have left more ticks open.
             earlier = _values(saved, values_of, tick)
         for atom in self.formula.atoms():
@@ -211,7 +211,7 @@ class Requirement:
         }
 
 
-class _Asked:
+class _Antecedent:
     """Whether a requirement was ever asked: `formula` held at some judged tick."""
 
     def __init__(self, formula: Formula, *, lasts: bool) -> None:
@@ -245,7 +245,7 @@ class _Asked:
         self._history = history
 
 
-def _values(saved: Any, values_of: Told, most: int | None) -> deque[Mapping[str, Any]]:
+def _values(saved: Any, values_of: Encode, most: int | None) -> deque[Mapping[str, Any]]:
     """The values of the last ticks, no more than `most`."""
     found: deque[Mapping[str, Any]] = deque(maxlen=most)
     for count, values in reversed(saved["earlier"]):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 from specc_runtime.records import StepRecord
-from specc_runtime.requirement import Requirement, Told
+from specc_runtime.requirement import Encode, Requirement
 from specc_runtime.sampling import PLANT
 from specc_runtime.temporal import UNKNOWN
 
@@ -46,23 +46,23 @@ def _found(reading: Reading, record: StepRecord, sent: Mapping[str, Any], subsys
     return getattr(source, reading.element, ABSENT)
 
 
-def _told(reading: Reading, value: Any) -> Any:
+def _encoded(reading: Reading, value: Any) -> Any:
     return value is not ABSENT if reading.asks_presence else value
 
 
 class _Numbered:
     """The values of ticks as plain data, equal ones once, with a number for each."""
 
-    def __init__(self, told: Told) -> None:
-        self.told: list[dict[str, Any]] = []
-        self._told = told
+    def __init__(self, encode: Encode) -> None:
+        self.encoded: list[dict[str, Any]] = []
+        self._encode = encode
         self._numbers: dict[int, int] = {}
 
     def number(self, values: Mapping[str, Any]) -> int:
         """The number of these values, which must not change later."""
         if id(values) not in self._numbers:
-            self._numbers[id(values)] = len(self.told)
-            self.told.append(self._told(values))
+            self._numbers[id(values)] = len(self.encoded)
+            self.encoded.append(self._encode(values))
         return self._numbers[id(values)]
 
 
@@ -75,7 +75,7 @@ class _Alike:
         self.requirements = requirements
         self.values = type(of.values)()
         self.tick = 0
-        self.settled = {reading.subsystem: 0 for reading in readings}
+        self.last_ticks = {reading.subsystem: 0 for reading in readings}
         self.readings: defaultdict[str, list[Reading]] = defaultdict(list)
         self._atoms = [atom for each in requirements for atom in each.formula.atoms()]
         self._known: Mapping[str, Any] = {}
@@ -94,7 +94,7 @@ class _Alike:
 
     def advance(self, tick: int) -> None:
         """Judge the ticks before `tick` whose values are all known."""
-        last = min(tick, *self.settled.values()) if self.settled else tick
+        last = min(tick, *self.last_ticks.values()) if self.last_ticks else tick
         while self.tick < last:
             known = self._known
             found = self._changes.pop(self.tick, {})
@@ -113,26 +113,26 @@ class _Alike:
                 requirement.step(self._known)
             self.tick += 1
 
-    def saved(self, told: Told) -> dict[str, Any]:
+    def saved(self, encode: Encode) -> dict[str, Any]:
         """The state of the monitors, as plain data."""
         changes = {}
         for tick, change in self._changes.items():
             gone = [name for name, value in change.items() if value is ABSENT]
             there = {name: value for name, value in change.items() if value is not ABSENT}
-            changes[str(tick)] = [told(there), gone]
-        earlier = _Numbered(told)  # requirements share values, over more or fewer ticks
+            changes[str(tick)] = [encode(there), gone]
+        earlier = _Numbered(encode)  # requirements share values, over more or fewer ticks
         each = [requirement.saved(earlier.number) for requirement in self.requirements]
         return {
             "tick": self.tick,
-            "settled": self.settled,
-            "known": told(self._known),
+            "settled": self.last_ticks,
+            "known": encode(self._known),
             "changes": changes,
-            "earlier": earlier.told,
+            "earlier": earlier.encoded,
             "each": each,
         }
 
     def restore(
-        self, saved: Any, tick: int, due: Mapping[str, int], values_of: Told, *, is_other: bool
+        self, saved: Any, tick: int, due: Mapping[str, int], values_of: Encode, *, is_other: bool
     ) -> list[str]:
         """See `Requirements`; with `saved` None the past is unknown.
 
@@ -141,8 +141,8 @@ class _Alike:
         begun = {"tick": tick, "settled": {}, "known": {}, "changes": {}, "earlier": (), "each": []}
         saved = saved or begun
         self.tick = min(tick, int(saved["tick"]))
-        self.settled = {
-            name: min(int(saved["settled"].get(name, tick)), due[name]) for name in self.settled
+        self.last_ticks = {
+            name: min(int(saved["settled"].get(name, tick)), due[name]) for name in self.last_ticks
         }
         self._known = values_of(saved["known"])
         self._changes.clear()
@@ -218,7 +218,7 @@ class Requirements:
         for one in self._judged():
             for readings in one.readings.values():
                 for reading in readings:
-                    one.change(reading, 0, _told(reading, self._initial(reading)))
+                    one.change(reading, 0, _encoded(reading, self._initial(reading)))
             one.begin()
 
     def _judged(self) -> Iterator[_Alike]:
@@ -241,7 +241,7 @@ class Requirements:
     def __call__(self, record: StepRecord) -> None:
         """Note a committed step."""
         name = record.subsystem
-        groups = [group for group in self._groups if name in group.settled]
+        groups = [group for group in self._groups if name in group.last_ticks]
         if not groups:
             return
         subsystem = self._subsystems[name][0]
@@ -253,8 +253,8 @@ class Requirements:
                 value = _found(reading, record, sent, subsystem)
                 if value is not ABSENT or reading.kind == "observed":
                     seen = visible if reading.kind == "sent" else start
-                    group.change(reading, seen, _told(reading, value))
-            group.settled[name] = visible
+                    group.change(reading, seen, _encoded(reading, value))
+            group.last_ticks[name] = visible
 
     def advance(self, tick: int) -> None:
         """Judge the ticks before `tick`, each requirement as far as its values are known."""
@@ -264,10 +264,10 @@ class Requirements:
     def finish(self, tick: int) -> None:
         """End the run after so many ticks; values that are not settled by then are unknown."""
         for group in self._groups:
-            for name, settled in group.settled.items():
+            for name, last_tick in group.last_ticks.items():
                 for reading in group.readings[name]:
-                    group.change(reading, settled, ABSENT)
-                group.settled[name] = max(settled, tick)
+                    group.change(reading, last_tick, ABSENT)
+                group.last_ticks[name] = max(last_tick, tick)
         self.advance(tick)
         self.abandon(tick)
 
@@ -276,12 +276,12 @@ class Requirements:
         for group in self._groups:
             group.abandon(tick)
 
-    def saved(self, told: Told) -> list[dict[str, Any]]:
+    def saved(self, encode: Encode) -> list[dict[str, Any]]:
         """The state of the monitors, as plain data."""
-        return [group.saved(told) for group in self._groups]
+        return [group.saved(encode) for group in self._groups]
 
     def restore(
-        self, saved: Any, tick: int, values_of: Told, *, is_other: bool = False
+        self, saved: Any, tick: int, values_of: Encode, *, is_other: bool = False
     ) -> list[str]:
         """Go on from a saved state at a tick; returns the requirements with too short a past.
 
@@ -294,7 +294,7 @@ class Requirements:
         due = {name: -(-tick // ticks) * ticks for name, (_, ticks) in self._subsystems.items()}
         lost: list[str] = []
         for group in self._judged():
-            past = known.get(frozenset(group.settled))
+            past = known.get(frozenset(group.last_ticks))
             lost += group.restore(past, tick, due, values_of, is_other=is_other)
         return lost
 

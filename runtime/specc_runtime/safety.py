@@ -13,7 +13,7 @@ import numpy as np
 
 from specc_runtime.clock import WallClock
 from specc_runtime.examination import shortcomings
-from specc_runtime.faults import DeviceFailed, said, text_of
+from specc_runtime.faults import DeviceFailed, error_text, text_of
 from specc_runtime.plant import NO_SAMPLE, Guarded, Plant
 from specc_runtime.sampling import Sensor, compute_deferred
 
@@ -162,7 +162,7 @@ def _computed(compute: Callable[[], Any]) -> tuple[Any, str]:
         value = compute()
         _refuse_not_finite(value)
     except BaseException as error:  # noqa: BLE001  # other devices get theirs all the same
-        return None, said(error)
+        return None, error_text(error)
     return value, ""
 
 
@@ -175,7 +175,7 @@ def _sent(device: SafeOutputs, element: str, plant: Plant, before: LastOutput) -
             try:
                 plant.actuate(f"{device.name}.{element}", value)
             except BaseException as error:  # noqa: BLE001  # as above
-                problem = said(error)
+                problem = error_text(error)
             else:
                 return LastOutput(value, by, "; ".join(problems))
         problems.append(f"{by}: {problem}")

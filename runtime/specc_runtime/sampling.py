@@ -56,8 +56,8 @@ class Sensor:
         """Whether there is a new sample whenever one is due, as far as is known."""
         return not (self.silent or self._binding.sporadic)
 
-    def saved(self, told: Callable[[str, Any], Any], *, whole: bool) -> dict[str, Any]:
-        """What it remembers; `told` makes plain data of a value.
+    def saved(self, encode: Callable[[str, Any], Any], *, whole: bool) -> dict[str, Any]:
+        """What it remembers; `encode` makes plain data of a value.
 
         A sample is left out that a new one follows, unless the `whole` is asked for.
         """
@@ -66,7 +66,7 @@ class Sensor:
             own["measured_s"] = self.measured_s
         if (self.is_renewed and not whole) or self.value is NO_SAMPLE:
             return own
-        return own | {"value": told(self.name, self.value)}
+        return own | {"value": encode(self.name, self.value)}
 
     def restore(self, saved: Any, sample: Any = NO_SAMPLE) -> None:
         """Remember that; raises KeyError, TypeError, ValueError for other data.
@@ -150,14 +150,14 @@ class Onlooker:
         self,
         bindings: Iterable[SensorBinding],
         sample: Callable[[str], Any],
-        told: Iterable[Observer],
+        observers: Iterable[Observer],
     ) -> None:
-        """`told` are called with a record of all values, as if the plant had sent them.
+        """`observers` are called with a record of all values, as if the plant had sent them.
 
         `failed` has why something could not be observed, first.
         """
         self._sensors = tuple(Sensor(binding, sample) for binding in bindings)
-        self._told = tuple(told)
+        self._observers = tuple(observers)
         self.failed: dict[str, str] = {}
 
     def look(self, tick: int, time_s: float) -> None:
@@ -170,7 +170,7 @@ class Onlooker:
             except DeviceFailed as fault:
                 self.failed.setdefault(sensor.name, f"{fault.message}, at {time_s:g} s")
         record = StepRecord(PLANT, tick, time_s, "", -1, tuple(sent))
-        for tell in self._told:
+        for tell in self._observers:
             tell(record)
 
 

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from specc_runtime.examination import shortcomings
-from specc_runtime.faults import said
+from specc_runtime.faults import error_text
 from specc_runtime.forms import Misshapen, NotRecorded
 from specc_runtime.plants.errors import PlantError
 
@@ -45,7 +45,7 @@ def saved_by(what: str, thing: Any, *, is_lenient: bool = False) -> Any:
             return None
         if isinstance(error, NotRecorded):
             raise NotRecorded(f"{what}, which saves {error}") from None
-        raise NotRecorded(f"{what}, which raised {said(error)}") from error
+        raise NotRecorded(f"{what}, which raised {error_text(error)}") from error
 
 
 def restored(what: str, thing: Any, saved: Any) -> None:
@@ -62,7 +62,7 @@ def restored(what: str, thing: Any, saved: Any) -> None:
     except PlantError:
         raise
     except Exception as error:
-        raise Misshapen(f"{what} raised {said(error)}") from error
+        raise Misshapen(f"{what} raised {error_text(error)}") from error
 
 
 def plain(data: Any) -> Any:

@@ -54,16 +54,16 @@ def _guard() -> int:
 
     Until then it keeps standard output open: whoever reads that to its end waits for it.
     """
-    told, tell = os.pipe()
+    reader, tell = os.pipe()
     if os.fork():
-        os.close(told)
+        os.close(reader)
         return tell
     os.setpgid(0, 0)
     os.close(tell)
     os.close(0)
-    leader = said = _NOBODY
-    while said:
-        leader, said = said, os.read(told, len(_NOBODY))
+    leader = last_leader = _NOBODY
+    while last_leader:
+        leader, last_leader = last_leader, os.read(reader, len(_NOBODY))
     if leader != _NOBODY:
         _kill_group(int.from_bytes(leader, "big"))
     os._exit(0)
@@ -73,17 +73,17 @@ def _answer(line: str, own: tuple[int, int], guard: int, scratch: Path) -> str:
     """What came of a job; `own` are the files by which jobs come and answers go."""
     answer = scratch / "answer.json"
     answer.unlink(missing_ok=True)
-    ended, held = os.pipe()  # until the child ends
+    ended, writer = os.pipe()  # until the child ends
     child = os.fork()
     if not child:
         for mine in own:  # what the run starts may outlive this process, and hold them
             os.dup2(0, mine)
-        _let_go_in_forks(held)
+        _let_go_in_forks(writer)
         os.setpgid(0, 0)
         _tell(guard, os.getpid().to_bytes(len(_NOBODY), "big"))
         os.close(guard)
         _perform(json.loads(line), scratch / "report.json", answer)
-    os.close(held)
+    os.close(writer)
     # The next job comes after this answer, so nothing is to be heard but the end of the input.
     waiting = select.poll()
     waiting.register(ended, 0)
@@ -99,9 +99,9 @@ def _answer(line: str, own: tuple[int, int], guard: int, scratch: Path) -> str:
     return json.dumps({"died": os.waitstatus_to_exitcode(status)})
 
 
-def _let_go_in_forks(held: int) -> None:
+def _let_go_in_forks(descriptor: int) -> None:
     """Let only this process, and none that operators fork, say by this pipe that it is there."""
-    left = [held]
+    left = [descriptor]
 
     def let_go() -> None:
         while left:  # forks of forks have other files by that number

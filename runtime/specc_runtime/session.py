@@ -59,7 +59,7 @@ class Session:
         that does not hang together, UsageError for a plant that cannot be disturbed as it says.
         """
         self.interruption = interruption
-        self.duration_s, self.wanted = _asked(options, system)
+        self.duration_s, self.wanted = _limits(options, system)
         self._options = options
         self._scene = drawn(system.task.starts, options.seed) if system.task else {}
         self._system = system
@@ -88,7 +88,7 @@ class Session:
         )
         self._plant = plant
         self._recorder = recorder
-        self._kept = 0  # the tick of the last snapshot
+        self._snapshot_tick = 0  # the tick of the last snapshot
         disturb = system.task.disturb if system.task else ()
         self._disturbances = Disturbances(
             disturb, system.triggers, plant, self._executor, options.seed
@@ -97,8 +97,8 @@ class Session:
     def _rest(self) -> None:
         """Nothing is under way: let the recorder keep all that there is, once."""
         self._account.digest.fold()
-        before, self._kept = self._kept, self._executor.tick
-        if self._recorder is not None and self._kept > before:
+        before, self._snapshot_tick = self._snapshot_tick, self._executor.tick
+        if self._recorder is not None and self._snapshot_tick > before:
             self._recorder.keep(self._executor.time_s, self.saved)
 
     def saved(self, values: Values) -> dict[str, Any]:
@@ -262,8 +262,8 @@ class Session:
         stop = self._account.stop
         if stop is None:
             return {}
-        held = stop.held_first
-        return {"that": stop.that, "met_s": None if held is None else held * self._system.tick_s}
+        first = stop.held_first
+        return {"that": stop.that, "met_s": None if first is None else first * self._system.tick_s}
 
     def _ended(self) -> Ending:
         if not self._over_now:
@@ -388,7 +388,7 @@ class Session:
         self._other_faults.append(fault)
 
 
-def _asked(options: Options, system: System) -> tuple[float | None, int | None]:
+def _limits(options: Options, system: System) -> tuple[float | None, int | None]:
     """How long the run is in simulated time, and for how many cycles."""
     if options.duration_s is None and system.task is None:
         return DEFAULT_DURATION_S, options.cycles

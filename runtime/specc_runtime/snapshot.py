@@ -64,7 +64,7 @@ class Values:
         """Whether there is such a subsystem."""
         return subsystem in self._layouts
 
-    def told(self, kind: str, name: str, value: Any) -> Any:
+    def encoded(self, kind: str, name: str, value: Any) -> Any:
         """The data of a value of a `sensor`, an `actuator` or a reading; raises NotRecorded."""
         if type(value) is Deferred:
             value = value.value()
@@ -76,7 +76,7 @@ class Values:
 
     def read(self, of: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """The data of sensors, actuators, or what requirements or triggers read, by names."""
-        return {name: self.told(of, name, value) for name, value in values.items()}
+        return {name: self.encoded(of, name, value) for name, value in values.items()}
 
     def found(self, of: str, data: Mapping[str, Any]) -> dict[str, Any]:
         """The values of that which there are in this system; others of its own are `lost`."""

@@ -85,13 +85,13 @@ class Subsystem(ABC):
     def undecided(self, cause: Cause, enabled: Sequence[int]) -> UndecidedTransition:
         """The fault to raise when the rows `enabled` hold where exactly one must."""
         rows = [str(self.transitions[index]) for index in enabled]
-        asked = enabled or [
+        undecided_rows = enabled or [
             index
             for index, row in enumerate(self.transitions)
             if (row.source, row.cause) == (self.state, cause)
         ]
         by_row = dict(enumerate(self.equations.rows))
-        numbers = sorted({n for index in asked for n in by_row.get(index, ())})
+        numbers = sorted({n for index in undecided_rows for n in by_row.get(index, ())})
         inputs = contents(self.x)
         return UndecidedTransition(self.name, self.state, cause, rows, inputs, numbers)
 

@@ -98,19 +98,19 @@ _NUMBER = _Data(int, int)
 _LAST = _Data(of_judgement, read_judgement)
 _WAITING = _Data(_of_waiting, _waiting)
 _BEST = _Data(
-    lambda kept: [[tick, _of_known(known)] for tick, known in kept],
+    lambda values: [[tick, _of_known(known)] for tick, known in values],
     lambda data: deque([(int(tick), _known(known)) for tick, known in data]),
 )
 
 
-class _Kept:
+class _History:
     """An object with state from past ticks: its attributes in `keeps`, and its `parts`.
 
     `keeps` has the conversion to plain data of each attribute.
     """
 
     keeps: ClassVar[Mapping[str, _Data]] = {}
-    parts: Sequence[_Kept] = ()
+    parts: Sequence[_History] = ()
 
     @property
     def shape(self) -> list[Any]:
@@ -138,7 +138,7 @@ class _Kept:
             setattr(self, name, value)
 
 
-class Formula(_Kept, ABC):
+class Formula(_History, ABC):
     """A formula that follows a run. Its judgement of a tick is known `delay` ticks later.
 
     Its state is determined by the last `depth` ticks.
@@ -214,7 +214,7 @@ def _opposite(known: Known) -> Known:
     return not known[0], -known[1]
 
 
-class _Delayed(_Kept):
+class _Delayed(_History):
     """A formula whose judgements are delayed by `by` ticks."""
 
     keeps: ClassVar[Mapping[str, _Data]] = {"_waiting": _WAITING}
@@ -293,17 +293,17 @@ class _Window(Formula):
         found = self.operands[0].step()
         if found is None:
             return None
-        low, high = self._kept(self._lows, found[0]), self._kept(self._highs, found[1])
+        low, high = self._append(self._lows, found[0]), self._append(self._highs, found[1])
         self._count += 1
         return None if self.ahead and self._count <= self._ticks else (low, high)
 
-    def _kept(self, kept: deque[tuple[int, Known]], new: Known) -> Known:
-        while kept and (kept[-1][1] <= new if self.best else kept[-1][1] >= new):
-            kept.pop()
-        kept.append((self._count, new))
-        if kept[0][0] < self._count - self._ticks:
-            kept.popleft()
-        return kept[0][1]
+    def _append(self, values: deque[tuple[int, Known]], new: Known) -> Known:
+        while values and (values[-1][1] <= new if self.best else values[-1][1] >= new):
+            values.pop()
+        values.append((self._count, new))
+        if values[0][0] < self._count - self._ticks:
+            values.popleft()
+        return values[0][1]
 
 
 class Within(_Window):

@@ -173,8 +173,8 @@ class Track:
         else:
             sent = self._send[state](subsystem.y)
         visible_s = visible * tick_s
-        told = self.name, self.stamp, time_s, state, outcome, sent, watched, visible_s
-        self.last = StepRecord(*told)
+        record = self.name, self.stamp, time_s, state, outcome, sent, watched, visible_s
+        self.last = StepRecord(*record)
         return self.last
 
     def show(self) -> None:
@@ -332,7 +332,7 @@ def _fault(subsystem: Subsystem, error: BaseException) -> Fault:
         kind = StepAbandoned if isinstance(error, Abandoned) else StepFailed
         fault = kind(subsystem.name, subsystem.state, error, module)
     fault.inputs = fault.inputs or contents(subsystem.x)
-    asked = subsystem.state, fault.origin.condition
-    rows = [str(row) for row in subsystem.transitions if (row.source, row.condition) == asked]
+    key = subsystem.state, fault.origin.condition
+    rows = [str(row) for row in subsystem.transitions if (row.source, row.condition) == key]
     fault.row = fault.row or "; ".join(rows)
     return fault

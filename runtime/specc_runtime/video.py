@@ -13,7 +13,7 @@ import numpy as np
 from specc_runtime.atomic_files import replacing
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import OutputLost, View
-from specc_runtime.faults import said
+from specc_runtime.faults import error_text
 from specc_runtime.options import Options, UsageError
 from specc_runtime.printing import say
 from specc_runtime.values import Rgb
@@ -123,7 +123,7 @@ class Animation:
             with replacing(self._path) as aside:
                 aside.write_bytes(data.tobytes())
         except (OSError, cv2.error) as error:
-            return f" is missing: {said(error)}"
+            return f" is missing: {error_text(error)}"
         return ""
 
 
@@ -167,7 +167,7 @@ class Video:
         try:
             picture = self._plant.picture(*self._view)
         except BaseException as error:
-            self._ended = f" ends at {view.time_s:.2f} s: {said(error)}"
+            self._ended = f" ends at {view.time_s:.2f} s: {error_text(error)}"
             raise
         lines = [("time", f"{view.time_s:.2f} s"), *view.states.items()]
         self._file.add(annotated(picture, lines))

@@ -65,15 +65,15 @@ class Watchdog:
     def _watch(self) -> None:
         # A signal that this thread gets does not wake the main one, which alone handles it.
         signal.pthread_sigmask(signal.SIG_BLOCK, (*SIGNALS, signal.SIGALRM))
-        seen, since_s, told = self._progress(), self._clock.now_s(), False
+        seen, since_s, is_reported = self._progress(), self._clock.now_s(), False
         self._arm()
         while not self._over.wait(self._patience_s / 4):
             self._arm()
             now_s, tick = self._clock.now_s(), self._progress()
             if tick != seen:
-                seen, since_s, told = tick, now_s, False
-            elif not told and now_s - since_s >= self._patience_s:
-                told = True
+                seen, since_s, is_reported = tick, now_s, False
+            elif not is_reported and now_s - since_s >= self._patience_s:
+                is_reported = True
                 for line in self._elsewhere() or under_way():
                     self._tell(f"no progress for {self._patience_s:g} s: {line}")
 

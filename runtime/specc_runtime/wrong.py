@@ -50,7 +50,7 @@ class WrongValue(Blamed):
         self.trace = trace
 
 
-def said(value: Any) -> str:
+def value_text(value: Any) -> str:
     """What a value is, in a few words; no code of its class is executed."""
     kind = type(value)
     if value is None or kind is bool:

@@ -1,17 +1,20 @@
-"""Where values come from: flow through a subsystem, and samples behind it."""
+"""Where values come from, through subsystems and from devices, and how old they are."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
+from math import lcm
 from typing import NamedTuple
 
-from specc.analysis.graph import CAUSES
-from specc.analysis.guards import Guards, ImpliedFacts
+from specc.analysis.graph import CAUSES, components
 from specc.analysis.machine import Machine
+from specc.analysis.path_conditions import Guards, ImpliedFacts
 from specc.analysis.plant import BoundElement
+from specc.analysis.rates import LONGEST, base_tick
 from specc.model.expr import Expr, Fresh, Input
 from specc.model.fsm import State
 from specc.model.system import Subsystem
@@ -36,9 +39,13 @@ class Reads:
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         lets = machine.subsystem.lets
-        asked = ImpliedFacts(lets, _fresh_input)
+
+        def fresh_input(expr: Expr, holds: bool) -> InputNames:
+            return frozenset((expr.input.key,) if holds and isinstance(expr, Fresh) else ())
+
+        implied = ImpliedFacts(lets, fresh_input)
         self._guards = Guards[InputNames](
-            lets, lambda fresh, *test: fresh | asked.by(*test), frozenset.intersection
+            lets, lambda fresh, *test: fresh | implied.of(*test), frozenset.intersection
         )
 
     def of(self, expr: Expr) -> frozenset[Read]:
@@ -48,14 +55,13 @@ class Reads:
         return frozenset(Read(name, name in fresh) for name, fresh in inputs)
 
     @cached_property
-    def own(self) -> frozenset[Read]:
+    def all(self) -> frozenset[Read]:
         """The inputs whose values the machine uses."""
-        found = [
-            read(state)
-            for state in self.states
-            for read in (self.read_by_conditions, self.read_by_functions)
-        ]
-        return frozenset[Read]().union(*found)
+        reads = (
+            self.read_by_conditions(state) | self.read_by_functions(state)
+            for state in self.reachable_states
+        )
+        return frozenset[Read]().union(*reads)
 
     def read_by_conditions(self, state: State) -> frozenset[Read]:
         """The inputs whose values the conditions depend on that may end a state."""
@@ -70,16 +76,11 @@ class Reads:
         return frozenset[Read]().union(*map(self.of, values))
 
     @property
-    def states(self) -> list[State]:
+    def reachable_states(self) -> list[State]:
         """Those that the machine enters."""
-        return [s for s in self._machine.subsystem.states if s.name in self._machine.reached]
-
-
-def _fresh_input(expr: Expr, holds: bool) -> InputNames:
-    """The input that must be fresh where a condition holds."""
-    if holds and isinstance(expr, Fresh):
-        return frozenset((expr.input.key,))
-    return frozenset()
+        return [
+            s for s in self._machine.subsystem.states if s.name in self._machine.reachable_states
+        ]
 
 
 # Where the values of inputs come from: who computes them, when, and from which other inputs.
@@ -116,7 +117,17 @@ class Sent:
 
     sender: Subsystem
     reads: tuple[ReadEdge, ...]
-    silent: State | None
+    silent_state: State | None
+
+    @property
+    def period_s(self) -> Fraction:
+        """Seconds between two periods of the sender."""
+        return 1 / self.sender.rate_hz
+
+    @property
+    def may_be_silent(self) -> bool:
+        """Whether there may be no new value for an unlimited time."""
+        return self.silent_state is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,13 +141,13 @@ class Measured:
     device: str
     period_s: Fraction
     place: Place
-    sporadic: bool = False
-    shared: bool = False
+    is_sporadic: bool = False
+    is_shared: bool = False
 
     @property
-    def unlimited(self) -> bool:
+    def may_be_silent(self) -> bool:
         """Whether there may be no new sample for an unlimited time."""
-        return self.sporadic and not self.period_s
+        return self.is_sporadic and not self.period_s
 
 
 _NOBODY: Output = "", ("", "")
@@ -156,19 +167,19 @@ class DataFlow:
         self._machines = machines
         self._bindings = bindings
         self._reads = {name: Reads(machine) for name, machine in machines.items()}
-        self._found: dict[InputNode, Sent | Measured | None] = {}
+        self._origins: dict[InputNode, Sent | Measured | None] = {}
         self._sent_in: dict[InputNode, dict[str, frozenset[ReadEdge]]] = {}
 
-    def of(self, node: InputNode) -> Sent | Measured | None:
+    def origin(self, node: InputNode) -> Sent | Measured | None:
         """Where a value comes from; None if that is not known."""
-        if node not in self._found:
-            self._found[node] = self._sent(node) or self._measured(node)
-        return self._found[node]
+        if node not in self._origins:
+            self._origins[node] = self._sent(node) or self._measured(node)
+        return self._origins[node]
 
     def only_on_arrival(self, node: InputNode) -> bool:
         """Whether a subsystem uses a value only where it is fresh."""
         reads = self._reads.get(node.reader)
-        own = [read for read in reads.own if read.input == node[1:]] if reads else []
+        own = [read for read in reads.all if read.input == node[1:]] if reads else []
         return bool(own) and all(read.on_arrival for read in own)
 
     def reads_of(self, subsystem: str) -> Reads | None:
@@ -178,19 +189,19 @@ class DataFlow:
     def sent_in(self, node: InputNode) -> dict[str, frozenset[ReadEdge]]:
         """State of the sender in which it sends a value -> what the value is computed from."""
         if node not in self._sent_in:
-            self._sent_in[node] = dict(self._sending(node))
+            sender, output = self.sender(node) or _NOBODY
+            machine = self._machines.get(sender)
+            is_known = machine is not None and not machine.faulty
+            written = (
+                machine.subsystem.assigned_values.get(output, {}) if machine and is_known else {}
+            )
+            edges = {name: self._edges(sender, values) for name, values in written.items()}
+            self._sent_in[node] = {
+                state.name: edges[state.behaviour.name]
+                for state in (self._reads[sender].reachable_states if edges else ())
+                if state.behaviour.name in edges
+            }
         return self._sent_in[node]
-
-    def _sending(self, node: InputNode) -> Iterator[tuple[str, frozenset[ReadEdge]]]:
-        sender, output = self.sender(node) or _NOBODY
-        machine = self._machines.get(sender)
-        if machine is None or machine.faulty:
-            return
-        written = machine.subsystem.written.get(output, {})
-        edges = {name: self._edges(sender, values) for name, values in written.items()}
-        for state in self._reads[sender].states:
-            if state.behaviour.name in edges:
-                yield state.name, edges[state.behaviour.name]
 
     def _edges(self, sender: str, values: Iterable[Expr]) -> frozenset[ReadEdge]:
         """What values of a subsystem are computed from."""
@@ -203,17 +214,17 @@ class DataFlow:
         if machine is None or machine.faulty:
             return None
         sent = self.sent_in(node)
-        silent = (state for state in self._reads[sender].states if state.name not in sent)
+        silent = (state for state in self._reads[sender].reachable_states if state.name not in sent)
         edges = frozenset[ReadEdge]().union(*sent.values())
         return Sent(machine.subsystem, tuple(sorted(edges)), next(silent, None))
 
-    def remembered(self, node: InputNode) -> Iterator[tuple[str, InputNode]]:
+    def through_memory(self, node: InputNode) -> Iterator[tuple[str, InputNode]]:
         """Memory out of which a value comes, directly or not, with each input that goes into it."""
         sender, output = self.sender(node) or _NOBODY
         machine = self._machines.get(sender)
         if machine is None:
             return
-        written, dependences = machine.subsystem.written, machine.dependences
+        written, dependences = machine.subsystem.assigned_values, machine.dependences
 
         def assigned(target: tuple[str, str]) -> list[Expr]:
             return [value for values in written.get(target, {}).values() for value in values]
@@ -230,7 +241,7 @@ class DataFlow:
         return self._wires.sender(node.reader, node[1:])
 
     def _measured(self, node: InputNode) -> Measured | None:
-        device = self._wires.devices.get(self._wires.measured(node.reader, node.peer))
+        device = self._wires.devices.get(self._wires.measuring_device(node.reader, node.peer))
         element = next((e for e in device.y if e.name == node.element), None) if device else None
         if device is None or element is None:
             return None
@@ -241,11 +252,248 @@ class DataFlow:
                 continue
             if binding.sporadic:
                 gap_s, place = binding.max_gap_s or Fraction(0), binding.place.below("sporadic")
-                return Measured(name, gap_s, place, True, self._is_shared(name, node.element))
+                is_shared = len(self._wires.wires_of_element(name, "x", node.element)) > 1
+                return Measured(name, gap_s, place, True, is_shared)
             if binding.rate_hz is not None:
                 return Measured(name, 1 / binding.rate_hz, binding.place.below("rate"))
         return Measured(name, Fraction(0), element.place)
 
-    def _is_shared(self, device: str, element: str) -> bool:
-        """Whether several subsystems read what a device reports."""
-        return len(self._wires.users(device, "x", element)) > 1
+
+# Values on their way through one repetition of the timeline.
+
+
+ReadEdges = dict[InputNode, tuple[ReadEdge, ...]]
+StampedRead = tuple[int, bool]
+"""A time stamp of a reader, and whether only a value that is fresh then counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class AgeChain:
+    """A value on its way: read at `read_s`, and computed from one read before, if there is one.
+
+    Its age counts from `since_s`, when it was measured; when it was computed, if nothing that was
+    measured is behind it.
+    """
+
+    node: InputNode
+    read_s: Fraction
+    since_s: Fraction
+    before: AgeChain | None
+
+    @property
+    def age_s(self) -> Fraction:
+        """Seconds since its age began."""
+        return self.read_s - self.since_s
+
+    def steps(self) -> list[AgeChain]:
+        """This one and those before it, the measured or computed one first."""
+        chain = [self]
+        while (before := chain[-1].before) is not None:
+            chain.append(before)
+        return chain[::-1]
+
+
+class Timeline:
+    """Follows values through one repetition of the timeline, in whole ticks."""
+
+    def __init__(
+        self,
+        sources: DataFlow,
+        edges: ReadEdges,
+        periods_s: dict[InputNode, Fraction],
+        computed: Collection[InputNode],
+    ) -> None:
+        """`edges` are in an order of dependence, `periods_s` are those of readers.
+
+        `computed` are the values that may be computed from nothing that has an age.
+        """
+        self._edges = edges
+        self._computed = computed
+        self._origins = {n: sources.origin(n) for n in edges}
+        regular = {
+            n: s.period_s
+            for n, s in self._origins.items()
+            if s is not None and not (isinstance(s, Measured) and s.is_sporadic)
+        }
+        every = [p for p in (*periods_s.values(), *regular.values()) if p]
+        self._tick = base_tick(every)
+        self._reader = {n: int(p / self._tick) for n, p in periods_s.items()}
+        self._source = {n: int(p / self._tick) for n, p in regular.items()}
+        self._repeats = lcm(*(int(p / self._tick) for p in every))
+        self._warm_up = -(-2 * sum(int(p / self._tick) for p in every) // self._repeats)
+
+    def oldest(self, node: InputNode, on_arrival: bool) -> AgeChain | None:
+        """The oldest value once everything has been sent, on the first time stamp that has it."""
+        if self._repeats > LONGEST:
+            return None
+        start = self._warm_up * self._repeats
+        stamps = range(start, start + self._repeats, self._reader[node])
+        wanted: dict[InputNode, set[StampedRead]] = {n: set() for n in self._edges}
+        wanted[node] = {(stamp, on_arrival) for stamp in stamps}
+        for n in reversed(self._edges):
+            for read in wanted[n]:
+                for stamp in self._sent_at(n, read):
+                    for m, arrival in self._edges[n]:
+                        wanted[m].add((stamp, arrival))
+        found: dict[tuple[InputNode, StampedRead], AgeChain] = {}
+        for n in self._edges:
+            for read in sorted(wanted[n]):
+                chain = self._chain(n, read, found)
+                if chain is not None:
+                    found[n, read] = chain
+        chains = [found[node, read] for read in sorted(wanted[node]) if (node, read) in found]
+        return max(chains, key=lambda c: (c.age_s, -c.read_s), default=None)
+
+    def _chain(
+        self, n: InputNode, read: StampedRead, found: dict[tuple[InputNode, StampedRead], AgeChain]
+    ) -> AgeChain | None:
+        (stamp, on_arrival), source = read, self._origins[n]
+        read_s = stamp * self._tick
+        if isinstance(source, Measured) and source.is_sporadic:
+            age_s = source.period_s
+            if on_arrival:  # another reader may have asked for it
+                age_s = self._reader[n] * self._tick if source.is_shared else Fraction(0)
+            return AgeChain(n, read_s, read_s - age_s, None)
+        if isinstance(source, Measured):
+            period = self._source[n]
+            measured = stamp - stamp % period if period else stamp
+            if on_arrival and measured <= stamp - self._reader[n]:
+                return None
+            return AgeChain(n, read_s, measured * self._tick, None)
+        stamps = self._sent_at(n, read)
+        earlier = ((m, (at, arrival)) for at in stamps for m, arrival in self._edges[n])
+        chains = [found[each] for each in earlier if each in found]
+        if chains:
+            before = min(chains, key=lambda c: c.since_s)
+            return AgeChain(n, read_s, before.since_s, before)
+        if stamps and n in self._computed:
+            return AgeChain(n, read_s, stamps[0] * self._tick, None)
+        return None
+
+    def _sent_at(self, n: InputNode, read: StampedRead) -> range:
+        """The time stamps at which the value may have been computed that is read."""
+        source, (stamp, on_arrival) = self._origins[n], read
+        if not isinstance(source, Sent):
+            return range(0)
+        period = self._source[n]
+        first = newest = stamp // period * period - period
+        if on_arrival:
+            first = ((stamp - self._reader[n]) // period + 1) * period - period
+            if source.silent_state is None:
+                first = max(first, newest)
+        return range(first, newest + 1, period)
+
+
+# How old values are where they are read: the time since the measurements behind them.
+#
+# A value is as old as the oldest measurement that it is computed from, through subsystems that read
+# and send within one work cycle. Memory, and a loop through several subsystems, are not followed.
+# Where no measurement is behind a value in any state, it is as old as the oldest computation.
+
+
+@dataclass(frozen=True, slots=True)
+class UnboundedAge:
+    """A value that is read although its source may have been silent for an unlimited time."""
+
+    node: InputNode
+    source: Sent | Measured
+
+
+class Ages:
+    """Ages of the values in the input buffers of a system."""
+
+    def __init__(
+        self, sources: DataFlow, periods_s: Mapping[str, Fraction], inputs: Iterable[InputNode]
+    ) -> None:
+        """`periods_s` of the subsystems, by their qualified names; `inputs` are all there are."""
+        self.sources = sources
+        self._periods_s = periods_s
+        self._inputs = inputs
+        self._oldest: dict[InputNode, AgeChain | UnboundedAge | None] = {}
+
+    def oldest(self, node: InputNode) -> AgeChain | UnboundedAge | None:
+        """The oldest value that is read, or why there is none; None if its source is not known.
+
+        A device takes a value when it is sent; a subsystem that uses one only where it is fresh
+        is not asked for its age later.
+        """
+        if node not in self._oldest:
+            self._oldest[node] = self._follow(node)
+        return self._oldest[node]
+
+    def reads_by_state(self, node: InputNode) -> dict[str, list[ReadEdge]]:
+        """State of the sender -> the values that a value is computed from which it sends there.
+
+        Of those its age is made: they have been measured, or nothing was that is behind the value,
+        and it has not passed them before.
+        """
+        followed = {above for above, _ in self._followed(node)}
+        return {
+            state: sorted(each for each in reads if each[0] in followed)
+            for state, reads in self.sources.sent_in(node).items()
+        }
+
+    def is_measured(self, node: InputNode) -> bool:
+        """Whether a measurement is behind a value in some state."""
+        return node in self._measured
+
+    def _followed(self, node: InputNode) -> tuple[ReadEdge, ...]:
+        """The reads of which the age of a value is made."""
+        edges = self._edges[node]
+        return (
+            tuple(e for e in edges if self.is_measured(e[0])) if self.is_measured(node) else edges
+        )
+
+    def _follow(self, node: InputNode) -> AgeChain | UnboundedAge | None:
+        if self.sources.origin(node) is None:
+            return None
+        upstream = reachable([node], lambda here: (above for above, _ in self._followed(here)))
+        edges = {n: self._followed(n) for n in self._edges if n in upstream}
+        on_arrival = not node.peer or self.sources.only_on_arrival(node)
+        read_late = {n for reads in edges.values() for n, arrival in reads if not arrival}
+        periods_s, computed = dict[InputNode, Fraction](), list[InputNode]()
+        for n in edges:
+            source = self.sources.origin(n)
+            is_late = n in read_late or (n == node and not on_arrival)
+            if is_late and source is not None and source.may_be_silent:
+                return UnboundedAge(n, source)
+            if n.peer:
+                periods_s[n] = self._periods_s[n.reader]
+            elif source is not None:  # a device reads whenever something is sent
+                periods_s[n] = source.period_s
+            if not self.is_measured(node) and any(
+                all(arrival for _, arrival in reads) for reads in self.reads_by_state(n).values()
+            ):
+                computed.append(n)
+        return Timeline(self.sources, edges, periods_s, computed).oldest(node, on_arrival)
+
+    @cached_property
+    def _edges(self) -> ReadEdges:
+        """What each value is computed from, in an order of dependence; loops are left out."""
+
+        def reads(node: InputNode) -> tuple[ReadEdge, ...]:
+            source = self.sources.origin(node)
+            return source.reads if isinstance(source, Sent) else ()
+
+        def above(node: InputNode) -> list[InputNode]:
+            return [read for read, _ in edges[node]]
+
+        edges = {n: reads(n) for n in reachable(self._inputs, lambda n: [m for m, _ in reads(n)])}
+        try:
+            order = [*TopologicalSorter({n: above(n) for n in edges}).static_order()]
+        except CycleError:
+            found = components(list(edges), ((n, m) for n in edges for m in above(n)))
+            part = {n: number for number, each in enumerate(found) for n in each.states}
+            for n, all_reads in edges.items():
+                edges[n] = tuple(e for e in all_reads if part[e[0]] != part[n])
+            order = [*TopologicalSorter({n: above(n) for n in edges}).static_order()]
+        return {n: edges[n] for n in order}
+
+    @cached_property
+    def _measured(self) -> set[InputNode]:
+        measured = set[InputNode]()
+        for n, reads in self._edges.items():
+            is_measured = isinstance(self.sources.origin(n), Measured)
+            if is_measured or any(m in measured for m, _ in reads):
+                measured.add(n)
+        return measured

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations
 
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.analysis.machine import Machine, RowVerdictAt
-from specc.analysis.unknown_parts import is_vague, sure, unmet
+from specc.analysis.must_may import gap_view, is_incomplete, must_view
 from specc.lang.kinds import first_value
 from specc.lang.values import Value
 from specc.model.expr import Expr, walk
@@ -50,9 +50,9 @@ class Examples:
         self._system = system
         self._wires = wires
         self._machine_of = machine_of
-        self._left = SearchBudget(MOST_IN_ALL)
-        self._meanings: dict[str, Interpreter] = {}
-        self._known: dict[object, Example | None] = {}
+        self._budget = SearchBudget(MOST_IN_ALL)
+        self._interpreters: dict[str, Interpreter] = {}
+        self._found: dict[object, Example | None] = {}
 
     def text(self, decided: RowVerdictAt, witness: Witness, facts: str) -> str:
         """Values of an example of a witness about rows, in words.
@@ -68,7 +68,7 @@ class Examples:
             return found.text
         return "" if is_said else facts
 
-    def confirmed(self, decided: RowVerdictAt) -> RowVerdictAt:
+    def confirm(self, decided: RowVerdictAt) -> RowVerdictAt:
         """A verdict that tables leave open, with the refutations that some values show."""
         verdict = decided.verdict
         if verdict.decision.open is None or not verdict.rows:
@@ -93,7 +93,7 @@ class Examples:
         found = self.find(*of, Witness((), holding))
         if found is None:
             return None
-        meaning = self._meanings[decided.subsystem.qualified_name]
+        meaning = self._interpreters[decided.subsystem.qualified_name]
 
         def value(expr: Expr) -> Value:
             try:
@@ -114,40 +114,47 @@ class Examples:
         The same question of several states has one answer.
         """
         name = subsystem.qualified_name
-        if name not in self._meanings:
-            self._meanings[name] = Interpreter(self._system, subsystem)
-        meaning = self._meanings[name]
+        if name not in self._interpreters:
+            self._interpreters[name] = Interpreter(self._system, subsystem)
+        meaning = self._interpreters[name]
         machine = self._machine_of(subsystem)
         seen, given = subsystem, [(fact, True) for fact in machine.invariants]
-        if is_vague(subsystem, state, cause):  # what is unknown is taken as the witness takes it
-            seen, given = (sure if witness.holding else unmet)(cause).of(subsystem), []
+        if is_incomplete(
+            subsystem, state, cause
+        ):  # what is unknown is taken as the witness takes it
+            seen, given = (must_view if witness.holding else gap_view)(cause).of(subsystem), []
         about = tuple(expr for expr, _ in witness.answers)
         answers = *witness.answers, *given
         every = tuple(refutation_goals(seen, state.name, cause, witness.holding, answers))
         always = always_present(subsystem, self._wires)
-        there = machine.presence.in_conditions(state.name) | always
-        key = name, every, about, there
-        if key not in self._known:
-            freedom = FreeVariables(meaning.changing, there)
-            self._known[key] = self._searched(every, about, meaning, freedom)
-        return self._known[key]
+        present = machine.presence.in_conditions(state.name) | always
+        key = name, every, about, present
+        if key not in self._found:
+            freedom = FreeVariables(meaning.changing, present)
+            self._found[key] = self._search(every, about, meaning, freedom)
+        return self._found[key]
 
-    def _searched(
+    def _search(
         self,
         every: Sequence[tuple[Goal, ...]],
         about: Sequence[Expr],
         meaning: Interpreter,
         freedom: FreeVariables,
     ) -> Example | None:
-        if self._left.remaining <= 0:
+        if self._budget.remaining <= 0:
             return None
-        self._left.spend(EACH)
+        self._budget.spend(EACH)
         most = MOST
         for goals in every:
             size = 1 + sum(_size(condition) for condition, _ in goals) // LARGE
             for number in (0.0, 1.0):  # by one, one can divide
-                start = _start(meaning, number)
-                with self._left.share(most // size) as budget:
+                # Everything is there, nothing is fresh, a period after the state was entered.
+                at = meaning.blank(number)
+                for item in meaning.subsystem.memory:
+                    value = _value(meaning, item.init, item.type, at)
+                    at = replace(at, memory={**at.memory, item.name: value})
+                start = replace(at, periods=1)
+                with self._budget.share(most // size) as budget:
                     found = example(goals, about, meaning, start, freedom, budget)
                 if found:
                     return found
@@ -163,15 +170,6 @@ def _size(expr: Expr) -> int:
         if isinstance(node.type, Vector):
             size += node.type.size
     return size
-
-
-def _start(meaning: Interpreter, number: float) -> Situation:
-    """Everything is there, nothing is fresh, a period after the state was entered."""
-    at = meaning.blank(number)
-    for item in meaning.subsystem.memory:
-        value = _value(meaning, item.init, item.type, at)
-        at = replace(at, memory={**at.memory, item.name: value})
-    return replace(at, periods=1)
 
 
 def _value(meaning: Interpreter, expr: Expr, type_: Type, at: Situation) -> Value:

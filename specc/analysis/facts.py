@@ -1,33 +1,41 @@
-"""What is known of a system: its machines, and what goes on between them."""
+"""Facts about a system: its machines, and what goes on between them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
-from specc.analysis.ages import Ages
-from specc.analysis.arrivals import arrivals_of
-from specc.analysis.assumed_arrivals import AssumptionChecker
-from specc.analysis.dataflow import DataFlow, InputNode
-from specc.analysis.failures import no_value
-from specc.analysis.formula_values import known_of_readings
+from specc.analysis.assumption_checker import AssumptionChecker
+from specc.analysis.dataflow import Ages, DataFlow, InputNode
+from specc.analysis.definite_assignment import availability_of
 from specc.analysis.machine import Machine, RowVerdictAt
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.rates import Rates
 from specc.analysis.reaching import ReachingDefinitions
 from specc.analysis.reads import Dependences, nodes
-from specc.analysis.suspicious_expressions import SuspiciousExpressions
-from specc.answers import AnswerCache
+from specc.analysis.suspicious_expressions import SuspiciousExpressions, no_value
 from specc.lang.evaluate import Environment, evaluate
-from specc.limits import MAX_VALUES, take
+from specc.limits import MAX_VALUES, spend_or_raise
 from specc.mjcf import Model, ModelError
-from specc.model.binding import PLANT
-from specc.model.expr import Call, ConstantRef, FileRef, constants_in, has_unknown, walk
+from specc.model.expr import (
+    Call,
+    Compare,
+    ConstantRef,
+    Expr,
+    FileRef,
+    Member,
+    MemoryRef,
+    constant_names,
+    has_unknown,
+    map_children,
+    walk,
+)
 from specc.model.fsm import Cause
-from specc.model.requirement import Requirement
-from specc.model.system import Constant, Element, Subsystem, System
+from specc.model.requirement import Reading, Requirement
+from specc.model.system import PLANT, Constant, Element, Subsystem, System
+from specc.model.types import Bool, Enum
 from specc.model.wires import Wires
 from specc.proof import Numbering, Ticks
 from specc.reachable import reachable
@@ -48,13 +56,10 @@ class Facts:
         system: System,
         broken: frozenset[str] = frozenset(),
         faulty: frozenset[str] = frozenset(),
-        kept: AnswerCache | None = None,
     ) -> None:
-        """`kept` has the machines of an earlier analysis."""
         self.system = system
         self.broken = broken | _named_twice(system)
         self.faulty = faulty
-        self._kept = kept or AnswerCache()
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self.wires = Wires(system.agents)
 
@@ -66,19 +71,13 @@ class Facts:
         return {s.qualified_name: self._machine(s) for s in self.subsystems}
 
     def _machine(self, subsystem: Subsystem) -> Machine:
-        """The machine of a subsystem; the one that was there before if it is made of the same."""
-        name = subsystem.qualified_name
-        arrivals = arrivals_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
-        faulty = name in self.faulty
-        constants = self._named_in(subsystem)
-        # The objects themselves, since what is equal may stand elsewhere in its text.
-        made_of = id(subsystem), tuple(map(id, constants.values())), arrivals, faulty
-        known: Machine | None = self._kept.answer(f"machine {name}", made_of)
-        if known is not None:
-            return known
-        made = Machine(subsystem, constants, arrivals, faulty=faulty)
-        self._kept.keep(f"machine {name}", made_of, made)
-        return made
+        arrivals = availability_of(subsystem, self.wires, self.broken, timed=not self.rates.clash)
+        faulty = subsystem.qualified_name in self.faulty
+        # The constants that expressions of a subsystem name, directly or through others.
+        named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
+        found = reachable(named, self._named_by)
+        constants = {name: constant for name, constant in self._constants.items() if name in found}
+        return Machine(subsystem, constants, arrivals, faulty=faulty)
 
     def of(self, subsystem: Subsystem) -> Machine:
         """The machine of a subsystem without errors."""
@@ -97,7 +96,7 @@ class Facts:
     @cached_property
     def complete_machines(self) -> tuple[Machine, ...]:
         """The consistent ones that have no unknowns, and rows for all states that end."""
-        return tuple(machine for machine in self.machines if machine.is_whole)
+        return tuple(machine for machine in self.machines if machine.is_complete)
 
     @cached_property
     def row_verdicts(self) -> tuple[RowVerdictAt, ...]:
@@ -105,11 +104,10 @@ class Facts:
 
         What tables leave open is refuted where a search finds values that show it.
         """
-        decided = [each for machine in self.consistent_machines for each in machine.decided]
-        if all(each.verdict.decision.open is None for each in decided):
-            return tuple(decided)
-        examples = self.examples()
-        return tuple(map(examples.confirmed, decided))
+        verdicts = [each for machine in self.consistent_machines for each in machine.row_verdicts]
+        if all(each.verdict.decision.open is None for each in verdicts):
+            return tuple(verdicts)
+        return tuple(map(self.examples().confirm, verdicts))
 
     def examples(self) -> Examples:
         """A new search for examples of refutations."""
@@ -130,7 +128,7 @@ class Facts:
     @cached_property
     def valueless(self) -> tuple[tuple[Constant, str], ...]:
         """Constants and parameters without a value, with the reason; those at one place once."""
-        lists = dict.fromkeys((self.system.constants, *self.system.described))
+        lists = dict.fromkeys((self.system.constants, *self.system.description_uses))
         found = (none for constants in lists for none in valueless(constants))
         return tuple({constant.place: (constant, why) for constant, why in found}.values())
 
@@ -139,14 +137,8 @@ class Facts:
         none = {constant.place for constant, _ in self.valueless}
         return {c.name: c for c in self.system.constants if c.place not in none}
 
-    def _named_in(self, subsystem: Subsystem) -> dict[str, Constant]:
-        """The constants that expressions of a subsystem name, directly or through others."""
-        named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
-        found = reachable(named, self._constants_in)
-        return {name: constant for name, constant in self._constants.items() if name in found}
-
-    def _constants_in(self, name: str) -> Iterable[str]:
-        return constants_in(self._constants[name].value) if name in self._constants else ()
+    def _named_by(self, name: str) -> Iterable[str]:
+        return constant_names(self._constants[name].value) if name in self._constants else ()
 
     @cached_property
     def suspicious(self) -> SuspiciousExpressions:
@@ -157,7 +149,7 @@ class Facts:
     @cached_property
     def ticks(self) -> Ticks:
         """What formulas of requirements, and those that disturbances wait for, say of a tick."""
-        known = known_of_readings(
+        known = facts_about_readings(
             self.system, {m.subsystem.qualified_name: m for m in self.complete_machines}
         )
         return Ticks({name: c.value for name, c in self._constants.items()}, known)
@@ -168,13 +160,14 @@ class Facts:
     def rates(self) -> Rates:
         """Which rates fit together."""
         known = {s.qualified_name for s in self.system.subsystems} | self.wires.devices.keys()
-        return Rates(self.wires, self.subsystems, self.bindings, whole=self.broken <= known)
+        return Rates(self.wires, self.subsystems, self.bindings, is_complete=self.broken <= known)
 
     @cached_property
     def ages(self) -> Ages:
         """How old values are where they are read."""
         sources = DataFlow(self.wires, self._machines, self.bindings)
-        return Ages(sources, {s.qualified_name: 1 / s.rate_hz for s in self.subsystems})
+        periods_s = {s.qualified_name: 1 / s.rate_hz for s in self.subsystems}
+        return Ages(sources, periods_s, [node for node, _ in self.inputs()])
 
     @cached_property
     def assumption_checker(self) -> AssumptionChecker:
@@ -212,7 +205,7 @@ class Facts:
     @cached_property
     def reported(self) -> dict[str, BoundElement]:
         """The bindings of what devices report, as `agent.E.device.element`."""
-        found = (b for b in self.bindings if not b.commanded and b.binding.device != PLANT)
+        found = (b for b in self.bindings if not b.is_commanded and b.binding.device != PLANT)
         return {f"{b.binding.device}.{b.binding.element}": b for b in found}
 
     @cached_property
@@ -244,9 +237,11 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     """Each with the reason; what operators and files give is known when the system is built."""
     values: dict[str, Any] = {}
     sizes: dict[int, tuple[Any, int]] = {}
-    count = partial(take, "folding")
+    count = partial(spend_or_raise, "folding")
     for constant in constants:
-        if not _is_known(constant, values):
+        expr = constant.value
+        given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
+        if not (not given and values.keys() >= set(constant_names(expr)) and not has_unknown(expr)):
             values.pop(constant.name, None)
             continue
         try:
@@ -257,12 +252,6 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
         except (ArithmeticError, ValueError) as error:
             values.pop(constant.name, None)
             yield constant, no_value(error)
-
-
-def _is_known(constant: Constant, values: dict[str, Any]) -> bool:
-    value = constant.value
-    given = any(isinstance(node, (Call, FileRef)) for node in walk(value))
-    return not given and values.keys() >= set(constants_in(value)) and not has_unknown(value)
 
 
 def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:
@@ -281,3 +270,40 @@ def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:
             raise OverflowError
         sizes[id(value)] = value, size
     return sizes[id(value)][1]
+
+
+def facts_about_readings(system: System, machines: Mapping[str, Machine]) -> Iterator[Expr]:
+    """Conditions on them; `machines` are those of which enough is known.
+
+    What is always there is present, and memory has what is written to it. That a state is never
+    reached is told of the state (W0607), and not again of each formula that names it.
+    """
+    for reading in {r.name: r for item in system.formulas for r in item.readings}.values():
+        machine = machines.get(reading.subsystem)
+        value = MemoryRef(reading.name, type=reading.type)
+        if reading.asks_presence:
+            if reading.kind in ("state", "memory") or reading.initial:
+                yield value
+        elif reading.kind == "memory" and machine:
+            known = machine.value_ranges.conditions.get(reading.element[0])
+            if known is not None:
+                yield _on_reading(reading, known)
+
+
+def _on_reading(reading: Reading, known: Expr) -> Expr:
+    """What is known of memory, of the reading of it."""
+    if isinstance(known, MemoryRef):
+        return MemoryRef(reading.name, type=known.type)
+    return map_children(known, lambda part: _on_reading(reading, part))
+
+
+def initial_state_of(reading: Reading, system: System) -> Expr | None:
+    """That a subsystem is in the state that it has at the first tick."""
+    if reading.kind != "state" or not isinstance(reading.type, Enum):
+        return None
+    found = {s.qualified_name: s.initial_state for s in system.subsystems if s.has_initial_state}
+    state = found.get(reading.subsystem)
+    if state not in reading.type.members:
+        return None
+    first = Member(state, type=reading.type)
+    return Compare("==", MemoryRef(reading.name, type=reading.type), first, type=Bool())

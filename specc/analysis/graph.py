@@ -25,8 +25,8 @@ class StrongComponent(Generic[N]):
     """
 
     states: tuple[N, ...]
-    entered: bool
-    left: bool
+    has_entry: bool
+    has_exit: bool
 
 
 def components(states: Sequence[N], edges: Iterable[tuple[N, N]]) -> tuple[StrongComponent[N], ...]:
@@ -84,7 +84,7 @@ class RowEdge:
     ensures: frozenset[InputName]
 
 
-def find_steps(subsystem: Subsystem, verdicts: Iterable[RowVerdict]) -> tuple[RowEdge, ...]:
+def find_edges(subsystem: Subsystem, verdicts: Iterable[RowVerdict]) -> tuple[RowEdge, ...]:
     """The rows whose cause and condition can hold together, in the order of the file."""
     found: dict[int, RowEdge] = {}
     for verdict in verdicts:
@@ -96,7 +96,7 @@ def find_steps(subsystem: Subsystem, verdicts: Iterable[RowVerdict]) -> tuple[Ro
     return tuple([found[id(row)] for row in subsystem.transitions if id(row) in found])
 
 
-def reached_from(start: str, leaving: Mapping[str, Iterable[RowEdge]]) -> frozenset[str]:
+def reachable_from(start: str, leaving: Mapping[str, Iterable[RowEdge]]) -> frozenset[str]:
     """The states that steps lead to from `start`, itself included; `leaving` has them by source."""
     return frozenset(
         reachable([start], lambda state: [step.row.target for step in leaving.get(state, ())])
@@ -108,29 +108,29 @@ def reached_from(start: str, leaving: Mapping[str, Iterable[RowEdge]]) -> frozen
 
 T = TypeVar("T")
 W = TypeVar("W")
-HeldByState = dict[str, frozenset[T]]
+FactsByState = dict[str, frozenset[T]]
 """What holds in each state whenever its functions are executed."""
 
 
 def must_hold(
-    most: HeldByState[T],
-    ways: Mapping[str, Sequence[tuple[str, W]]],
-    kept: Callable[[frozenset[T], str, frozenset[T], W], frozenset[T]],
-) -> HeldByState[T]:
+    initial: FactsByState[T],
+    edges: Mapping[str, Sequence[tuple[str, W]]],
+    transfer: Callable[[frozenset[T], str, frozenset[T], W], frozenset[T]],
+) -> FactsByState[T]:
     """The greatest solution of the flow equations, from what each state may have at `most`.
 
     `ways` leave a state for another one. `kept` gives what, of a set, holds behind a way out of a
     state in which something is known. It is asked with the set, the state, what is known in it,
     and the way.
     """
-    held = dict(most)
+    facts = dict(initial)
 
     def narrow(state: str) -> Iterator[str]:
-        for target, way in ways.get(state, ()):
-            now = kept(held[target], state, held[state], way)
-            if now != held[target]:
-                held[target] = now
+        for target, way in edges.get(state, ()):
+            now = transfer(facts[target], state, facts[state], way)
+            if now != facts[target]:
+                facts[target] = now
                 yield target
 
-    fixpoint(held, narrow)
-    return held
+    fixpoint(facts, narrow)
+    return facts

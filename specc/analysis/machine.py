@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar
 
-from specc.analysis.arrivals import Arrivals
-from specc.analysis.durations import Durations
-from specc.analysis.graph import CAUSES, RowEdge, find_steps, reached_from
-from specc.analysis.memory import ValueRanges
-from specc.analysis.presence import DefiniteAssignment, PresentValues
-from specc.analysis.reactions import Reactions
+from specc.analysis.definite_assignment import Availability, DefiniteAssignment, PresentValues
+from specc.analysis.graph import CAUSES, RowEdge, find_edges, reachable_from
+from specc.analysis.must_may import MustMayAnalysis, is_incomplete
 from specc.analysis.reads import Dependences
+from specc.analysis.state_timing import StateTiming
 from specc.analysis.suspicious_expressions import SuspiciousExpressions
-from specc.analysis.unknown_parts import MustMayAnalysis, is_vague
-from specc.model.expr import Expr, Truth, has_unknown
+from specc.analysis.value_ranges import ValueRanges
+from specc.model.expr import Expr, Input, Truth, children, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
-from specc.proof import Prover, RowVerdict, Witness
+from specc.model.types import Bool, Enum
+from specc.proof import InputName, Prover, RowVerdict, Witness
 from specc.reachable import grouped
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +36,9 @@ class RowVerdictAt:
         return self.machine.subsystem
 
     @property
-    def is_vague(self) -> bool:
+    def is_incomplete(self) -> bool:
         """Whether something about the rows is unknown."""
-        return self.machine.is_vague(self.state, self.cause)
+        return self.machine.is_incomplete(self.state, self.cause)
 
     @property
     def lacks_rows(self) -> bool:
@@ -56,7 +52,7 @@ class RowVerdictAt:
         """Where two of the rows surely apply together, by their indices."""
         state = self.state.name
         present = self.machine.presence.in_conditions(state)
-        return self.machine.views.overlap(state, self.cause, pair, present)
+        return self.machine.must_may.overlap(state, self.cause, pair, present)
 
 
 class Machine:
@@ -70,7 +66,7 @@ class Machine:
         self,
         subsystem: Subsystem,
         constants: Mapping[str, Constant],
-        arrivals: Arrivals,
+        arrivals: Availability,
         *,
         faulty: bool = False,
     ) -> None:
@@ -79,17 +75,10 @@ class Machine:
         A `faulty` subsystem has unknowns in it; what is said of it holds whatever they are.
         """
         self.subsystem = subsystem
-        self.arrivals = arrivals
+        self.availability = arrivals
         self.faulty = faulty
         self._constants = constants
-        self._settled: dict[int, bool | None] = {}
-        self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
-
-    def results_of(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
-        """What a check finds that asks nothing but this machine."""
-        if check not in self._told:
-            self._told[check] = tuple(check(self))
-        return self._told[check]
+        self._constant_values: dict[int, bool | None] = {}
 
     # What it is made of.
 
@@ -99,32 +88,32 @@ class Machine:
         return self._new_prover(self.subsystem)
 
     @cached_property
-    def any_prover(self) -> Prover:
+    def generic_prover(self) -> Prover:
         """Answers that hold whatever the parameters of the subsystem are."""
         if not self.subsystem.constants:
             return self.prover
         return self._new_prover(replace(self.subsystem, constants=()))
 
     @cached_property
-    def memory_facts(self) -> ValueRanges:
+    def value_ranges(self) -> ValueRanges:
         """What is known of memory, whatever the parameters of the subsystem are."""
-        return ValueRanges(self.subsystem, self.any_prover.numbering)
+        return ValueRanges(self.subsystem, self.generic_prover.numbering)
 
     @cached_property
     def invariants(self) -> tuple[Expr, ...]:
         """What always holds of memory, with the parameters that the subsystem is given."""
         if not self.subsystem.constants:
-            return self.memory_facts.invariants
+            return self.value_ranges.invariants
         return ValueRanges(self.subsystem, self.prover.numbering).invariants
 
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         given = {constant.name for constant in self.subsystem.constants}
         known = {name: c for name, c in self._constants.items() if name not in given}
         values = {name: constant.value for name, constant in known.items()}
-        return Prover(subsystem, values, self.arrivals.declared)
+        return Prover(subsystem, values, self.availability.declared)
 
     @cached_property
-    def views(self) -> MustMayAnalysis:
+    def must_may(self) -> MustMayAnalysis:
         """What is certain where something is unknown."""
         return MustMayAnalysis(self.subsystem, self._new_prover)
 
@@ -139,15 +128,36 @@ class Machine:
         """What expressions depend on."""
         return Dependences({let.name: let.value for let in self.subsystem.lets})
 
-    @cached_property
-    def reactions(self) -> Reactions:
-        """To which members of the enums of inputs it reacts."""
-        return Reactions(self.subsystem, self.prover, self.dependences)
+    def reactions(self, exprs: Iterable[Expr], key: InputName) -> frozenset[str]:
+        """The members of an input's enum to which some expressions react.
+
+        They do if one of them may be different because the member came. What reads the value other
+        than in a condition reacts to all of them.
+        """
+        type_ = self.subsystem.inputs[key].type
+        if not isinstance(type_, Enum):
+            return frozenset()
+        parts = [part for expr in exprs for part in self._conditions_on(expr, key)]
+        if not all(isinstance(part.type, Bool) for part in parts):
+            return frozenset(type_.members)
+        element, reacts = Input(*key, type=type_), self.prover.reacts
+        return frozenset(m for m in type_.members if any(reacts(p, element, m) for p in parts))
+
+    def _conditions_on(self, expr: Expr, key: InputName) -> Iterator[Expr]:
+        """The conditions in an expression that depend on an input, and the input outside of any."""
+        if key not in self.dependences.of(expr).inputs:
+            return
+        if isinstance(expr.type, Bool) or isinstance(expr, Input):
+            yield expr
+        else:
+            value = self.prover.numbering.resolve(expr)
+            for part in children(expr) if value is expr else (value,):
+                yield from self._conditions_on(part, key)
 
     @cached_property
-    def dwell_times(self) -> Durations:
+    def dwell_times(self) -> StateTiming:
         """How long states can last, if there are no unknowns."""
-        return Durations(self.subsystem, self.prover, self.dependences, self.verdict)
+        return StateTiming(self.subsystem, self.prover, self.dependences, self.verdict)
 
     # How much can be asked of it.
 
@@ -162,42 +172,45 @@ class Machine:
         return self.is_consistent and not self.dead_ends
 
     @property
-    def is_whole(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether it is finished and has no unknowns."""
         return not self.faulty and self.is_finished
 
     @cached_property
-    def is_legible(self) -> bool:
+    def has_known_conditions(self) -> bool:
         """Whether it is consistent, with nothing unknown in what leads from state to state."""
-        unknown = self._is_vague or any(has_unknown(let.value) for let in self.subsystem.lets)
+        unknown = self._has_unknown_rows or any(
+            has_unknown(let.value) for let in self.subsystem.lets
+        )
         return self.is_consistent and not unknown
 
-    def is_vague(self, state: State, cause: Cause) -> bool:
+    def is_incomplete(self, state: State, cause: Cause) -> bool:
         """Whether something about the rows of a state and cause is unknown."""
-        return self.faulty and is_vague(self.subsystem, state, cause)
+        return self.faulty and is_incomplete(self.subsystem, state, cause)
 
     @cached_property
-    def _is_vague(self) -> bool:
-        return any(self.is_vague(s, cause) for s in self.subsystem.states for cause in CAUSES)
+    def _has_unknown_rows(self) -> bool:
+        return any(self.is_incomplete(s, cause) for s in self.subsystem.states for cause in CAUSES)
 
     # What is decided about its rows.
 
     @cached_property
-    def decided(self) -> tuple[RowVerdictAt, ...]:
+    def row_verdicts(self) -> tuple[RowVerdictAt, ...]:
         """The verdicts about every state and cause.
 
         Where conditions are unknown, what they say holds whatever these are.
         """
-        every = ((state, cause) for state in self.subsystem.states for cause in CAUSES)
-        found = ((state, cause, self._certain(state, cause)) for state, cause in every)
-        return tuple([RowVerdictAt(self, s, cause, v) for s, cause, v in found if v is not None])
-
-    def _certain(self, state: State, cause: Cause) -> RowVerdict | None:
-        """The verdict that does not depend on anything unknown; None if there is none."""
-        if not self.is_vague(state, cause):
-            return self.verdict(state.name, cause)
-        present = self.presence.in_conditions(state.name)
-        return self.views.verdict(state.name, cause, present)
+        found = []
+        for state in self.subsystem.states:
+            for cause in CAUSES:
+                if self.is_incomplete(state, cause):
+                    present = self.presence.in_conditions(state.name)
+                    verdict = self.must_may.verdict(state.name, cause, present)
+                else:
+                    verdict = self.verdict(state.name, cause)
+                if verdict is not None:
+                    found.append(RowVerdictAt(self, state, cause, verdict))
+        return tuple(found)
 
     def verdict(self, state: str, cause: Cause) -> RowVerdict:
         """The verdict about the rows of a state and cause, with what is known of presence.
@@ -205,7 +218,7 @@ class Machine:
         What peers always send, and what always holds of memory, makes rows complete, but none
         superfluous.
         """
-        verdict, fresh = self._alone[state, cause], self.arrivals.fresh
+        verdict, fresh = self._verdicts_without_presence[state, cause], self.availability.fresh
         prove = partial(self.prover.prove_rows, state, cause)
         if verdict.arrivals:
             prove = partial(prove, present=self.presence.in_conditions(state))
@@ -220,7 +233,7 @@ class Machine:
         return verdict
 
     @cached_property
-    def _alone(self) -> dict[tuple[str, Cause], RowVerdict]:
+    def _verdicts_without_presence(self) -> dict[tuple[str, Cause], RowVerdict]:
         """The verdicts without presence, which follows from them."""
         every = ((state.name, cause) for state in self.subsystem.states for cause in CAUSES)
         return {each: self.prover.prove_rows(*each) for each in every}
@@ -233,36 +246,44 @@ class Machine:
             state
             for state in self.subsystem.states
             if state.name not in sources
-            and any(self._alone[state.name, cause].decision.possible for cause in CAUSES)
+            and any(
+                self._verdicts_without_presence[state.name, cause].decision.possible
+                for cause in CAUSES
+            )
         )
 
     # Where it gets to.
 
     @cached_property
-    def steps(self) -> tuple[RowEdge, ...]:
+    def edges(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken, in the order of the file."""
-        return find_steps(self.subsystem, self._alone.values())
+        return find_edges(self.subsystem, self._verdicts_without_presence.values())
 
     @cached_property
-    def leaving(self) -> dict[str, list[RowEdge]]:
+    def successors(self) -> dict[str, list[RowEdge]]:
         """The steps by the state that they leave."""
-        return grouped((step.row.source, step) for step in self.steps)
+        return grouped((step.row.source, step) for step in self.edges)
 
     @cached_property
-    def reached(self) -> frozenset[str]:
+    def reachable_states(self) -> frozenset[str]:
         """The states that it can enter; all of them where that is not known."""
-        if not self.subsystem.begun or not self.ways_are_known:
+        if not self.subsystem.has_initial_state or not self.has_known_edges:
             return frozenset(state.name for state in self.subsystem.states)
-        return reached_from(self.subsystem.initial_state, self.leaving)
+        return reachable_from(self.subsystem.initial_state, self.successors)
+
+    def is_on_cycle(self, state: str) -> bool:
+        """Whether a path leads from a state back to it."""
+        targets = (edge.row.target for edge in self.successors.get(state, ()))
+        return any(state in reachable_from(target, self.successors) for target in targets)
 
     @cached_property
-    def ways_are_known(self) -> bool:
+    def has_known_edges(self) -> bool:
         """Whether no row is missing and no condition has one value by mistake.
 
         If the table needs a repair anyway, it is not known yet which states can be reached.
         """
         return self.conditions_vary and not any(
-            decided.verdict.decision.gap or decided.lacks_rows for decided in self.decided
+            decided.verdict.decision.gap or decided.lacks_rows for decided in self.row_verdicts
         )
 
     @cached_property
@@ -280,25 +301,25 @@ class Machine:
         A literal `True` or `False` is intended, and what is given to parameters may well decide it.
         """
         key = id(condition.when)
-        if key not in self._settled:
+        if key not in self._constant_values:
             named = self.dependences.of(condition.when).constants
             is_given = any(constant.name in named for constant in self.subsystem.constants)
-            prover = self.any_prover if is_given else self.prover
-            meant = isinstance(condition.when, Truth)
-            value = None if meant else prover.constant(condition.when, assuming=not is_given)
-            self._settled[key] = value
-        return self._settled[key]
+            prover = self.generic_prover if is_given else self.prover
+            is_intended = isinstance(condition.when, Truth)
+            value = None if is_intended else prover.constant(condition.when, assuming=not is_given)
+            self._constant_values[key] = value
+        return self._constant_values[key]
 
     # What must hold in its states.
 
     @cached_property
     def presence(self) -> DefiniteAssignment:
         """Where inputs surely have values."""
-        steps = self.views.steps() if self._is_vague else self.steps
-        return DefiniteAssignment(self.subsystem, steps, self.arrivals)
+        steps = self.must_may.edges() if self._has_unknown_rows else self.edges
+        return DefiniteAssignment(self.subsystem, steps, self.availability)
 
     @cached_property
-    def values(self) -> PresentValues:
+    def present_values(self) -> PresentValues:
         """Where optional values and lists surely have something in them, if it is legible."""
-        rows = [step.row for step in self.steps]
+        rows = [step.row for step in self.edges]
         return PresentValues(self.subsystem, rows, self.prover, self.dependences)

@@ -8,12 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.binding import PLANT, Binding
-from specc.model.system import Element, Plant, System
+from specc.model.system import PLANT, Binding, Element, Plant, System
 from specc.model.types import Pose, Type
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import grouped
-from specc.read import Reach
+from specc.read import AllowedPaths
 
 # What stands behind the elements of devices in the plant.
 
@@ -33,13 +32,13 @@ class BoundElement:
 
     binding: Binding
     element: Element
-    commanded: bool
+    is_commanded: bool
     plant: PlantKind
 
     @property
     def is_pose(self) -> bool:
         """Whether it is a pose that the numbers of a model are converted to."""
-        is_converted = self.plant == "model" and not (self.commanded or self.binding.through)
+        is_converted = self.plant == "model" and not (self.is_commanded or self.binding.through)
         return is_converted and isinstance(self.element.type, Pose)
 
     @property
@@ -75,13 +74,13 @@ def bound_elements(system: System) -> Iterator[BoundElement]:
             yield BoundElement(binding, element, commanded, plant_kind(system.plant))
 
 
-_SPELT = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap", "message": "type"}
+_KEYS = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap", "message": "type"}
 
 
 def first_key(binding: Binding, attributes: Iterable[str]) -> str:
     """The first of some attributes that a binding has, as files spell its key; empty if none."""
     name = next((name for name in attributes if getattr(binding, name)), "")
-    return _SPELT.get(name, name)
+    return _KEYS.get(name, name)
 
 
 def plant_model(system: System) -> Model | ModelError | None:
@@ -92,7 +91,7 @@ def plant_model(system: System) -> Model | ModelError | None:
     base = os.path.dirname(plant.place.file)
     try:
         path = os.path.normpath(os.path.join(base, plant.model))  # a folder may be to come
-        return read_model(path, Reach(system.folders))
+        return read_model(path, AllowedPaths(system.folders))
     except ModelError as error:
         return error
 
@@ -117,25 +116,28 @@ _UNITS: dict[str, Unit] = {
     for tag in tags.split()
 }
 """Of sensors whose tag says it; how many numbers they give is in `specc.mjcf.model`."""
-_ABOUT_JOINTS = {
+_TAGS_OF_JOINTS = {
     "pos": "jointpos jointlimitpos actuatorpos position",
     "vel": "jointvel jointlimitvel actuatorvel velocity intvelocity",
     "frc": "jointactuatorfrc jointlimitfrc actuatorfrc motor",
 }
 """Of sensors and actuators, where it depends on the joint."""
-_OF_TAG = {tag: what for what, tags in _ABOUT_JOINTS.items() for tag in tags.split()}
-_OF_JOINT = {
+_QUANTITY_OF_TAG = {tag: what for what, tags in _TAGS_OF_JOINTS.items() for tag in tags.split()}
+_UNITS_OF_JOINT = {
     "hinge": {"pos": RADIAN, "vel": RADIAN / SECOND, "frc": NEWTON_METRE},
     "slide": {"pos": METRE, "vel": METRE / SECOND, "frc": NEWTON},
 }
 FREE = {"x": METRE, "y": METRE, "z": METRE, "yaw": RADIAN}
 """What a scene says of a free joint: where it is, and how it is turned about the vertical."""
 _FORCES = (NEWTON, NEWTON_METRE)
-_MECHANICAL = {*_UNITS.values(), *(unit for units in _OF_JOINT.values() for unit in units.values())}
+_MECHANICAL = {
+    *_UNITS.values(),
+    *(unit for units in _UNITS_OF_JOINT.values() for unit in units.values()),
+}
 
 
 @dataclass(frozen=True, slots=True)
-class Raw:
+class RawNumbers:
     """Numbers of one part of the model: their kind, the place in its list, name and units.
 
     `units` has one for each number, None where the model does not say; it is None as a whole where
@@ -148,46 +150,46 @@ class Raw:
     units: tuple[Unit | None, ...] | None
 
 
-def raw_numbers(bound: BoundElement, model: Model) -> Iterator[Raw]:
+def raw_numbers(bound: BoundElement, model: Model) -> Iterator[RawNumbers]:
     """The numbers behind an element, or those that it sets, in their order.
 
     A quaternion behind a pose stands for turns about three axes.
     """
     binding = bound.binding
-    if not bound.commanded:
+    if not bound.is_commanded:
         for index, name in enumerate(binding.joints):
             is_free = bound.is_pose and model.joint_kind(name) == "free"
-            yield Raw("joints", index, name, POSE_UNITS if is_free else _joint(name, model))
+            yield RawNumbers("joints", index, name, POSE_UNITS if is_free else _joint(name, model))
         for index, name in enumerate(binding.sensors):
-            raw = Raw("sensors", index, name, units_of_sensor(name, model))
+            raw = RawNumbers("sensors", index, name, units_of_sensor(name, model))
             is_turned = bound.is_pose and is_orientation(raw, model)
             yield replace(raw, units=POSE_UNITS[3:]) if is_turned else raw
     for index, name in enumerate(binding.actuators):
         part = model.parts.get(("actuator", name))
-        tag = part.kind if bound.commanded and part else "actuatorfrc"
-        yield Raw("actuators", index, name, (_of_actuator(tag, name, model),))
+        tag = part.kind if bound.is_commanded and part else "actuatorfrc"
+        yield RawNumbers("actuators", index, name, (_of_actuator(tag, name, model),))
 
 
 FRAME_POSITION, FRAME_ORIENTATION = "framepos", "framequat"
 """Sensors that give a pose together."""
 
 
-def is_orientation(raw: Raw, model: Model) -> bool:
+def is_orientation(raw: RawNumbers, model: Model) -> bool:
     """Whether the numbers are the orientation of a frame, as a quaternion."""
     return _kind_of(raw, model) == FRAME_ORIENTATION
 
 
-def is_quaternion(raw: Raw, model: Model) -> bool:
+def is_quaternion(raw: RawNumbers, model: Model) -> bool:
     """Whether the numbers are a quaternion, in the order w, x, y, z of MuJoCo."""
     return _kind_of(raw, model) in ("ball", "ballquat", FRAME_ORIENTATION)
 
 
-def _kind_of(raw: Raw, model: Model) -> str:
+def _kind_of(raw: RawNumbers, model: Model) -> str:
     part = model.parts.get((raw.kind.removesuffix("s"), raw.name))
     return part.kind if part and raw.kind != "actuators" else ""
 
 
-def differs(raw: Raw, unit: Unit, wanted: Unit) -> bool:
+def is_another_unit(raw: RawNumbers, unit: Unit, wanted: Unit) -> bool:
     """Whether a unit of the plant is surely another than that of the element.
 
     What drives a motor is often a current, a voltage or a part of full drive.
@@ -221,7 +223,7 @@ def _joint(name: str, model: Model) -> tuple[Unit | None, ...] | None:
     kind, size = model.joint_kind(name), model.joints.get(name)
     if kind == "free":
         return (METRE,) * 3 + (DIMENSIONLESS,) * 4
-    unit = DIMENSIONLESS if kind == "ball" else _OF_JOINT.get(kind, {}).get("pos")
+    unit = DIMENSIONLESS if kind == "ball" else _UNITS_OF_JOINT.get(kind, {}).get("pos")
     return None if size is None else (unit,) * size
 
 
@@ -241,7 +243,7 @@ def _of_actuator(tag: str, name: str, model: Model) -> Unit | None:
 
 
 def _at_joint(tag: str, joint: str, model: Model) -> Unit | None:
-    return _OF_JOINT.get(model.joint_kind(joint), {}).get(_OF_TAG.get(tag, ""))
+    return _UNITS_OF_JOINT.get(model.joint_kind(joint), {}).get(_QUANTITY_OF_TAG.get(tag, ""))
 
 
 Limit = tuple[str, tuple[float, float]]

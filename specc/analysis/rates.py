@@ -23,7 +23,7 @@ def base_tick(periods_s: Iterable[Fraction]) -> Fraction:
 
 
 @dataclass(frozen=True, slots=True)
-class Clash:
+class TimelineClash:
     """A subsystem whose rate does not fit the others: the timeline repeats after `ticks`."""
 
     odd: Subsystem
@@ -50,35 +50,35 @@ class Rates:
     def __init__(
         self,
         wires: Wires,
-        asked: Sequence[Subsystem],
+        subsystems: Sequence[Subsystem],
         bindings: Sequence[BoundElement],
         *,
-        whole: bool,
+        is_complete: bool,
     ) -> None:
         self._every = tuple(wires.subsystems.values())
         self._wires = wires
-        self._asked = asked
+        self._subsystems = subsystems
         self._bindings = bindings
-        self._whole = whole
+        self._is_complete = is_complete
 
     @cached_property
-    def clash(self) -> Clash | None:
+    def clash(self) -> TimelineClash | None:
         """The subsystem without which the timeline of the others repeats in time, or the last one.
 
         Only those whose rates are known count.
         """
-        rated = [s for s in self._every if s.rated]
+        rated = [s for s in self._every if s.has_rate]
         ticks = _ticks(rated)
         if ticks <= LONGEST:
             return None
         without = [(odd, tuple(s for s in rated if s is not odd)) for odd in reversed(rated)]
         fitting = (pair for pair in without if _ticks(pair[1]) <= LONGEST)
-        return Clash(*next(fitting, without[0]), ticks)
+        return TimelineClash(*next(fitting, without[0]), ticks)
 
     @cached_property
     def timed(self) -> tuple[Subsystem, ...]:
         """The subsystems with rates, if these fit together."""
-        return () if self.clash else tuple(s for s in self._asked if s.rated)
+        return () if self.clash else tuple(s for s in self._subsystems if s.has_rate)
 
     @cached_property
     def tick_s(self) -> Fraction:
@@ -89,22 +89,23 @@ class Rates:
     def conflicts(self) -> tuple[RateConflict, ...]:
         """Sensors whose rates fit neither those of their readers nor the tick, if that is known."""
         found = (self._conflict(bound) for bound in self._bindings)
-        return tuple(misfit for misfit in found if misfit is not None)
+        return tuple(conflict for conflict in found if conflict is not None)
 
     def _conflict(self, bound: BoundElement) -> RateConflict | None:
         rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_of_all_s
-        if rate is None or bound.commanded:
+        if rate is None or bound.is_commanded:
             return None
-        reading = {wire.subsystem.qualified_name for wire in self._wires.at(device, "x")}
+        reading = {wire.subsystem.qualified_name for wire in self._wires.wires_to(device, "x")}
         readers = [s for s in self.timed if s.qualified_name in reading]
-        strangers = tuple(s for s in readers if not _divides(rate, s.rate_hz))
+        # One rate is to be a whole multiple of the other.
+        unfit = tuple(s for s in readers if 1 not in ((rate / s.rate_hz).as_integer_ratio()))
         fits = tick_s is None or (1 / rate / tick_s).denominator == 1
-        return None if fits and not strangers else RateConflict(bound, rate, strangers, tick_s)
+        return None if fits and not unfit else RateConflict(bound, rate, unfit, tick_s)
 
     @cached_property
     def _tick_of_all_s(self) -> Fraction | None:
         """The base tick, if all rates are known."""
-        all_known = self._whole and all(s.rated for s in self._every)
+        all_known = self._is_complete and all(s.has_rate for s in self._every)
         if self.clash or not self._every or not all_known:
             return None
         return base_tick(1 / s.rate_hz for s in self._every)
@@ -114,8 +115,3 @@ def _ticks(subsystems: Sequence[Subsystem]) -> Fraction:
     """Base ticks after which the timeline of some subsystems repeats."""
     rates = [s.rate_hz for s in subsystems]
     return 1 / base_tick(rates) / base_tick(1 / rate for rate in rates)
-
-
-def _divides(one: Fraction, other: Fraction) -> bool:
-    """Whether one of two rates is a whole multiple of the other."""
-    return (one / other).denominator == 1 or (other / one).denominator == 1

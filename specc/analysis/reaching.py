@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from specc.analysis.reads import ExpressionText, TextOwner, text_of
+from specc.analysis.machine import Machine
+from specc.analysis.reads import Dependence, ExpressionText, TextOwner, text_of
+from specc.lang import ranges
+from specc.lang.evaluate import range_of_parts
+from specc.lang.ranges import ANY, Range
 from specc.model.expr import (
     Binary,
     Choice,
+    Compare,
     Component,
     ConstantRef,
     Expr,
@@ -16,12 +21,14 @@ from specc.model.expr import (
     Items,
     LetRef,
     MemoryRef,
-    Sure,
     Unary,
+    Unwrap,
+    children,
+    walk,
 )
 from specc.model.requirement import Reading
 from specc.model.system import Constant, Subsystem
-from specc.model.types import PartialOf, Type
+from specc.model.types import Int, PartialOf, Real, Type
 from specc.model.wires import Wires
 
 
@@ -50,11 +57,12 @@ ScalarDefinition = ScalarExpr | ReportedScalar
 
 def component(expr: Expr, index: int) -> Expr:
     """The number at an index of a vector; of arithmetic on vectors, the arithmetic on numbers."""
-    type_ = _type_at(expr.type, index)
+    components = _vector(expr.type).components
+    type_ = components[index] if index < len(components) else expr.type
     match expr:
         case Items(items=items):
             return items[index]
-        case Sure(value=value):
+        case Unwrap(value=value):
             return component(value, index)
         case Unary(op="-", operand=operand):
             return Unary("-", component(operand, index), type=type_, span=expr.span)
@@ -69,11 +77,6 @@ def component(expr: Expr, index: int) -> Expr:
 
 def _of_side(expr: Expr, index: int) -> Expr:
     return component(expr, index) if _vector(expr.type).components else expr
-
-
-def _type_at(type_: Type, index: int) -> Type:
-    components = _vector(type_).components
-    return components[index] if index < len(components) else type_
 
 
 def _vector(type_: Type) -> Type:
@@ -107,7 +110,7 @@ class ReachingDefinitions:
             if not isinstance(expr, Component):
                 return [replace(scalar, expr=expr)]
         match expr:
-            case Sure(value=value):
+            case Unwrap(value=value):
                 return [replace(scalar, expr=value)]
             case Choice(then=then, otherwise=otherwise):
                 return [replace(scalar, expr=then), replace(scalar, expr=otherwise)]
@@ -155,7 +158,7 @@ class ReachingDefinitions:
         self, reader: Subsystem, key: tuple[str, str], index: int | None
     ) -> Iterator[ScalarDefinition]:
         peer, name = key
-        if device := self._wires.measured(reader.qualified_name, peer):
+        if device := self._wires.measuring_device(reader.qualified_name, peer):
             yield ReportedScalar(f"{device}.{name}", index or 0)
             return
         element = reader.inputs.get(key)
@@ -224,3 +227,87 @@ class ReportedScalars:
                 # A product of two measured numbers is another quantity.
                 return frozenset() if op in "*/" and one and other else one | other
         return frozenset()
+
+
+_MOST_NESTED = 100
+"""Definitions on one way, and parts of expressions, that are followed."""
+_MOST_RANGES = 16
+"""Of a part of an expression: of more, their union counts."""
+_MOST_STEPS = 20_000
+"""Of one question."""
+_Ranges = dict[ScalarExpr, tuple[Range, ...]]
+
+
+class ScalarRanges:
+    """Answers one question: between which numbers lies what a definition gives?
+
+    In each range lie all values that the number has where one definition reaches it. What tests
+    may keep back is not followed.
+    """
+
+    def __init__(self, definitions: ReachingDefinitions, machine: Callable[[str], Machine]) -> None:
+        """`machine` gives that of a subsystem by its qualified name."""
+        self._definitions = definitions
+        self._machine = machine
+        self._visiting: set[ScalarExpr] = set()
+        self._budget = _MOST_STEPS
+
+    def of(self, scalar: ScalarExpr) -> _Ranges:
+        """By the expressions that compute it, or are literals."""
+        self._budget -= 1
+        if scalar in self._visiting or len(self._visiting) > _MOST_NESTED or self._budget < 0:
+            return {scalar: (self._in_memory(scalar),)}
+        if self._is_tested(scalar):
+            return {scalar: (ANY,)}
+        self._visiting.add(scalar)
+        found: _Ranges = {}
+        definitions = self._definitions.of(scalar)
+        for each in definitions or ():
+            found |= self.of(each) if isinstance(each, ScalarExpr) else {scalar: (ANY,)}
+        if definitions is None:
+            found[scalar] = tuple(dict.fromkeys(self._computed(scalar)))
+        self._visiting.remove(scalar)
+        return found
+
+    def _in_memory(self, scalar: ScalarExpr) -> Range:
+        """Of what depends on itself: the bounds of memory."""
+        if isinstance(scalar.expr, MemoryRef) and scalar.subsystem:
+            return self._machine(scalar.subsystem).value_ranges.bounds.of(scalar.expr)
+        return ANY
+
+    def _computed(self, scalar: ScalarExpr) -> Iterator[Range]:
+        """One for each definition that reaches one part, whatever the other parts are."""
+        expr = scalar.expr
+        parts = [self._of_part(replace(scalar, expr=part)) for part in children(expr)]
+        unions = [ranges.union(*each) for each in parts]
+        yield range_of_parts(expr, unions)
+        for index, each in enumerate(parts):
+            for one in each if len(each) <= _MOST_RANGES else ():
+                yield range_of_parts(expr, [*unions[:index], one, *unions[index + 1 :]])
+
+    def _of_part(self, scalar: ScalarExpr) -> list[Range]:
+        if not isinstance(scalar.expr.type, (Int, Real)):
+            return [ANY]
+        every = (range_ for found in self.of(scalar).values() for range_ in found)
+        return list(dict.fromkeys(every)) or [ANY]
+
+    def _is_tested(self, scalar: ScalarExpr) -> bool:
+        """Whether a choice or a condition of the machine may keep some of the values back."""
+        if not scalar.subsystem:
+            return False
+        machine, expr = self._machine(scalar.subsystem), scalar.expr
+        of = machine.dependences.of
+        if isinstance(expr, Choice):
+            return any(_shared(of(expr.test), of(b)) for b in (expr.then, expr.otherwise))
+        core = expr.value if isinstance(expr, Component) else expr
+        if not isinstance(core, (Input, MemoryRef)):
+            return False
+        conditions = (condition.when for condition in machine.subsystem.exit_conditions)
+        return any(
+            any(isinstance(part, Compare) for part in walk(when)) and _shared(of(when), of(core))
+            for when in conditions
+        )
+
+
+def _shared(one: Dependence, other: Dependence) -> bool:
+    return bool(one.values & other.values or one.memory & other.memory)

@@ -70,10 +70,10 @@ def _stored_on_subsystem(
     """What subsystems keep the answer to: many checks ask."""
 
     def answer(subsystem: Subsystem) -> Sequence[T]:
-        kept = vars(subsystem)
-        if find.__name__ not in kept:
-            kept[find.__name__] = tuple(find(subsystem))
-        return kept[find.__name__]  # type: ignore[no-any-return]  # what was kept
+        stored = vars(subsystem)
+        if find.__name__ not in stored:
+            stored[find.__name__] = tuple(find(subsystem))
+        return stored[find.__name__]  # type: ignore[no-any-return]  # what was kept
 
     return answer
 
@@ -112,7 +112,7 @@ def inputs_read(subsystem: Subsystem) -> frozenset[InputName]:
     return frozenset(node.key for node in nodes(subsystem) if isinstance(node, Input))
 
 
-def arrivals_asked(subsystem: Subsystem) -> frozenset[InputName]:
+def inputs_tested_for_arrival(subsystem: Subsystem) -> frozenset[InputName]:
     """Inputs of which it matters whether a new value has come."""
     return frozenset(node.input.key for node in nodes(subsystem) if isinstance(node, Fresh))
 
@@ -129,12 +129,12 @@ class Dependence:
     arrivals: frozenset[InputName] = frozenset()
     memory: frozenset[str] = frozenset()
     constants: frozenset[str] = frozenset()
-    lasts: bool = True
+    is_stable: bool = True
     """It changes with the memory only: no input, clock or variable of a quantifier is in it."""
-    clock: bool = False
-    lags: bool = False
+    has_clock: bool = False
+    has_lag: bool = False
     """How far an input is behind is in it, which changes without anything new."""
-    literal: bool = False
+    has_literal: bool = False
     """`True` or `False` is in it."""
 
 
@@ -159,13 +159,21 @@ class Dependences:
             case ConstantRef(name=name):
                 return Dependence(constants=frozenset((name,)))
             case Truth():
-                return Dependence(literal=True)
+                return Dependence(has_literal=True)
             case Clock(name="elapsed" | "entered"):
-                return Dependence(lasts=False, clock=True)
+                return Dependence(is_stable=False, has_clock=True)
             case Input() | Fresh() | Present() | Lag():
-                return _of_input(expr)
+                element = expr if isinstance(expr, Input) else expr.input
+                key, nothing = frozenset((element.key,)), frozenset[InputName]()
+                return Dependence(
+                    key,
+                    key if isinstance(expr, Input) else nothing,
+                    key if isinstance(expr, Fresh) else nothing,
+                    is_stable=False,
+                    has_lag=isinstance(expr, Lag),
+                )
             case BoundVariable():
-                return Dependence(lasts=False)
+                return Dependence(is_stable=False)
             case LetRef(name=name) if name in self._lets:
                 return self._lets[name]
         return self.all(children(expr))
@@ -192,23 +200,11 @@ class Dependences:
             _any_of(part.arrivals for part in parts),
             _any_of(part.memory for part in parts),
             _any_of(part.constants for part in parts),
-            all(part.lasts for part in parts),
-            any(part.clock for part in parts),
-            any(part.lags for part in parts),
-            any(part.literal for part in parts),
+            all(part.is_stable for part in parts),
+            any(part.has_clock for part in parts),
+            any(part.has_lag for part in parts),
+            any(part.has_literal for part in parts),
         )
-
-
-def _of_input(expr: Input | Fresh | Present | Lag) -> Dependence:
-    element = expr if isinstance(expr, Input) else expr.input
-    key, nothing = frozenset((element.key,)), frozenset[InputName]()
-    return Dependence(
-        key,
-        key if isinstance(expr, Input) else nothing,
-        key if isinstance(expr, Fresh) else nothing,
-        lasts=False,
-        lags=isinstance(expr, Lag),
-    )
 
 
 def _any_of(names: Iterable[frozenset[Name]]) -> frozenset[Name]:

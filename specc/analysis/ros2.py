@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
 from specc.lang.kinds import kind
-from specc.model.binding import Binding, Published, Ros2
-from specc.model.system import Element, Subsystem, System
+from specc.model.system import Binding, Element, Published, Ros2, Subsystem, System
 from specc.model.types import Enum, OptionalOf, Pose, Text, Type
 from specc.model.units import (
     DIMENSIONLESS,
@@ -51,9 +50,9 @@ class MessagePart:
 class MessageTypeMismatch:
     """Why an element is not what its messages carry, and a way out; `code` is of the finding."""
 
-    code: str
     message: str
     help: str
+    code: str = "E0521"
 
 
 _INTS = [f"{sign}{bits}" for sign in ("Int", "UInt") for bits in (8, 16, 32, 64)]
@@ -144,37 +143,22 @@ def _part_of_action(
             return MessagePart("scalar")
         help = f"make it a text, or an enum with these members: {', '.join(STATUSES)}"
         wrong = f"{type_} lacks {', '.join(missing)}" if missing else f"{type_} is neither"
-        return MessageTypeMismatch(
-            "E0521", f"the status of an action is a text or an enum: {wrong}", help
-        )
+        return MessageTypeMismatch(f"the status of an action is a text or an enum: {wrong}", help)
     is_given_back = binding.part == "goal" and not commanded
     if not (binding.through or is_given_back):
-        made = "the fields of a goal" if binding.part == "goal" else "its value of a message"
+        result = "the fields of a goal" if binding.part == "goal" else "its value of a message"
         return MessageTypeMismatch(
-            "E0521",
             f"the {binding.part} of an action is a message of its own type",
-            f"name a function under `through:` that makes {made}",
+            f"name a function under `through:` that makes {result}",
         )
     if not isinstance(type_, OptionalOf):
         cancels = binding.part == "goal" and commanded
         none = "cancels the goal" if cancels else "is what there is before the first"
         return MessageTypeMismatch(
-            "E0521",
             f"{type_} has no None, which {none}",
             f'make it an "optional[{type_}]"',
         )
     return MessagePart("scalar" if is_given_back else "message")
-
-
-def _part_of_tf(binding: Binding, type_: Type) -> MessagePart | MessageTypeMismatch:
-    wanted = Pose(*binding.tf)
-    if type_ == wanted:
-        return MessagePart("transform", frame="from", child="to")
-    return MessageTypeMismatch(
-        "E0521",
-        f"{type_} is not the transform from {binding.tf[0]} to {binding.tf[1]}",
-        f'make it "{wanted}", or name the frames that it is between',
-    )
 
 
 def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | MessageTypeMismatch:
@@ -182,14 +166,19 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
     if binding.action:
         return _part_of_action(binding, type_, commanded=commanded)
     if binding.tf:
-        return _part_of_tf(binding, type_)
+        wanted = Pose(*binding.tf)
+        if type_ == wanted:
+            return MessagePart("transform", frame="from", child="to")
+        return MessageTypeMismatch(
+            f"{type_} is not the transform from {binding.tf[0]} to {binding.tf[1]}",
+            f'make it "{wanted}", or name the frames that it is between',
+        )
     if binding.through:
         return MessagePart("message")
     message = short(binding.message)
     parts = MESSAGES.get(message)
     if parts is None:
         return MessageTypeMismatch(
-            "E0521",
             f"no value is known to stand in messages of type {message}",
             "name a function under `through:` that makes the value of a message"
             if not commanded
@@ -197,32 +186,23 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
         )
     fitting = [p for p in parts if _carries(p, message, type_) and (p.sent or not commanded)]
     if not fitting:
-        return _unfit(message, type_, commanded=commanded)
+        verb = "sent as" if commanded else "read from"
+        return MessageTypeMismatch(
+            f"{type_} is not {verb} messages of type {message}",
+            f"make it {_wanted(message)}, or name a function under `through:` that converts",
+        )
     unit = type_.units[0] if len(type_.units) == 1 else None
     for part in fitting:
         if part.unit is None or unit is None or part.unit == unit:
             return part
-    return _another_unit(message, fitting, unit or DIMENSIONLESS)
-
-
-def _unfit(message: str, type_: Type, *, commanded: bool) -> MessageTypeMismatch:
-    verb = "sent as" if commanded else "read from"
-    return MessageTypeMismatch(
-        "E0521",
-        f"{type_} is not {verb} messages of type {message}",
-        f"make it {_wanted(message)}, or name a function under `through:` that converts",
-    )
-
-
-def _another_unit(message: str, parts: list[MessagePart], unit: Unit) -> MessageTypeMismatch:
     units: dict[str, list[str]] = {}
-    for part in parts:
-        units.setdefault(part.path, []).append(str(part.unit))
+    for each in fitting:
+        units.setdefault(each.path, []).append(str(each.unit))
     known = [f"{path} in {' or '.join(each)}".strip() for path, each in units.items()]
     return MessageTypeMismatch(
-        "E0511",
-        f"numbers in {unit} are not those of {message}: it has {', '.join(known)}",
+        f"numbers in {unit or DIMENSIONLESS} are not those of {message}: it has {', '.join(known)}",
         "give the element the unit of REP 103, or name a function under `through:` that converts",
+        "E0511",
     )
 
 
@@ -240,7 +220,7 @@ def scalar(message: str) -> str:
     return "Float64" if name in (*_FLOATS, "Range") else "Int64"
 
 
-_SAID = {
+_WORDS = {
     "vector": "a vector of reals",
     "tuple": "a vector of ints",
     "joints": "a vector with one real for each joint",
@@ -253,7 +233,7 @@ _SAID = {
     "image": "an `image[height, width, 3]`",
     "depth": "an `image[height, width, 1]`, in metres",
 }
-_SAID_OF = {
+_WORDS_OF_SCALARS = {
     "String": "a text or an enum",
     "Bool": "a bool",
     "Int64": "an int",
@@ -263,9 +243,9 @@ _SAID_OF = {
 
 def _wanted(message: str) -> str:
     """Types that go with messages, in words."""
-    alone = _SAID_OF[scalar(message)]
-    said = [_SAID.get(part.shape, alone) for part in MESSAGES[message]]
-    return " or ".join(dict.fromkeys(said))
+    of_scalar = _WORDS_OF_SCALARS[scalar(message)]
+    words = [_WORDS.get(part.shape, of_scalar) for part in MESSAGES[message]]
+    return " or ".join(dict.fromkeys(words))
 
 
 # Coordinate frames: which fields have to hold which frame.
@@ -306,7 +286,7 @@ class PublishedValue:
         return "~/" + "/".join(re.sub("_+", "_", word).strip("_") for word in self.name.split("."))
 
 
-def watched(published: Published, system: System) -> PublishedValue | MessageTypeMismatch:
+def published_value(published: Published, system: System) -> PublishedValue | MessageTypeMismatch:
     """What a name stands for, or why nobody can watch it."""
     subsystems = {part.qualified_name: part for part in system.subsystems}
     name = published.name
@@ -333,7 +313,7 @@ def _unknown(kind: str, name: str, known: tuple[str, ...]) -> MessageTypeMismatc
     close = nearest(name, known)
     listed = ", ".join(f"`{one}`" for one in (close or known)[:6])
     help = f"did you mean {listed}?" if close else f"there are {listed}" if listed else "delete it"
-    return MessageTypeMismatch("E0523", f"there is no {kind} `{name}` to publish", help)
+    return MessageTypeMismatch(f"there is no {kind} `{name}` to publish", help, "E0523")
 
 
 def _output(
@@ -343,7 +323,7 @@ def _output(
     found = _message(type_)
     if found is None:
         help = "publish a part of it: send that as an element of its own"
-        return MessageTypeMismatch("E0523", f"{type_} becomes no message that is known", help)
+        return MessageTypeMismatch(f"{type_} becomes no message that is known", help, "E0523")
     return PublishedValue(name, subsystem, peer, element.name, *found, type_)
 
 

@@ -1,4 +1,4 @@
-"""Expressions that are well typed and cannot be meant, for what is known of their numbers.
+"""Expressions that are well typed and surely a mistake, by what is known of their numbers.
 
 Known numbers are those that are written down, also through lets, constants, parameters, and memory
 that nothing writes.
@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Literal
+from typing import Any, Literal
 
-from specc.analysis.failures import Answer, failure, is_asked
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts, texts_of_system
 from specc.lang import ranges
-from specc.lang.bounds import bounded
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of
+from specc.lang.functions import BuiltinFunction
 from specc.lang.ranges import Range
-from specc.lang.row import BuiltinFunction
+from specc.lang.values import SIGNS
+from specc.limits import TooMuchError
 from specc.model.expr import (
     LITERALS,
     Binary,
@@ -47,6 +48,76 @@ from specc.model.units import RADIAN
 from specc.proof import Depths, Numbering
 from specc.source import Place
 
+
+def no_value(error: Exception) -> str:
+    """Why arithmetic has no result."""
+    match error:
+        case TooMuchError():
+            return str(error)
+        case OverflowError():
+            return "it is too large"
+        case ZeroDivisionError():
+            return "it divides by zero"
+    return "it takes a root of a negative number" if "domain" in str(error) else str(error)
+
+
+def failure(expr: Expr, value: Callable[[Expr], float | None]) -> str:
+    """Why an operation has no result; "" if it may have one.
+
+    `value` gives the number that a part is, None if it is not known.
+    """
+    known = [value(part) for part in children(expr)]
+    match expr:
+        case Binary(op=op) if SIGNS[op].may_fail:
+            compute = SIGNS[op].value
+            if op == "/" and known[0] is None:
+                known[0] = 1.0  # whatever it is, only a divisor of zero fails
+        case Builtin(name=name) if FUNCTIONS[name].may_fail and FUNCTIONS[name].is_foldable:
+            compute = FUNCTIONS[name].value
+        case _:
+            return ""
+    if None in known:
+        return ""
+    try:
+        compute(*known)
+    except (ArithmeticError, ValueError) as error:
+        return no_value(error)
+    return ""
+
+
+Answer = Literal["yes", "no", "some", "settled"]
+"""Whether a condition holds: always, never, at times, or as constants say that are not known."""
+
+
+def is_evaluated(whole: Expr, part: Expr, answer: Callable[[Expr], Answer]) -> bool:
+    """Whether no constant leaves a part of an expression out, and nothing goes over no item."""
+    if whole is part:
+        return True
+    return any(is_evaluated(each, part, answer) for each in evaluated_parts(whole, answer))
+
+
+def evaluated_parts(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[Expr]:
+    """The parts of an expression that some step computes; of "settled" answers nothing is sure."""
+    match whole:
+        case Choice(test=test, then=then, otherwise=otherwise):
+            yield test
+            known = answer(test)
+            if known in ("yes", "some"):
+                yield then
+            if known in ("no", "some"):
+                yield otherwise
+        case Logic(op=op, operands=operands):
+            goes_on = "yes" if op == "and" else "no"
+            for operand in operands:
+                yield operand
+                if answer(operand) not in (goes_on, "some"):
+                    return
+        case Quantifier(over=over):
+            yield over
+        case _:
+            yield from children(whole)
+
+
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
 _ONE = -1
@@ -59,9 +130,9 @@ _WHOLE_TURN = 2 * _ANGLE_OF_ALL
 
 @dataclass(frozen=True, slots=True)
 class SuspiciousExpression:
-    """`expr` in a text cannot be meant because of its parts `because`; `number` is what they are.
+    """`expr` in a text is surely a mistake because of its parts `causes`; `number` is their value.
 
-    `origin` is where the first of these parts was written down; `why` it fails, if it does.
+    `origin` is where the first of these parts was written down; `why` says why it fails.
     """
 
     kind: Literal[
@@ -69,14 +140,14 @@ class SuspiciousExpression:
     ]
     expr: Expr
     text: ExpressionText
-    because: tuple[Expr, ...]
+    causes: tuple[Expr, ...]
     origin: tuple[ExpressionText, Expr]
     number: float = 0.0
     why: str = ""
 
 
 class SuspiciousExpressions:
-    """Finds them in one subsystem, or in the constants of a system."""
+    """Finds them in one subsystem, or in the constants of a system, in one walk."""
 
     def __init__(
         self,
@@ -92,208 +163,156 @@ class SuspiciousExpressions:
         self._named: dict[tuple[type, str], Constant | Let | Memory] = {
             (ConstantRef, constant.name): constant for constant in own
         }
-        writing: list[Assignment] = []
+        every, lets, writing = tuple[ExpressionText, ...](), tuple[Let, ...](), list[Assignment]()
         if isinstance(owner, Subsystem):
+            every, lets = tuple(texts(owner)), owner.lets
             writing = [a for f in owner.functions for a in f.assignments if not a.peer]
             written = {item.name for item in writing}
-            self._named |= {(LetRef, item.name): item for item in owner.lets}
-            self._named |= {
-                (MemoryRef, item.name): item for item in owner.memory if item.name not in written
-            }
+            unwritten = (item for item in owner.memory if item.name not in written)
+            self._named |= {(LetRef, item.name): item for item in lets}
+            self._named |= {(MemoryRef, item.name): item for item in unwritten}
+        else:
+            every = tuple(texts_of_system(owner))
         self._constants = {constant.place for constant in owner.constants}
-        self._lets = {item.place for item in owner.lets} if isinstance(owner, Subsystem) else set()
-        every = texts(owner) if isinstance(owner, Subsystem) else tuple(texts_of_system(owner))
-        asked = (text for text in every if not isinstance(text.expr, LITERALS))
-        found = [m for text in asked for m in self._in(text, text.expr, {})]
-        self.found = tuple(_in_all_copies([*found, *self._unchanged_memory(writing)], every))
-        self._at = {id(part.expr) for part in self.found}
-        self._spoilt: set[str] = set()
-        for item in owner.lets if isinstance(owner, Subsystem) else ():
-            if self.within(item.value):
-                self._spoilt.add(item.name)
+        self._lets = {item.place for item in lets}
+        self._found: list[SuspiciousExpression] = []
+        for text in every:
+            if not isinstance(text.expr, LITERALS):
+                self._visit(text, text.expr, {})
+        for item in writing:
+            memory = MemoryRef(item.name, type=item.value.type)
+            if numbering.number(item.value) == numbering.number(memory):
+                self._add("unchanged", text_of(item), item.value, memory)
+        self.all = tuple(_in_all_copies(self._found, every))
+        self._at = {id(part.expr) for part in self.all}
+        self._lets_with_any: set[str] = set()
+        for let in lets:
+            if self.is_in(let.value):
+                self._lets_with_any.add(let.name)
 
-    def within(self, expr: Expr) -> bool:
+    def is_in(self, expr: Expr) -> bool:
         """Whether an expression has one, itself or in a let."""
         return bool(self._at) and any(
-            id(node) in self._at or (isinstance(node, LetRef) and node.name in self._spoilt)
+            id(node) in self._at or (isinstance(node, LetRef) and node.name in self._lets_with_any)
             for node in walk(expr)
         )
 
-    def _in(
-        self, text: ExpressionText, expr: Expr, bound: Depths
-    ) -> Iterator[SuspiciousExpression]:
+    def varies(self, expr: Expr) -> bool:
+        """Whether an expression is known, and depends on more than constants."""
+        on = self._dependences.of(expr)
+        written = any((MemoryRef, name) not in self._named for name in on.memory)
+        return not has_unknown(expr) and (written or not on.is_stable)
+
+    def _add(
+        self,
+        kind: Any,
+        text: ExpressionText,
+        expr: Expr,
+        *causes: Expr,
+        origin: tuple[ExpressionText, Expr] | None = None,
+        number: float = 0.0,
+        why: str = "",
+    ) -> None:
+        origin = origin or (text, expr)
+        self._found.append(SuspiciousExpression(kind, expr, text, causes, origin, number, why))
+
+    def _visit(self, text: ExpressionText, expr: Expr, bound: Depths) -> None:
         if isinstance(expr, Builtin):
-            yield from self._of_call(text, expr, FUNCTIONS[expr.name])
+            self._check_call(text, expr, FUNCTIONS[expr.name])
         if isinstance(expr, Compare):
-            yield from self._difference(text, expr)
-        if (why := failure(expr, self._value)) and self._is_surely_asked(text, expr):
-            yield SuspiciousExpression("fails", expr, text, (expr,), (text, expr), why=why)
-        yield from self._itself(text, expr, bound)
+            self._check_difference(text, expr)
+        if (why := failure(expr, self._value)) and self._is_surely_evaluated(text, expr):
+            self._add("fails", text, expr, expr, why=why)
+        self._check_itself(text, expr, bound)
         for child in children(expr):
             inside = bound
             if isinstance(expr, Quantifier) and child is expr.body:
                 inside = {**bound, expr.variable: len(bound)}
-            yield from self._in(text, child, inside)
+            self._visit(text, child, inside)
 
-    def _of_call(
-        self, text: ExpressionText, call: Builtin, function: BuiltinFunction
-    ) -> Iterator[SuspiciousExpression]:
+    # Calls.
+
+    def _check_call(self, text: ExpressionText, call: Builtin, function: BuiltinFunction) -> None:
         if function.compares:
-            yield from self._tolerances(text, call, call.args[2:])
+            self._check_tolerances(text, call)
         if function.direction is not None:
-            yield from self._quaternion(text, call, call.args[function.direction])
-        if function.picks:
-            yield from self._clamp(text, call) or self._computed_clamp(text, call)
+            quaternion = call.args[function.direction]
+            origin = self._origin(text, quaternion)
+            items = origin[1].items if isinstance(origin[1], Items) else ()
+            parts = [part for item in items if (part := self._value(item)) is not None]
+            length = math.hypot(*parts)
+            if len(parts) == 4 and not abs(length - 1) <= UNIT_LENGTH_WITHIN:
+                self._add("quaternion", text, call, quaternion, origin=origin, number=length)
+        if function.picks and not self._check_clamp(text, call):
+            self._check_computed_clamp(text, call)
         if function.limits is not None:
-            yield from self._crossed(text, call, function.limits)
+            low, high = (call.args[place] for place in function.limits)
+            if self._exceeds(low, high):  # `clamp(a, 2, 1)` is 1
+                value = self._value(high)
+                origin = (text, call) if value is None else self._origin(text, high)
+                self._add("bounds", text, call, high, low, origin=origin, number=value or 0.0)
         if function.neutral is not None:
-            place, value, _ = function.neutral
-            if self._value(call.args[place]) == value:
-                yield SuspiciousExpression("unchanged", call, text, call.args[:1], (text, call))
+            place, neutral, _ = function.neutral
+            if self._value(call.args[place]) == neutral:
+                self._add("unchanged", text, call, *call.args[:1])
 
-    def _is_surely_asked(self, text: ExpressionText, part: Expr) -> bool:
-        """Whether no constant decides that a part of a text is left out.
-
-        Constants without a value, also those that stand in a text by name, are told of elsewhere. A
-        let may be asked for in a branch.
-        """
-        begin, end = part.span
-        by_name = any(each.span[0] < begin or each.span[1] > end for each in children(part))
-        if text.part in self._constants or by_name:
-            return False
-        if text.part in self._lets:
-            return not self._rests_on_constants(part)
-        return is_asked(text.expr, part, self._answer)
-
-    def _rests_on_constants(self, expr: Expr) -> bool:
-        """Also through lets, and on memory that nothing writes."""
-        on = self._dependences.of(expr)
-        return bool(on.constants) or any((MemoryRef, name) in self._named for name in on.memory)
-
-    def _answer(self, test: Expr) -> Answer:
-        """Whether a condition holds, as far as constants decide it."""
-        value = self._numbering.constant_value(self._numbering.number(test))
-        least, greatest = bounded(test, self._known)
-        if isinstance(value, bool) or least == greatest:
-            return "yes" if (value if isinstance(value, bool) else least) else "no"
-        return "settled" if self._rests_on_constants(test) else "some"
-
-    def _unchanged_memory(self, writing: Iterable[Assignment]) -> Iterator[SuspiciousExpression]:
-        """Memory that is given the value that it has."""
-        number = self._numbering.number
-        for item in writing:
-            value, memory = item.value, MemoryRef(item.name, type=item.value.type)
-            if number(value) == number(memory):
-                text = text_of(item)
-                yield SuspiciousExpression("unchanged", value, text, (memory,), (text, value))
-
-    def _tolerances(
-        self, text: ExpressionText, near: Builtin, limits: tuple[Expr, ...]
-    ) -> Iterator[SuspiciousExpression]:
-        for limit, is_angle in zip(limits, (False, True), strict=False):
+    def _check_tolerances(self, text: ExpressionText, near: Builtin) -> None:
+        for limit, is_angle in zip(near.args[2:], (False, True), strict=False):
             value = self._value(limit)
-            if value is not None and value <= 0:
-                yield SuspiciousExpression(
-                    "tolerance", near, text, (limit,), self._origin(text, limit), value
-                )
-            elif value is not None and is_angle and value >= _ANGLE_OF_ALL:
-                yield SuspiciousExpression(
-                    "angle", near, text, (limit,), self._origin(text, limit), value
-                )
+            kind = "tolerance" if value is not None and value <= 0 else "angle" if is_angle else ""
+            if value is not None and kind and (value <= 0 or value >= _ANGLE_OF_ALL):
+                self._add(kind, text, near, limit, origin=self._origin(text, limit), number=value)
             elif not is_angle:
-                yield from self._turn(text, near, near.args[0], limit)
+                self._check_turn(text, near, near.args[0], limit)
 
-    def _turn(
-        self, text: ExpressionText, asked: Expr, compared: Expr, limit: Expr
-    ) -> Iterator[SuspiciousExpression]:
+    def _check_turn(
+        self, text: ExpressionText, comparison: Expr, compared: Expr, limit: Expr
+    ) -> None:
         """A difference of angles that is compared with a whole turn or more."""
         value, of = self._value(limit), compared.type
         unit = of.element if isinstance(of, Vector) else of
         is_angle = isinstance(unit, Real) and unit.unit == RADIAN
         if is_angle and value is not None and value >= _WHOLE_TURN:
-            yield SuspiciousExpression(
-                "turn", asked, text, (limit,), self._origin(text, limit), value
+            self._add(
+                "turn", text, comparison, limit, origin=self._origin(text, limit), number=value
             )
 
-    def _difference(self, text: ExpressionText, asked: Compare) -> Iterator[SuspiciousExpression]:
-        """`abs(a - b) < 360[deg]`, or of a component of a difference."""
-        through = self._numbering.resolve
-        for side, limit in ((asked.left, asked.right), (asked.right, asked.left)):
-            size = through(side)
-            if isinstance(size, Builtin) and FUNCTIONS[size.name].is_size:
-                difference = through(size.args[0])
-                if isinstance(difference, Component):
-                    difference = through(difference.value)
-                if isinstance(difference, Binary) and difference.op == "-":
-                    yield from self._turn(text, asked, difference, limit)
-
-    def _quaternion(
-        self, text: ExpressionText, pose: Expr, quaternion: Expr
-    ) -> Iterator[SuspiciousExpression]:
-        origin = self._origin(text, quaternion)
-        if not isinstance(origin[1], Items):
-            return
-        parts = [part for item in origin[1].items if (part := self._value(item)) is not None]
-        length = math.hypot(*parts)
-        if len(parts) == 4 and not abs(length - 1) <= UNIT_LENGTH_WITHIN:
-            yield SuspiciousExpression("quaternion", pose, text, (quaternion,), origin, length)
-
-    def _clamp(self, text: ExpressionText, outer: Builtin) -> list[SuspiciousExpression]:
+    def _check_clamp(self, text: ExpressionText, outer: Builtin) -> bool:
         """`min(max(a, 2), 1)` is 1, and `max(min(a, 1), 2)` is 2."""
         known = [(value, arg) for arg in outer.args if (value := self._value(arg)) is not None]
         if not known:
-            return []
+            return False
         is_least = _picks(outer) < 0
         tightest = min if is_least else max
         value, limit = tightest(known, key=lambda pair: pair[0])
         for inner in outer.args:
-            whole = self._origin(text, inner)[1]
-            if _picks(whole) != -_picks(outer):
+            clamped = self._origin(text, inner)[1]
+            if _picks(clamped) != -_picks(outer) or self._value(inner) is not None:
                 continue
-            if self._value(inner) is not None:
-                continue
-            least, most = bounded(whole, self._known)
+            least, most = range_of(clamped, self._known)
             if least > value if is_least else most < value:
-                because = limit, inner
-                return [
-                    SuspiciousExpression(
-                        "bounds", outer, text, because, self._origin(text, limit), value
-                    )
-                ]
-        return []
+                origin = self._origin(text, limit)
+                self._add("bounds", text, outer, limit, inner, origin=origin, number=value)
+                return True
+        return False
 
-    def _crossed(
-        self, text: ExpressionText, call: Builtin, limits: tuple[int, int]
-    ) -> Iterator[SuspiciousExpression]:
-        """`clamp(a, 2, 1)` is 1."""
-        low, high = (call.args[place] for place in limits)
-        if self._exceeds(low, high):
-            value = self._value(high)
-            origin = (text, call) if value is None else self._origin(text, high)
-            yield SuspiciousExpression("bounds", call, text, (high, low), origin, value or 0.0)
-
-    def _computed_clamp(self, text: ExpressionText, outer: Builtin) -> list[SuspiciousExpression]:
+    def _check_computed_clamp(self, text: ExpressionText, outer: Builtin) -> None:
         """`min(max(a, b + 1), b)` is b."""
-        sign = -_picks(outer)
         for inner in outer.args:
             if not isinstance(inner, Builtin) or _picks(inner) != -_picks(outer):
                 continue
             for limit, other in product(outer.args, inner.args):
-                if limit is inner:
-                    continue
-                lower, upper = (other, limit) if sign > 0 else (limit, other)
-                if self._exceeds(lower, upper):
-                    return [
-                        SuspiciousExpression("bounds", outer, text, (limit, other), (text, outer))
-                    ]
-        return []
+                lower, upper = (other, limit) if _picks(outer) < 0 else (limit, other)
+                if limit is not inner and self._exceeds(lower, upper):
+                    self._add("bounds", text, outer, limit, other)
+                    return
 
     def _exceeds(self, one: Expr, other: Expr) -> bool:
         """Whether an expression is surely greater than another one, by the same each time."""
-        apart = self._sum(one, 1)
+        difference = self._sum(one, 1)
         for part, times in self._sum(other, -1).items():
-            apart[part] = apart.get(part, 0.0) + times
-        left = {part: times for part, times in apart.items() if abs(times) > _ROUNDING}
+            difference[part] = difference.get(part, 0.0) + times
+        left = {part: times for part, times in difference.items() if abs(times) > _ROUNDING}
         return left.keys() == {_ONE} and left[_ONE] > 0
 
     def _sum(self, expr: Expr, times: float) -> dict[int, float]:
@@ -316,17 +335,25 @@ class SuspiciousExpressions:
                 return self._sum(left, times / value)
         return {self._numbering.number(expr): times}
 
-    def _known(self, expr: Expr) -> Range | None:
-        value = self._value(expr)
-        return None if value is None else ranges.of_value(value)
+    # Parts that are the same, and operations that have no result.
 
-    def _itself(
-        self, text: ExpressionText, expr: Expr, bound: Depths
-    ) -> Iterator[SuspiciousExpression]:
+    def _check_difference(self, text: ExpressionText, comparison: Compare) -> None:
+        """`abs(a - b) < 360[deg]`, or of a component of a difference."""
+        through, left, right = self._numbering.resolve, comparison.left, comparison.right
+        for side, limit in ((left, right), (right, left)):
+            size = through(side)
+            if isinstance(size, Builtin) and FUNCTIONS[size.name].is_size:
+                difference = through(size.args[0])
+                if isinstance(difference, Component):
+                    difference = through(difference.value)
+                if isinstance(difference, Binary) and difference.op == "-":
+                    self._check_turn(text, comparison, difference, limit)
+
+    def _check_itself(self, text: ExpressionText, expr: Expr, bound: Depths) -> None:
         match expr:
             case Compare(left=left, right=right) | Binary(op="-" | "/", left=left, right=right):
                 pairs = [(left, right)]
-            case Builtin(name=name, args=args) if FUNCTIONS[name].alike:
+            case Builtin(name=name, args=args) if FUNCTIONS[name].same_arguments:
                 compared = args[:2] if FUNCTIONS[name].compares else args
                 pairs = list(self._alike(compared, bound))
             case Logic(operands=args):
@@ -341,8 +368,39 @@ class SuspiciousExpressions:
             written_alike = isinstance(expr, Choice) and one == other and not has_unknown(one)
             if written_alike or self._same(one, other, bound):
                 at = other if isinstance(expr, Logic) else expr
-                yield SuspiciousExpression("itself", expr, text, (one, other), (text, at))
+                self._add("itself", text, expr, one, other, origin=(text, at))
                 return
+
+    def _known(self, expr: Expr) -> Range | None:
+        value = self._value(expr)
+        return None if value is None else ranges.range_of_value(value)
+
+    def _is_surely_evaluated(self, text: ExpressionText, part: Expr) -> bool:
+        """Whether no constant decides that a part of a text is left out.
+
+        Constants without a value, also those that stand in a text by name, are told of elsewhere. A
+        let may be asked for in a branch.
+        """
+        begin, end = part.span
+        by_name = any(each.span[0] < begin or each.span[1] > end for each in children(part))
+        if text.part in self._constants or by_name:
+            return False
+        if text.part in self._lets:
+            return not self._rests_on_constants(part)
+        return is_evaluated(text.expr, part, self._answer)
+
+    def _rests_on_constants(self, expr: Expr) -> bool:
+        """Also through lets, and on memory that nothing writes."""
+        on = self._dependences.of(expr)
+        return bool(on.constants) or any((MemoryRef, name) in self._named for name in on.memory)
+
+    def _answer(self, test: Expr) -> Answer:
+        """Whether a condition holds, as far as constants decide it."""
+        value = self._numbering.constant_value(self._numbering.number(test))
+        least, greatest = range_of(test, self._known)
+        if isinstance(value, bool) or least == greatest:
+            return "yes" if (value if isinstance(value, bool) else least) else "no"
+        return "settled" if self._rests_on_constants(test) else "some"
 
     def _alike(self, args: tuple[Expr, ...], bound: Depths) -> Iterator[tuple[Expr, Expr]]:
         """Arguments that have one value, each with the first of them."""
@@ -356,13 +414,10 @@ class SuspiciousExpressions:
         """Whether two expressions have one value, and not by what constants happen to be."""
         if self._numbering.number(one, bound) != self._numbering.number(other, bound):
             return False
-        return self.varies(one) or (one == other and _refers(one))
-
-    def varies(self, expr: Expr) -> bool:
-        """Whether an expression is known, and depends on more than constants."""
-        on = self._dependences.of(expr)
-        written = any((MemoryRef, name) not in self._named for name in on.memory)
-        return not has_unknown(expr) and (written or not on.lasts)
+        return self.varies(one) or (
+            one == other
+            and any(isinstance(node, (ConstantRef, MemoryRef, LetRef)) for node in walk(one))
+        )
 
     def _value(self, expr: Expr) -> float | None:
         if isinstance(expr, MemoryRef) and (named := self._named.get((MemoryRef, expr.name))):
@@ -404,7 +459,3 @@ def _written(text: ExpressionText, node: Expr) -> tuple[Place, str, Offsets, typ
 def _picks(expr: Expr) -> int:
     """-1 for the least of some numbers, 1 for the greatest, 0 for what is neither."""
     return FUNCTIONS[expr.name].picks if isinstance(expr, Builtin) else 0
-
-
-def _refers(expr: Expr) -> bool:
-    return any(isinstance(node, (ConstantRef, MemoryRef, LetRef)) for node in walk(expr))

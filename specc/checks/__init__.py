@@ -1,29 +1,21 @@
-"""What is checked of a resolved system, by subject: a module knows its own checks."""
+"""The checks of a resolved system: one list, top to bottom."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from types import ModuleType
 
 from specc.analysis import Facts
-from specc.answers import AnswerCache
 from specc.checks import (
     assumptions,
     bindings,
-    budgets,
-    commands,
-    constancy,
-    counters,
+    conditions,
     disturbances,
-    duplicates,
-    ends,
     expressions,
     formulas,
     holding,
-    joint_order,
+    memory,
     plant,
-    poses,
     presence,
     python,
     rows,
@@ -33,49 +25,111 @@ from specc.checks import (
     timing,
     topics,
     usage,
-    waiting,
 )
-from specc.diagnostics import Diagnostic, stops
+from specc.diagnostics import Diagnostic, blocks
 from specc.limits import is_used_up
 from specc.model.system import System
 from specc.source import Place
 
 CheckFunction = Callable[[Facts], Iterator[Diagnostic]]
 
-SUBJECTS: tuple[ModuleType, ...] = (
-    structure,
-    ends,
-    timing,
-    budgets,
-    plant,
-    bindings,
-    joint_order,
-    poses,
-    commands,
-    topics,
-    scenes,
-    disturbances,
-    expressions,
-    rows,
-    constancy,
-    counters,
-    duplicates,
-    formulas,
-    holding,
-    states,
-    assumptions,
-    presence,
-    python,
-    usage,
-    waiting,
+CHECKS: tuple[CheckFunction, ...] = (
+    structure.subsystems_distinct,
+    structure.devices_owned,
+    structure.devices_used,
+    structure.agent_kind,
+    structure.buffers_match,
+    structure.one_buffer_each,
+    timing.rates_meet,
+    timing.ticks_stepped,
+    timing.readers_fast_enough,
+    timing.ages_bounded,
+    timing.sensors_in_time,
+    timing.budgets_fit,
+    timing.silences_are_borne,
+    plant.model_readable,
+    plant.bindings_known,
+    plant.records_made,
+    plant.devices_simulated,
+    plant.devices_bound,
+    plant.sizes_match,
+    plant.actuators_driven_once,
+    plant.effectors_measured_apart,
+    plant.sensors_read_once,
+    bindings.bindings_fit,
+    bindings.model_names_known,
+    bindings.bindings_agree,
+    bindings.distances_bounded,
+    bindings.noise_fits,
+    bindings.joints_like_actuators,
+    bindings.elements_in_one_order,
+    bindings.poses_measured,
+    bindings.quaternions_ordered,
+    plant.commands_obeyed,
+    topics.topics_fit,
+    topics.messages_fit,
+    topics.joints_counted,
+    topics.frames_named,
+    topics.goals_given_back,
+    topics.published_known,
+    scenes.starts_fit,
+    scenes.disturbances_fit,
+    scenes.silences_fit,
+    disturbances.draws_vary,
+    disturbances.disturbances_do,
+    disturbances.repetitions_are_apart,
+    disturbances.disturbances_last_ticks,
+    disturbances.disturbances_differ,
+    disturbances.errors_fit,
+    expressions.constants_have_values,
+    expressions.lateness_of_subsystems,
+    expressions.expressions_meant,
+    expressions.names_distinct,
+    expressions.one_writer,
+    rows.rows_complete,
+    rows.rows_exclusive,
+    rows.causes_have_rows,
+    rows.rows_can_apply,
+    rows.rows_proved,
+    conditions.conditions_vary,
+    conditions.conditions_in_time,
+    conditions.conditions_differ,
+    memory.lists_end,
+    formulas.formulas_vary,
+    formulas.names_say_more,
+    formulas.windows_reach,
+    formulas.requirements_differ,
+    states.states_end,
+    states.states_reached,
+    states.states_left,
+    assumptions.axioms_consistent,
+    assumptions.axioms_needed,
+    assumptions.axioms_hold,
+    presence.inputs_present,
+    presence.values_there,
+    python.names_defined,
+    usage.parts_used,
 )
-"""Modules of checks, each with a tuple `CHECKS` or `USES` at its end."""
+"""All checks, in the order in which they run."""
 
-CHECKS: tuple[CheckFunction, ...] = tuple(
-    c for each in SUBJECTS for c in getattr(each, "CHECKS", ())
+USES: tuple[CheckFunction, ...] = (
+    timing.ages_known,
+    timing.ages_limited,
+    timing.rates_divide,
+    timing.values_cross,
+    conditions.memory_is_written,
+    memory.counters_set_back,
+    holding.commands_sent,
+    holding.held_outputs_sent,
+    usage.definitions_used,
+    usage.observed_used,
+    usage.formula_lets_used,
+    usage.elements_read,
+    usage.elements_written,
+    usage.members_heard,
+    usage.memory_read,
+    states.waits_end,
 )
-
-USES: tuple[CheckFunction, ...] = tuple(c for each in SUBJECTS for c in getattr(each, "USES", ()))
 """Unused parts are reported only when nothing is wrong: parts with errors use nothing."""
 
 
@@ -85,43 +139,38 @@ def run_checks(
     faulty: frozenset[str] = frozenset(),
     *,
     sound: bool = True,
-    kept: AnswerCache | None = None,
 ) -> tuple[list[Diagnostic], Facts]:
     """All findings about a system, and what was found out on the way.
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
-    anything else was wrong before. `kept` is what an earlier analysis found out. Nothing is found
-    of a system that is refused for its size, which the caller reports: the rest was not read.
+    anything else was wrong before. Nothing is found of a system that is refused for its size,
+    which the caller reports: the rest was not read.
     """
-    facts = Facts(system, broken, faulty, kept)
+    facts = Facts(system, broken, faulty)
     if is_used_up("parts"):
         return [], facts
     found = [finding for check in CHECKS for finding in check(facts)]
     sound = sound and not broken and not faulty
-    if sound and not any(stops(finding.code, "build") for finding in found):
+    if sound and not any(blocks(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
-    found = _in_all_uses(found, facts)
+    found = _dead_in_all_uses(found, facts)
     return found, facts
 
 
 _OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
 
 
-def _in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
+def _dead_in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
     """The findings, of dead parts only those that are dead in all uses of a description.
 
     A row that one value of a parameter excludes is there for the other values.
     """
-    told = Counter(_said(finding) for finding in found if finding.code in _OF_DEAD_PARTS)
+    keys = [(finding.code, finding.primary, finding.message) for finding in found]
+    dead = Counter(key for key in keys if key[0] in _OF_DEAD_PARTS)
     uses: Counter[Place] = Counter()
-    for machine in facts.machines if told else ():
-        subsystem = machine.subsystem
-        uses.update({state.place for state in subsystem.states})
-        uses.update({row.place for row in subsystem.transitions})
-    alive = {said for said, count in told.items() if count < uses[said[1]]}
-    return [finding for finding in found if _said(finding) not in alive]
-
-
-def _said(finding: Diagnostic) -> tuple[str, Place, str]:
-    return finding.code, finding.primary, finding.message
+    for machine in facts.machines if dead else ():
+        uses.update({state.place for state in machine.subsystem.states})
+        uses.update({row.place for row in machine.subsystem.transitions})
+    pairs = zip(found, keys, strict=True)
+    return [finding for finding, key in pairs if key not in dead or dead[key] >= uses[key[1]]]

@@ -10,7 +10,6 @@ from specc.analysis.graph import CAUSES
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import spend
 from specc.model.fsm import Cause
-from specc.source import Place
 
 # The assumptions of a subsystem can all be true; contradictions would prove anything.
 
@@ -36,94 +35,71 @@ def axioms_consistent(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def axioms_needed(facts: Facts) -> Iterator[Diagnostic]:
-    """W0610; assumptions that concern wrong rows are not judged before these are correct."""
+    """W0610; assumptions that concern wrong rows are not reported before these are correct."""
+    check = facts.assumption_checker.check_assumption
     for machine in facts.machines:
-        proved = _proved(facts, machine) if machine.subsystem.axioms else ()
-        yield from (d for d in machine.results_of(_useless) if d.primary not in proved)
-
-
-def _proved(facts: Facts, machine: Machine) -> frozenset[Place]:
-    """Where assumptions stand that follow from what is sent."""
-    axioms = machine.subsystem.axioms
-    return frozenset(
-        a.place
-        for a in axioms
-        if facts.assumption_checker.check_assumption(machine, a).grounds == "proved"
-    )
+        axioms = machine.subsystem.axioms
+        proved = {a.place for a in axioms if check(machine, a).grounds == "proved"}
+        yield from (d for d in _unneeded(machine) if d.primary not in proved)
 
 
 # No sender sends what an assumption excludes.
 
 
-def axioms_kept(facts: Facts) -> Iterator[Diagnostic]:
+def axioms_hold(facts: Facts) -> Iterator[Diagnostic]:
     """W0619; only what is sent in one period of a sender is looked at."""
     for machine in facts.complete_machines:
         for axiom in machine.subsystem.axioms:
-            judged = facts.assumption_checker.check_assumption(machine, axiom)
-            if judged.grounds == "broken" and judged.state:
+            verdict = facts.assumption_checker.check_assumption(machine, axiom)
+            if verdict.grounds == "broken" and verdict.state:
                 yield Diagnostic(
                     "W0619",
-                    f"state `{judged.state.name}` of the sender breaks this assumption",
+                    f"state `{verdict.state.name}` of the sender breaks this assumption",
                     axiom.place,
-                    related=(Related(judged.state.place, "what it sends arrives together"),),
+                    related=(Related(verdict.state.place, "what it sends arrives together"),),
                     help="send it in different behaviours, or weaken the assumption",
                 )
-            elif judged.slower:
-                name = judged.slower.qualified_name
-                rates = [float(s.rate_hz) for s in (judged.slower, machine.subsystem)]
+            elif verdict.slower:
+                name = verdict.slower.qualified_name
+                rates = [float(s.rate_hz) for s in (verdict.slower, machine.subsystem)]
                 yield Diagnostic(
                     "W0619",
                     f"nothing arrives from `{name}` in some periods, which breaks this assumption",
                     axiom.place,
                     related=(
-                        Related(judged.slower.place, "{:g} Hz, its reader {:g} Hz".format(*rates)),
+                        Related(verdict.slower.place, "{:g} Hz, its reader {:g} Hz".format(*rates)),
                     ),
                     help="weaken the assumption, or let the sender be as fast as its reader",
                 )
 
 
-def _useless(machine: Machine) -> Iterator[Diagnostic]:
-    judged = machine.is_legible and not machine.dead_ends and machine.conditions_vary
+def _unneeded(machine: Machine) -> Iterator[Diagnostic]:
     axioms, states = machine.subsystem.axioms, machine.subsystem.states
-    wrong = list(_wrong(machine)) if judged and axioms else []
-    for index, axiom in enumerate(axioms if judged else ()):
+    if not machine.has_known_conditions or machine.dead_ends or not machine.conditions_vary:
+        return
+    every = [(state.name, cause) for state in states for cause in CAUSES] if axioms else []
+    wrong = []  # their rows have to be corrected, and may be too few
+    for each in every:
+        rows, decision = machine.verdict(*each).rows, machine.verdict(*each).decision
+        if decision.gap or decision.overlap or (decision.possible and not rows):
+            wrong.append(each)
+    for index, axiom in enumerate(axioms):
         # Each question looks at all assumptions, for each state and cause.
         if not spend("proof", 10 * len(axioms) * len(states)):
             return
-        if not _is_needed(machine, index) and not any(
-            _is_about(machine, state, cause, index) for state, cause in wrong
-        ):
+        is_needed = any(
+            _decided(machine, *each, None) != _decided(machine, *each, index) for each in every
+        ) or any(
+            not machine.subsystem.rows(*each) or machine.prover.is_related(*each, index)
+            for each in wrong
+        )
+        if not is_needed:
             yield Diagnostic(
                 "W0610",
                 "nothing is proved with the help of this assumption",
                 axiom.place,
                 help="delete it",
             )
-
-
-def _wrong(machine: Machine) -> Iterator[tuple[str, Cause]]:
-    """The states and causes whose rows have to be mended."""
-    for state in machine.subsystem.states:
-        for cause in CAUSES:
-            verdict = machine.verdict(state.name, cause)
-            decision = verdict.decision
-            if decision.gap or decision.overlap or (decision.possible and not verdict.rows):
-                yield state.name, cause
-
-
-def _is_about(machine: Machine, state: str, cause: Cause, index: int) -> bool:
-    """Whether the axiom has to do with the rows of a state and cause, which may be too few."""
-    rows = machine.subsystem.rows(state, cause)
-    return not rows or machine.prover.is_related(state, cause, index)
-
-
-def _is_needed(machine: Machine, index: int) -> bool:
-    """Whether something about a state and cause would be decided otherwise without the axiom."""
-    return any(
-        _decided(machine, state.name, cause, None) != _decided(machine, state.name, cause, index)
-        for state in machine.subsystem.states
-        for cause in CAUSES
-    )
 
 
 def _decided(machine: Machine, state: str, cause: Cause, without: int | None) -> tuple[object, ...]:
@@ -137,6 +113,3 @@ def _decided(machine: Machine, state: str, cause: Cause, without: int | None) ->
     several = after.overlap.holding if after.overlap else ()
     found = after.proved, after.gap is None, several, after.possible, after.satisfiable
     return before.ensures, found
-
-
-CHECKS = (axioms_consistent, axioms_needed, axioms_kept)

@@ -11,11 +11,11 @@ from math import ceil, inf
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, raw_numbers
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import counted, ms
+from specc.diagnostics.phrases import counted, in_ms
 from specc.mjcf import Model
-from specc.model.task import VERBS, Deed, Disturbance, Draw, Verb
+from specc.model.task import VERBS, Disturbance, DisturbanceAction, Draw, Verb
 from specc.model.units import Unit
-from specc.resolve.context import suggestion
+from specc.resolve.context import suggest
 from specc.source import Place
 
 _CODE = "W0519"
@@ -36,9 +36,9 @@ def draws_vary(facts: Facts) -> Iterator[Diagnostic]:
 
 def _varies(draw: Draw) -> Iterator[Diagnostic]:
     values = [value for value, _ in draw.values]
-    if draw.between and values[0] == values[1]:
+    if draw.is_range and values[0] == values[1]:
         message, help = f"`{draw.name}` is between two equal numbers", "write the number alone"
-    elif not draw.between and len(draw.texts) > 1 and len(set(values)) < len(values):
+    elif not draw.is_range and len(draw.texts) > 1 and len(set(values)) < len(values):
         message, help = f"`{draw.name}` is one of several, of which two are equal", "name each once"
     else:
         return
@@ -52,61 +52,57 @@ def disturbances_do(facts: Facts) -> Iterator[Diagnostic]:
     """W0519."""
     task = facts.system.task
     for each in task.disturbances if task else ():
-        yield from _idle(each)
-        yield from _repeated(each)
-        done = {(deed.verb, deed.name): deed for deed in each.deeds}
-        for verb, deed in each.of():
+        if each.duration and _is(each.duration, 0):
+            place = replace(each.duration.place, part="value")
+            help = "say for how long, or leave `lasts` out: it lasts to the end then"
+            yield Diagnostic(_CODE, "this disturbance lasts no time", place, help=help)
+        if each.probability and _is(each.probability, 0):
+            place = replace(each.probability.place, part="value")
+            help = "say how probable it is, or leave the disturbance out"
+            yield Diagnostic(_CODE, "this disturbance never happens", place, help=help)
+        first: dict[tuple[str, str], Place] = {}
+        for how, done_to in each.actions_on():
+            if (
+                earlier := first.setdefault((how.name, done_to.name), done_to.place)
+            ) is not done_to.place:
+                message = f"`{done_to.name}` is {how.participle} twice"
+                related = (Related(earlier, "here already"),)
+                yield Diagnostic(_CODE, message, done_to.place, "", related, "name it once")
+        done = {(deed.verb, deed.name): deed for deed in each.actions}
+        for verb, deed in each.actions_on():
             yield from _in_vain(verb, deed, done)
 
 
-def _idle(each: Disturbance) -> Iterator[Diagnostic]:
-    if each.lasts and _is(each.lasts, 0):
-        place = replace(each.lasts.place, part="value")
-        help = "say for how long, or leave `lasts` out: it lasts to the end then"
-        yield Diagnostic(_CODE, "this disturbance lasts no time", place, help=help)
-    if each.probability and _is(each.probability, 0):
-        place = replace(each.probability.place, part="value")
-        help = "say how probable it is, or leave the disturbance out"
-        yield Diagnostic(_CODE, "this disturbance never happens", place, help=help)
-
-
-_Done = dict[tuple[str, str], Deed]
+_Done = dict[tuple[str, str], DisturbanceAction]
 """By verb and name."""
 
 
-def _in_vain(verb: Verb, deed: Deed, done: _Done) -> Iterator[Diagnostic]:
+def _in_vain(verb: Verb, deed: DisturbanceAction, done: _Done) -> Iterator[Diagnostic]:
     """What changes nothing: by its numbers, or by what else is done to the same at once."""
-    neutral, by, way = verb.nothing or (None, "", "")
+    neutral, by, way = verb.neutral or (None, "", "")
     if deed.numbers and all(_is(draw, neutral) for draw in deed.numbers):
         place = replace(deed.place, part="value") if verb.numbers == "one" else deed.place
-        yield Diagnostic(_CODE, f"`{deed.name}` is {verb.done} {by}", place, help=way)
+        yield Diagnostic(_CODE, f"`{deed.name}` is {verb.participle} {by}", place, help=way)
         return
     for spoils, other in _spoiling(verb, deed, done):
-        message = f"`{deed.name}` is {verb.done} and {spoils.done} at once"
-        related = (Related(other.place, f"{spoils.done} at the same time"),)
+        message = f"`{deed.name}` is {verb.participle} and {spoils.participle} at once"
+        related = (Related(other.place, f"{spoils.participle} at the same time"),)
         help = "leave one of the two out, or let it happen later"
         yield Diagnostic(_CODE, message, deed.place, "", related, help)
         return
 
 
-def _spoiling(verb: Verb, deed: Deed, done: _Done) -> Iterator[tuple[Verb, Deed]]:
+def _spoiling(
+    verb: Verb, deed: DisturbanceAction, done: _Done
+) -> Iterator[tuple[Verb, DisturbanceAction]]:
     """What is done to the same, or to the joint of which it is a coordinate, and spoils it."""
-    for spoils, name in product(verb.spoiled, (deed.name, deed.name.partition(".")[0])):
+    for spoils, name in product(verb.spoiled_by, (deed.name, deed.name.partition(".")[0])):
         if (spoils, name) in done:
             yield VERBS[spoils], done[spoils, name]
 
 
 def _is(draw: Draw, number: float | None) -> bool:
     return all(value == number for value, _ in draw.values)
-
-
-def _repeated(each: Disturbance) -> Iterator[Diagnostic]:
-    first: dict[tuple[str, str], Place] = {}
-    for verb, deed in each.of():
-        if (earlier := first.setdefault((verb.name, deed.name), deed.place)) is not deed.place:
-            message = f"`{deed.name}` is {verb.done} twice"
-            related = (Related(earlier, "here already"),)
-            yield Diagnostic(_CODE, message, deed.place, "", related, "name it once")
 
 
 # A disturbance repeats at times at which something is stepped.
@@ -118,10 +114,10 @@ def repetitions_are_apart(facts: Facts) -> Iterator[Diagnostic]:
     repeated = [each.every for each in task.disturbances if each.every] if task else []
     for every in repeated if facts.rates.timed else ():
         if 0 < min(value for value, _ in every.values) < tick_s * _ROUNDING:
-            message = f"a disturbance begins again after {ms(tick_s)} at the earliest"
+            message = f"a disturbance begins again after {in_ms(tick_s)} at the earliest"
             place = replace(every.place, part="value")
             note = "the plant is disturbed at ticks, which are that far apart"
-            help = f"make `every` {ms(tick_s)} or longer"
+            help = f"make `every` {in_ms(tick_s)} or longer"
             yield Diagnostic(_CODE, message, place, note, help=help)
 
 
@@ -136,35 +132,37 @@ def disturbances_last_ticks(facts: Facts) -> Iterator[Diagnostic]:
     task, tick_s = facts.system.task, facts.rates.tick_s
     timed = facts.rates.timed and task is not None and facts.system.plant is not None
     for each in task.disturbances if timed and task else ():
-        if each.lasts is None or _is(each.lasts, 0):
+        if each.duration is None or _is(each.duration, 0):
             continue
-        place = replace(each.lasts.place, part="value")
-        lasts_s = max(_exact(value) for value, _ in each.lasts.values)
-        is_short, help = lasts_s < tick_s * _ROUNDING, f"make `lasts` {ms(tick_s)} or longer"
+        place = replace(each.duration.place, part="value")
+        lasts_s = max(_exact(value) for value, _ in each.duration.values)
+        is_short, help = lasts_s < tick_s * _ROUNDING, f"make `lasts` {in_ms(tick_s)} or longer"
         missed = [
-            deed for _, deed in each.of("samples", "measurement") if _misses(deed, each, facts)
+            deed
+            for _, deed in each.actions_on("samples", "measurement")
+            if _misses(deed, each, facts)
         ]
         for deed in missed:
-            message = f"this is over after {ms(lasts_s)}, before `{deed.name}` is measured"
+            message = f"this is over after {in_ms(lasts_s)}, before `{deed.name}` is measured"
             related = (Related(deed.place, "nothing is done to it"),)
             period_s = max(_periods_s(deed.name, facts))
-            longer = f"it is measured every {ms(period_s)}: make `lasts` as long, or longer"
+            longer = f"it is measured every {in_ms(period_s)}: make `lasts` as long, or longer"
             yield Diagnostic(_CODE, message, place, "it does nothing", related, longer)
             break
         if is_short and not missed:
-            message = f"this lasts {ms(lasts_s)}, and acts for a whole tick of {ms(tick_s)}"
+            message = f"this lasts {in_ms(lasts_s)}, and acts for a whole tick of {in_ms(tick_s)}"
             yield Diagnostic(_CODE, message, place, "disturbances end at ticks", help=help)
 
 
-def _misses(deed: Deed, each: Disturbance, facts: Facts) -> bool:
+def _misses(deed: DisturbanceAction, each: Disturbance, facts: Facts) -> bool:
     """Whether an element is surely not measured from where a disturbance begins to its end."""
     fixed = each.when is None and each.every is None and each.at and len(each.at.values) == 1
     periods_s = _periods_s(deed.name, facts)
-    if not (fixed and each.at and each.lasts and periods_s):
+    if not (fixed and each.at and each.duration and periods_s):
         return False
     tick_s = facts.rates.tick_s
     begins = ceil(_exact(each.at.values[0][0]) / tick_s)
-    ends = begins + ceil(max(_exact(value) for value, _ in each.lasts.values) / tick_s)
+    ends = begins + ceil(max(_exact(value) for value, _ in each.duration.values) / tick_s)
     return all(ceil(begins * tick_s / p) * p >= ends * tick_s for p in periods_s)
 
 
@@ -175,7 +173,7 @@ def _periods_s(element: str, facts: Facts) -> list[Fraction]:
         return []
     if bound.binding.rate_hz:
         return [1 / bound.binding.rate_hz]
-    wires = facts.wires.users(bound.binding.device, "x", bound.element.name)
+    wires = facts.wires.wires_of_element(bound.binding.device, "x", bound.element.name)
     return [1 / wire.subsystem.rate_hz for wire in wires]
 
 
@@ -201,23 +199,29 @@ def disturbances_differ(facts: Facts) -> Iterator[Diagnostic]:
             break
 
 
-def _both(one: Disturbance, other: Disturbance) -> Iterator[tuple[Deed, str, Deed]]:
+def _both(
+    one: Disturbance, other: Disturbance
+) -> Iterator[tuple[DisturbanceAction, str, DisturbanceAction]]:
     """What is done to no effect, what the other one does to it, and where."""
     together, at_once = _overlap(one, other), _moment(one) == _moment(other)
-    first, second = ({(deed.verb, deed.name): deed for deed in each.deeds} for each in (one, other))
-    for verb, deed in other.of():
+    first, second = (
+        {(deed.verb, deed.name): deed for deed in each.actions} for each in (one, other)
+    )
+    for verb, deed in other.actions_on():
         # Forces and errors of measurement add up.
-        same = (together and verb.numbers == "none") if verb.lasts else at_once
+        same = (together and verb.numbers == "none") if verb.has_duration else at_once
         if same and (deed.verb, deed.name) in first:
-            yield deed, verb.done, first[deed.verb, deed.name]
-    for held, done, moved in ((one, first, other), (other, second, one)):
-        for verb, deed in moved.of("coordinate") if _happens_in(held, moved) else ():
-            yield from ((deed, s.done, d) for s, d in _spoiling(verb, deed, done) if s.lasts)
+            yield deed, verb.participle, first[deed.verb, deed.name]
+    for going_on, done, moved in ((one, first, other), (other, second, one)):
+        for verb, deed in moved.actions_on("coordinate") if _happens_in(going_on, moved) else ():
+            yield from (
+                (deed, s.participle, d) for s, d in _spoiling(verb, deed, done) if s.has_duration
+            )
 
 
 def _moment(each: Disturbance) -> Hashable:
     """When it begins: what its time and what it waits for are; no two intervals are the same."""
-    if (each.at and each.at.between) or each.probability:
+    if (each.at and each.at.is_range) or each.probability:
         return id(each)
     return each.when.that if each.when else "", each.at.values if each.at else ()
 
@@ -233,14 +237,14 @@ def _overlap(one: Disturbance, other: Disturbance) -> bool:
     return max(first[1], second[1]) < min(ends)
 
 
-def _happens_in(lasting: Disturbance, moment: Disturbance) -> bool:
+def _happens_in(going_on: Disturbance, moment: Disturbance) -> bool:
     """Whether one surely begins while the other one goes on."""
-    if _moment(lasting) == _moment(moment):
+    if _moment(going_on) == _moment(moment):
         return True
-    begun, at = _start(lasting), _start(moment)
+    begun, at = _start(going_on), _start(moment)
     if begun is None or at is None:
         return False
-    return begun[1] <= at[0] and at[1] < begun[0] + _least_s(lasting)
+    return begun[1] <= at[0] and at[1] < begun[0] + _least_s(going_on)
 
 
 def _start(each: Disturbance) -> tuple[float, float] | None:
@@ -252,7 +256,7 @@ def _start(each: Disturbance) -> tuple[float, float] | None:
 
 
 def _least_s(each: Disturbance) -> float:
-    return min((value for value, _ in each.lasts.values), default=inf) if each.lasts else inf
+    return min((value for value, _ in each.duration.values), default=inf) if each.duration else inf
 
 
 # Errors of measurement fit the numbers that are measured.
@@ -266,23 +270,23 @@ def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0503, E0517; scales are known to be without a unit."""
     task = facts.system.task
     for each in task.disturbances if task and facts.system.plant else ():
-        for verb, deed in each.of("measurement"):
-            yield from _error(verb, deed, facts)
-
-
-def _error(verb: Verb, deed: Deed, facts: Facts) -> Iterator[Diagnostic]:
-    element = deed.name
-    if (known := facts.reported.get(element)) is None:
-        help = suggestion(element, sorted(facts.reported))
-        yield Diagnostic("E0503", f"no device reports `{element}`", deed.place, help=help)
-    elif (fault := _no_numbers(known)) is not None:
-        related = (Related(known.binding.place, "bound here"),)
-        message = f"`{element}` cannot be {verb.done}: {fault}"
-        help = "name an element of which numbers are measured"
-        yield Diagnostic("E0517", message, deed.place, related=related, help=help)
-    elif verb.numbers != "none" and (units := _units(known, facts)) is not None:
-        of = f"`{element}`, before its `through`," if known.binding.through else f"`{element}`"
-        yield from _fitting(verb, of, deed, units)
+        for verb, deed in each.actions_on("measurement"):
+            element = deed.name
+            if (known := facts.reported.get(element)) is None:
+                help = suggest(element, sorted(facts.reported))
+                yield Diagnostic("E0503", f"no device reports `{element}`", deed.place, help=help)
+            elif (fault := _no_numbers(known)) is not None:
+                related = (Related(known.binding.place, "bound here"),)
+                message = f"`{element}` cannot be {verb.participle}: {fault}"
+                help = "name an element of which numbers are measured"
+                yield Diagnostic("E0517", message, deed.place, related=related, help=help)
+            elif verb.numbers != "none" and (units := _units(known, facts)) is not None:
+                of = (
+                    f"`{element}`, before its `through`,"
+                    if known.binding.through
+                    else f"`{element}`"
+                )
+                yield from _fitting(verb, of, deed, units)
 
 
 def _no_numbers(bound: BoundElement) -> str | None:
@@ -309,10 +313,12 @@ def _units(bound: BoundElement, facts: Facts) -> Units | None:
     return found
 
 
-def _fitting(verb: Verb, of: str, deed: Deed, units: Units) -> Iterator[Diagnostic]:
+def _fitting(verb: Verb, of: str, deed: DisturbanceAction, units: Units) -> Iterator[Diagnostic]:
     draws = deed.numbers
     if len(draws) not in (1, len(units)):
-        message = f"{counted(len(units), 'number')} of {of} cannot be {verb.done} by {len(draws)}"
+        message = (
+            f"{counted(len(units), 'number')} of {of} cannot be {verb.participle} by {len(draws)}"
+        )
         help = (
             "give one number for all, or one for each; one that is drawn is `[[least, greatest]]`"
         )
@@ -329,13 +335,3 @@ def _fitting(verb: Verb, of: str, deed: Deed, units: Units) -> Iterator[Diagnost
             place = replace(draw.place, part="value")
             yield Diagnostic("E0517", f"{name} is in {wanted}, not in {given}", place, help=help)
             return
-
-
-CHECKS = (
-    draws_vary,
-    disturbances_do,
-    repetitions_are_apart,
-    disturbances_last_ticks,
-    disturbances_differ,
-    errors_fit,
-)

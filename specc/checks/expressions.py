@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.analysis import Facts
-from specc.analysis.reads import nodes, texts
+from specc.analysis.reads import texts
 from specc.analysis.suspicious_expressions import SuspiciousExpression
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED, show
 from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import Binary, Builtin, Choice, Lag, Logic, walk
-from specc.model.fsm import Assignment, Behaviour
+from specc.model.fsm import Assignment
 from specc.model.requirement import expressions
-from specc.model.system import Constant, Let, Memory, Outside, Subsystem
+from specc.model.system import Constant, Let, Memory, OuterName
 from specc.source import Place
 
 # Constants that arithmetic gives have a value.
@@ -32,12 +32,11 @@ def constants_have_values(facts: Facts) -> Iterator[Diagnostic]:
 def lateness_of_subsystems(facts: Facts) -> Iterator[Diagnostic]:
     """E0339."""
     for subsystem in facts.subsystems:
-        lags = any(isinstance(node, Lag) for node in nodes(subsystem))
-        for text in texts(subsystem) if lags else ():
+        for text in texts(subsystem):
             for node in walk(text.expr):
-                if not (isinstance(node, Lag) and node.name == "late"):
+                if not isinstance(node, Lag) or node.name != "late":
                     continue
-                if facts.wires.measured(subsystem.qualified_name, node.input.peer):
+                if facts.wires.measuring_device(subsystem.qualified_name, node.input.peer):
                     message = f"`{show(node.input)}` comes from a device, which has no periods"
                     help = f"ask how old the measurement is: `age({show(node.input)})`"
                     yield Diagnostic("E0339", message, text.place(node), help=help)
@@ -60,10 +59,11 @@ _CODES = {
 
 def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
     """E0330, E0331, W0332, W0333, W0338, W0340, W0342: once where several uses have one origin."""
+    every = (facts.suspicious, *(machine.suspicious for machine in facts.machines))
     found: dict[tuple[str, Place], list[SuspiciousExpression]] = {}
-    for misfits in (facts.suspicious, *(machine.suspicious for machine in facts.machines)):
-        for misfit in misfits.found:
-            found.setdefault((_CODES[misfit.kind], _place(misfit)), []).append(misfit)
+    for each in (each for suspicious in every for each in suspicious.all):
+        text, expr = (each.text, each.expr) if each.kind == "bounds" else each.origin
+        found.setdefault((_CODES[each.kind], text.place(expr)), []).append(each)
     elsewhere = {
         item.place.within(*node.span)
         for item in facts.system.formulas
@@ -74,80 +74,65 @@ def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
     }
     for (code, place), alike in found.items():
         if place in elsewhere:
-            continue  # a name for it, which is told where it is defined
-        message, help_text = _words(alike[0])
-        yield Diagnostic(code, message, place, "", tuple(_uses(place, alike)), help_text)
+            continue  # a name for it, which is reported where it is defined
+        # Where a number is used that is written down elsewhere, or is written down.
+        related = []
+        for each in alike[:4]:
+            text, expr = each.origin if each.kind == "bounds" else (each.text, each.causes[0])
+            other, word = text.place(expr), "written" if each.kind == "bounds" else "used"
+            if each.kind not in ("itself", "unchanged", "fails") and other.route != place.route:
+                related.append(Related(other, f"{word} here"))
+        message, help = _words(alike[0])
+        yield Diagnostic(code, message, place, "", tuple(related), help)
 
 
-def _place(misfit: SuspiciousExpression) -> Place:
-    if misfit.kind == "bounds":
-        return misfit.text.place(misfit.expr)
-    text, expr = misfit.origin
-    return text.place(expr)
-
-
-def _uses(place: Place, misfits: list[SuspiciousExpression]) -> Iterator[Related]:
-    """Where a number is used that is written down elsewhere, or is written down."""
-    for misfit in misfits[:4]:
-        text, expr = misfit.origin
-        other = (
-            text.place(expr) if misfit.kind == "bounds" else misfit.text.place(misfit.because[0])
-        )
-        if misfit.kind not in ("itself", "unchanged", "fails") and other.route != place.route:
-            yield Related(other, "written here" if misfit.kind == "bounds" else "used here")
-
-
-def _words(misfit: SuspiciousExpression) -> tuple[str, str]:
+def _words(found: SuspiciousExpression) -> tuple[str, str]:
     """What is wrong, and a way out."""
-    first = show(misfit.because[0])
-    match misfit.kind:
+    first, expr = show(found.causes[0]), found.expr
+    match found.kind:
         case "tolerance" | "turn":
-            said = (
-                "a whole turn or more: angles within it are as good as any"
-                if misfit.number > 0
-                else "zero: only what is exactly equal is near"
-                if misfit.number == 0
-                else "negative: nothing is ever near"
-            )
-            return f"a tolerance that is {said}", "write how close is enough"
+            words = "a whole turn or more: angles within it are as good as any"
+            if found.number <= 0:
+                words = "zero: only what is exactly equal is near"
+            if found.number < 0:
+                words = "negative: nothing is ever near"
+            return f"a tolerance that is {words}", "write how close is enough"
         case "angle":
-            help_text = (
-                "write a smaller angle; `near(position(X), position(Y), distance)` "
-                "compares no angle"
-            )
-            return "every two orientations are within an angle of pi", help_text
+            help = "write a smaller angle; `near(position(X), position(Y), distance)` "
+            help += "compares no angle"
+            return "every two orientations are within an angle of pi", help
         case "quaternion":
-            help_text = "write x, y, z, w of a rotation; the sum of their squares is 1"
-            return f"the length of this quaternion is {misfit.number:.4g}, not 1", help_text
+            help = "write x, y, z, w of a rotation; the sum of their squares is 1"
+            return f"the length of this quaternion is {found.number:.4g}, not 1", help
         case "bounds":
-            help_text = "the lower bound goes with `max`, the upper one with `min`"
-            if isinstance(misfit.expr, Builtin) and FUNCTIONS[misfit.expr.name].limits:
-                help_text = "the lower bound comes before the upper one"
-            return f"the bounds are in the wrong order: the result is always `{first}`", help_text
-        case "unchanged" if isinstance(misfit.expr, Builtin):
-            neutral = FUNCTIONS[misfit.expr.name].neutral
-            help_text = neutral[-1] if neutral else ""
-            return f"`{show(misfit.expr)}` is all of `{first}`", help_text
-        case "fails":
-            help_text = "write another number, or a condition under which it is computed"
-            return f"`{first}` never has a value: {misfit.why}", help_text
+            help = "the lower bound goes with `max`, the upper one with `min`"
+            if isinstance(expr, Builtin) and FUNCTIONS[expr.name].limits:
+                help = "the lower bound comes before the upper one"
+            return f"the bounds are in the wrong order: the result is always `{first}`", help
+        case "unchanged" if isinstance(expr, Builtin):
+            neutral = FUNCTIONS[expr.name].neutral
+            return f"`{show(expr)}` is all of `{first}`", neutral[-1] if neutral else ""
         case "unchanged":
-            help_text = "write its new value; memory keeps what no function assigns"
-            return f"`{first}` is given the value that it has", help_text
-    return _itself(misfit), "replace one of the two by what is meant"
+            help = "write its new value; memory keeps what no function assigns"
+            return f"`{first}` is given the value that it has", help
+        case "fails":
+            help = "write another number, or a condition under which it is computed"
+            return f"`{first}` never has a value: {found.why}", help
+    return _same(found), "replace one of the two by what is meant"
 
 
-def _itself(misfit: SuspiciousExpression) -> str:
-    one, other = map(show, misfit.because)
-    if isinstance(misfit.expr, Choice):
-        parts = misfit.expr.then, misfit.expr.otherwise
-        nested = any(isinstance(part, Choice) and part not in misfit.because for part in parts)
-        return f"{'two neighbouring' if nested else 'both'} branches are `{one}`"
-    if one != other:
-        return f"`{one}` and `{other}` are the same"
-    match misfit.expr:
+def _same(found: SuspiciousExpression) -> str:
+    """What is wrong with an expression of which two parts are the same."""
+    one, other = map(show, found.causes)
+    match found.expr:
+        case Choice(then=then, otherwise=otherwise):
+            nested = [p for p in (then, otherwise) if isinstance(p, Choice)]
+            is_inside = any(part not in found.causes for part in nested)
+            return f"{'two neighbouring' if is_inside else 'both'} branches are `{one}`"
+        case _ if one != other:
+            return f"`{one}` and `{other}` are the same"
         case Builtin(name=name):
-            return FUNCTIONS[name].alike.format(one)
+            return FUNCTIONS[name].same_arguments.format(one)
         case Logic(op=name):
             return f"`{one}` stands twice beside `{name}`"
         case Binary(op=op):
@@ -158,14 +143,18 @@ def _itself(misfit: SuspiciousExpression) -> str:
 # A bare name in the expressions of a subsystem means one thing.
 
 
-NamedValue = Memory | Let | Constant | Outside
+Named = Memory | Let | Constant | OuterName
 
 
 def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
     """E0221; constants and files hold in the subsystems that their own file describes."""
     for subsystem in facts.subsystems:
-        first: dict[str, tuple[str, NamedValue]] = {}
-        for kind, part in _named(subsystem):
+        first: dict[str, tuple[str, Named]] = {}
+        named: list[tuple[str, Named]] = [(item.kind, item) for item in subsystem.outside]
+        named += [("parameter", c) for c in subsystem.constants]
+        named += [("memory element", m) for m in subsystem.memory]
+        named += [("let", item) for item in subsystem.lets]
+        for kind, part in named:
             earlier = first.setdefault(part.name, (kind, part))
             if part.name in RESERVED:
                 yield Diagnostic(
@@ -184,13 +173,6 @@ def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
-def _named(subsystem: Subsystem) -> Iterator[tuple[str, NamedValue]]:
-    yield from ((item.kind, item) for item in subsystem.outside)
-    yield from (("parameter", c) for c in subsystem.constants)
-    yield from (("memory element", m) for m in subsystem.memory)
-    yield from (("let", item) for item in subsystem.lets)
-
-
 # A target has one writer per behaviour: all functions of a behaviour take effect at once.
 
 
@@ -202,27 +184,22 @@ def one_writer(facts: Facts) -> Iterator[Diagnostic]:
             for assignment in behaviour.assignments:
                 target = assignment.peer, assignment.name
                 if target in first:
-                    yield _twice(behaviour, assignment, first[target])
+                    earlier = first[target]
+                    writers = [
+                        Related(earlier.place, "here"),
+                        Related(assignment.place, "and here"),
+                    ]
+                    if earlier is assignment:
+                        writers = [
+                            Related(
+                                assignment.place, f"`{behaviour.name}` names the function twice"
+                            )
+                        ]
+                    yield Diagnostic(
+                        "E0608",
+                        f"behaviour `{behaviour.name}` writes `{assignment.target}` twice",
+                        behaviour.place.below("functions"),
+                        related=tuple(writers),
+                        help="keep one of the two, or give the functions to different behaviours",
+                    )
                 first.setdefault(target, assignment)
-
-
-def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) -> Diagnostic:
-    writers = [Related(earlier.place, "here"), Related(assignment.place, "and here")]
-    if earlier is assignment:
-        writers = [Related(assignment.place, f"`{behaviour.name}` names the function twice")]
-    return Diagnostic(
-        "E0608",
-        f"behaviour `{behaviour.name}` writes `{assignment.target}` twice",
-        behaviour.place.below("functions"),
-        related=tuple(writers),
-        help="keep one of the two, or give the functions to different behaviours",
-    )
-
-
-CHECKS = (
-    constants_have_values,
-    lateness_of_subsystems,
-    expressions_meant,
-    names_distinct,
-    one_writer,
-)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from fractions import Fraction
+from collections.abc import Iterator
 from itertools import combinations, islice
 
 from specc.analysis import Facts
-from specc.analysis.formula_values import begins_in
+from specc.analysis.facts import initial_state_of
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed, ms
+from specc.diagnostics.phrases import in_ms, join_words
 from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth, children, walk
 from specc.model.requirement import (
-    Junction,
+    BoolOp,
     Requirement,
     Temporal,
     TemporalFormula,
@@ -23,7 +22,6 @@ from specc.model.requirement import (
     span_of,
 )
 from specc.model.types import Bool
-from specc.proof import Ticks
 from specc.source import Place
 
 MOST_PARTS = 200
@@ -41,7 +39,7 @@ def _size(formula: TemporalFormula) -> int:
 
 
 def _place(of: Requirement, part: TemporalFormula | Expr) -> Place:
-    span = span_of(part) if isinstance(part, TickCondition | Junction | Temporal) else part.span
+    span = span_of(part) if isinstance(part, TickCondition | BoolOp | Temporal) else part.span
     return of.place.within(*span)
 
 
@@ -61,8 +59,8 @@ def formulas_vary(facts: Facts) -> Iterator[Diagnostic]:
                     help="name a value of an agent or of the plant, or delete it",
                 )
             continue
-        found = _in_all_copies(item, list(_Constant(item, facts).parts(item.formula)))
-        yield from found or _at_the_beginning(item, facts)
+        found = _in_all_copies(item, list(_ConstantParts(item, facts).find(item.formula)))
+        yield from found or _at_first_tick(item, facts)
 
 
 def _in_all_copies(item: Requirement, found: list[Diagnostic]) -> list[Diagnostic]:
@@ -71,13 +69,12 @@ def _in_all_copies(item: Requirement, found: list[Diagnostic]) -> list[Diagnosti
         return []
     copies = Counter(_place(item, part) for part in _parts(item.formula))
     alike = Counter(each.primary for each in found)
-    kept = (each for each in found if alike[each.primary] >= copies[each.primary])
-    return [each for each in dict.fromkeys(kept) if not _is_elsewhere(item, each.primary)]
-
-
-def _is_elsewhere(item: Requirement, place: Place) -> bool:
-    """Whether what is found there is that of a name, which is told where it is defined."""
-    return item.text[place.start : place.end] in item.names
+    in_all = (each for each in found if alike[each.primary] >= copies[each.primary])
+    return [
+        each
+        for each in dict.fromkeys(in_all)
+        if item.text[each.primary.start : each.primary.end] not in item.names
+    ]
 
 
 def _parts(formula: TemporalFormula) -> Iterator[TemporalFormula | Expr]:
@@ -87,88 +84,71 @@ def _parts(formula: TemporalFormula) -> Iterator[TemporalFormula | Expr]:
         return
     yield formula
     operands = formula.operands
-    if isinstance(formula, Junction) and formula.premise is not None:
+    if isinstance(formula, BoolOp) and formula.premise is not None:
         operands = formula.premise, operands[1]
     for operand in operands:
         yield from _parts(operand)
 
 
-class _Constant:
+class _ConstantParts:
     """Finds the innermost parts of one formula that always or never hold."""
 
     def __init__(self, item: Requirement, facts: Facts) -> None:
         self._item = item
         self._ticks = facts.ticks
-        self._misfits = facts.suspicious
+        self._suspicious = facts.suspicious
 
-    def parts(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
+    def find(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
         """What is found in a formula, or else of it."""
         if isinstance(formula, TickCondition):
             yield from self._of_condition(formula.that)
             return
-        found = [told for operand in formula.operands for told in self.parts(operand)]
-        yield from found or self._whole(formula)
+        found = [each for operand in formula.operands for each in self.find(operand)]
+        yield from found or self._of_formula(formula)
 
     def _of_condition(self, expr: Expr) -> Iterator[Diagnostic]:
-        found = [told for child in children(expr) for told in self._of_condition(child)]
+        found = [each for child in children(expr) for each in self._of_condition(child)]
         if found or not isinstance(expr.type, Bool):
             yield from found
-        elif not self._misfits.within(expr):
-            yield from self._whole(TickCondition(expr))
+        elif not self._suspicious.is_in(expr):
+            yield from self._of_formula(TickCondition(expr))
 
-    def _whole(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
+    def _of_formula(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
         nodes = [node for part in expressions(formula) for node in walk(part)]
-        meant = any(isinstance(node, Truth) for node in nodes)
-        spoilt = any(map(self._misfits.within, expressions(formula)))
+        is_intended = any(isinstance(node, Truth) for node in nodes)
+        is_suspicious = any(map(self._suspicious.is_in, expressions(formula)))
         varies = any(isinstance(node, BoundVariable | MemoryRef) for node in nodes)
-        if meant or spoilt or not varies:
+        if is_intended or is_suspicious or not varies:
             return
-        asked = self._ticks.formula_at(formula)
-        never = not self._ticks.is_possible(asked)
-        if never or self._ticks.follows(asked):
-            yield self._told(formula, "never" if never else "always")
-        elif isinstance(formula, Junction) and formula.premise is not None:
-            yield from self._conclusion(formula, formula.premise)
-        elif isinstance(formula, Junction):
-            yield from self._needless(formula)
+        item, ticks, place = self._item, self._ticks, _place(self._item, formula)
+        at_tick, text = ticks.formula_at(formula), item.part(formula)
+        if not ticks.is_possible(at_tick):
+            label, help = "", "correct it, or leave out what it decides"
+            if any(each == formula for each in _premises(item.formula)):
+                label = "so nothing is ever asked of a run"
+                help = "correct what is asked before `implies`, or delete the requirement"
+            code = "W0613" if formula == item.formula else "W0617"
+            yield Diagnostic(code, f"`{text}` never holds", place, label, help=help)
+        elif ticks.follows(at_tick):
+            code = "W0613" if formula == item.formula else "W0617"
+            help = "correct it, or leave it out"
+            yield Diagnostic(code, f"`{text}` always holds", place, help=help)
+        elif isinstance(formula, BoolOp) and (premise := formula.premise) is not None:
+            conclusion, before = formula.operands[1], item.part(premise)
+            if not ticks.is_possible(ticks.formula_at(premise), ticks.formula_at(conclusion)):
+                message = f"`{item.part(conclusion)}` never holds where `{before}` does"
+                help = f"correct it, or require `not ({before})`"
+                yield Diagnostic("W0617", message, _place(item, conclusion), help=help)
+        elif isinstance(formula, BoolOp):
+            yield from self._redundant(formula)
 
-    def _told(self, formula: TemporalFormula, word: str) -> Diagnostic:
-        item, root = self._item, formula == self._item.formula
-        never_asked = word == "never" and any(each == formula for each in _premises(item.formula))
-        help = "correct it, or leave it out"
-        if never_asked:
-            help = "correct what is asked before `implies`, or delete the requirement"
-        elif word == "never":
-            help = "correct it, or leave out what it decides"
-        label = "so nothing is ever asked of a run" if never_asked else ""
-        text = item.part(formula)
-        return Diagnostic(
-            "W0613" if root else "W0617",
-            f"`{text}` {word} holds",
-            _place(item, formula),
-            label,
-            help=help,
-        )
-
-    def _conclusion(self, formula: Junction, premise: TemporalFormula) -> Iterator[Diagnostic]:
-        """A conclusion that excludes its premise says only that this never holds."""
-        conclusion, ticks = formula.operands[1], self._ticks
-        if not ticks.is_possible(ticks.formula_at(premise), ticks.formula_at(conclusion)):
-            before = self._item.part(premise)
-            yield Diagnostic(
-                "W0617",
-                f"`{self._item.part(conclusion)}` never holds where `{before}` does",
-                _place(self._item, conclusion),
-                help=f"correct it, or require `not ({before})`",
-            )
-
-    def _needless(self, formula: Junction) -> Iterator[Diagnostic]:
-        """An operand that follows from the others, or from which they follow."""
+    def _redundant(self, formula: BoolOp) -> Iterator[Diagnostic]:
+        """A redundant operand: it is implied by the rest, or implies it."""
         operands, ticks = formula.operands, self._ticks
-        asked = [ticks.formula_at(operand) for operand in operands]
+        at_tick = [ticks.formula_at(operand) for operand in operands]
         spans = {span_of(operand) for operand in operands}
         if len(operands) > 1 and len(spans) == 1:  # written out for the members of a group
-            if len(set(asked)) == 1:
+            if len(set(at_tick)) == 1:
                 yield Diagnostic(
                     "W0336",
                     f"`{self._item.part(operands[0])}` says the same of each of {len(operands)}",
@@ -179,12 +159,12 @@ class _Constant:
         if not 2 <= len(operands) <= 8 or len(spans) < len(operands):
             return
         for index in reversed(range(len(operands))):
-            others = [each for i, each in enumerate(asked) if i != index and each is not None]
+            others = [each for i, each in enumerate(at_tick) if i != index and each is not None]
             if formula.op == "and":
-                needless = ticks.follows(asked[index], *others)
+                is_redundant = ticks.follows(at_tick[index], *others)
             else:
-                needless = ticks.follows(ticks.make.disjunction(others), asked[index])
-            if needless:
+                is_redundant = ticks.follows(ticks.make.disjunction(others), at_tick[index])
+            if is_redundant:
                 yield Diagnostic(
                     "W0617",
                     f"`{self._item.part(operands[index])}` adds nothing to the rest of "
@@ -196,7 +176,7 @@ class _Constant:
 
 
 def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
-    if isinstance(formula, Junction) and formula.premise is not None:
+    if isinstance(formula, BoolOp) and formula.premise is not None:
         yield formula.premise
         yield from _premises(formula.operands[1])
         return
@@ -207,22 +187,22 @@ def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
 # What is asked of the first tick alone is open there.
 
 
-def _at_the_beginning(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
+def _at_first_tick(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
     """W0336, about formulas without `always`: what the first states say of them."""
-    if item.lasts or item not in facts.system.requirements:
+    if item.holds_always or item not in facts.system.requirements:
         return
     ticks = facts.ticks
-    begun = [known for r in item.readings if (known := begins_in(r, facts.system))]
+    begun = [known for r in item.readings if (known := initial_state_of(r, facts.system))]
     first = [ticks.formula_at(known) for known in begun]
-    asked, help = ticks.formula_at(item.formula), "write `always(...)` around it, or correct it"
-    if ticks.follows(asked, *first):
+    at_tick, help = ticks.formula_at(item.formula), "write `always(...)` around it, or correct it"
+    if ticks.follows(at_tick, *first):
         message = "this holds at the first tick already, so nothing is asked of a run"
-    elif not ticks.is_possible(asked, *first):
+    elif not ticks.is_possible(at_tick, *first):
         message = "this cannot hold at the first tick, and without `always` it is asked there"
     elif (early := _of_first_tick(item.formula)) is not None:
-        said = f"`{item.part(early)}` is asked at the first tick alone"
+        words = f"`{item.part(early)}` is asked at the first tick alone"
         help = "write `always(...)` around the whole, or say within what time"
-        yield Diagnostic("W0336", said, _place(item, early), help=help)
+        yield Diagnostic("W0336", words, _place(item, early), help=help)
         return
     else:
         return
@@ -264,92 +244,69 @@ def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
     for item in _formulas(facts):
         owners = {r.name: r.subsystem for r in item.readings}
         for part in _parts(item.formula):
-            if isinstance(part, Temporal) and not item.is_named(part):
-                yield from _window(item, part, facts.rates.tick_s, periods, owners)
-
-
-def _window(
-    item: Requirement,
-    part: Temporal,
-    tick: Fraction,
-    periods: dict[str, Fraction],
-    owners: dict[str, str],
-) -> Iterator[Diagnostic]:
-    if part.op == "since" or part.span is None:
-        return
-    (operand,) = part.operands
-    if part.span_s < tick:
-        message = f"`{part.op}` reaches over {_time(part.span_s)}, less than one tick of {ms(tick)}"
-        help = "write a longer time, or leave the operator out"
-        yield Diagnostic("W0336", message, _place(item, part.span), help=help)
-    elif isinstance(operand, Temporal) and operand.op == part.op:
-        total = float(part.span_s + operand.span_s)
-        inner = item.part(operand.operands[0])
-        message = f"`{part.op}` of `{operand.op}` is one that reaches over both times"
-        help = f"write `{part.op}({total:g}[s], {inner})`, or correct it"
-        yield Diagnostic("W0336", message, _place(item, part), help=help)
-    elif part.op == "within":
-        nodes = (node for each in expressions(operand) for node in walk(each))
-        named = dict.fromkeys(owners.get(n.name) for n in nodes if isinstance(n, MemoryRef))
-        stepped = [periods.get(owner or "") for owner in named]
-        known = [period for period in stepped if period is not None]
-        if known and len(known) == len(stepped) and part.span_s < min(known):
-            names = listed([f"`{owner}`" for owner in named], "and")
-            message = f"nothing of it may change within {_time(part.span_s)}"
-            label = f"{names} {'is' if len(named) == 1 else 'are'} stepped every {ms(min(known))}"
-            help = "allow one period at least"
-            yield Diagnostic("W0336", message, _place(item, part.span), label, help=help)
-
-
-def _time(span_s: Fraction) -> str:
-    return ms(span_s) if span_s else "no time"
+            if not isinstance(part, Temporal) or item.is_named(part):
+                continue
+            if part.op == "since" or part.span is None:
+                continue
+            (operand,) = part.operands
+            tick, span = facts.rates.tick_s, in_ms(part.span_s) if part.span_s else "no time"
+            if part.span_s < tick:
+                message = f"`{part.op}` reaches over {span}, less than one tick of {in_ms(tick)}"
+                help = "write a longer time, or leave the operator out"
+                yield Diagnostic("W0336", message, _place(item, part.span), help=help)
+            elif isinstance(operand, Temporal) and operand.op == part.op:
+                total = float(part.span_s + operand.span_s)
+                inner = item.part(operand.operands[0])
+                message = f"`{part.op}` of `{operand.op}` is one that reaches over both times"
+                help = f"write `{part.op}({total:g}[s], {inner})`, or correct it"
+                yield Diagnostic("W0336", message, _place(item, part), help=help)
+            elif part.op == "within":
+                nodes = (node for each in expressions(operand) for node in walk(each))
+                named = dict.fromkeys(owners.get(n.name) for n in nodes if isinstance(n, MemoryRef))
+                known = [periods[owner] for owner in named if owner in periods]
+                if known and len(known) == len(named) and part.span_s < min(known):
+                    names = join_words([f"`{owner}`" for owner in named], "and")
+                    verb = "is" if len(named) == 1 else "are"
+                    message = f"nothing of it may change within {span}"
+                    label = f"{names} {verb} stepped every {in_ms(min(known))}"
+                    help = "allow one period at least"
+                    yield Diagnostic("W0336", message, _place(item, part.span), label, help=help)
 
 
 # No two requirements are the same, or exclude each other.
 
 
 def requirements_differ(facts: Facts) -> Iterator[Diagnostic]:
-    """W0337."""
-    ticks = facts.ticks
-    required = [r for r in facts.system.requirements if _size(r.formula) <= MOST_PARTS]
-    varied = [r for r in required if r.readings and _varies(ticks, r)]
-    same = {id(other): (one, other) for one, other in _the_same(ticks, varied)}
-    rest = [item for item in varied if id(item) not in same]
-    for one, other in (*same.values(), *islice(_alike(rest), _MOST_PAIRS)):
-        first, second = ticks.formula_at(one.formula), ticks.formula_at(other.formula)
+    """W0337, of requirements that are not constant."""
+    ticks, rest = facts.ticks, list[Requirement]()
+    pairs, first = list[tuple[Requirement, Requirement]](), dict[object, Requirement]()
+    for item in facts.system.requirements:
+        if not item.readings or _size(item.formula) > MOST_PARTS:
+            continue
+        at_tick = ticks.formula_at(item.formula)
+        if ticks.is_possible(at_tick) and not ticks.follows(at_tick):
+            earlier = first.setdefault((item.holds_always, at_tick), item)
+            if earlier is item:
+                rest.append(item)
+            else:
+                pairs.append((earlier, item))
+    # Those that are asked at the same ticks, of the same values in part.
+    names = {id(each): {r.name for r in each.readings} for each in rest}
+    alike = (
+        (one, other)
+        for one, other in combinations(rest, 2)
+        if one.holds_always == other.holds_always
+        and not names[id(one)].isdisjoint(names[id(other)])
+    )
+    for one, other in (*pairs, *islice(alike, _MOST_PAIRS)):
+        mine, theirs = ticks.formula_at(one.formula), ticks.formula_at(other.formula)
         related = (Related(one.place, "the other one"),)
-        if ticks.follows(first, second) and ticks.follows(second, first):
+        if ticks.follows(mine, theirs) and ticks.follows(theirs, mine):
             message = "this requirement says the same as another one"
             help = "delete one of the two, or correct it"
-        elif not ticks.is_possible(first, second):
+        elif not ticks.is_possible(mine, theirs):
             message = "no run meets this requirement and another one"
             help = "correct one of the two"
         else:
             continue
         yield Diagnostic("W0337", message, other.place, related=related, help=help)
-
-
-def _the_same(
-    ticks: Ticks, required: Sequence[Requirement]
-) -> Iterator[tuple[Requirement, Requirement]]:
-    first: dict[object, Requirement] = {}
-    for item in required:
-        earlier = first.setdefault((item.lasts, ticks.formula_at(item.formula)), item)
-        if earlier is not item:
-            yield earlier, item
-
-
-def _varies(ticks: Ticks, item: Requirement) -> bool:
-    asked = ticks.formula_at(item.formula)
-    return ticks.is_possible(asked) and not ticks.follows(asked)
-
-
-def _alike(required: Sequence[Requirement]) -> Iterator[tuple[Requirement, Requirement]]:
-    """Pairs that are asked at the same ticks, of the same values in part."""
-    names = {id(each): {r.name for r in each.readings} for each in required}
-    for one, other in combinations(required, 2):
-        if one.lasts == other.lasts and not names[id(one)].isdisjoint(names[id(other)]):
-            yield one, other
-
-
-CHECKS = (formulas_vary, names_say_more, windows_reach, requirements_differ)

@@ -2,24 +2,262 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from specc.analysis import Facts, Machine
-from specc.analysis.last_values import ValuePath, moves, path_to_device, unsent_in
+from specc.analysis.dataflow import Reads
+from specc.analysis.graph import RowEdge
+from specc.analysis.path_conditions import Guards, ImpliedFacts
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
-from specc.model.expr import Expr, Items, Nothing, Unused
+from specc.diagnostics.phrases import join_words
+from specc.model.expr import (
+    Choice,
+    Clock,
+    Expr,
+    Fresh,
+    Input,
+    Items,
+    Lag,
+    MemoryRef,
+    Nothing,
+    Present,
+    Unused,
+)
 from specc.model.fsm import State
-from specc.model.system import Subsystem
-from specc.proof import InputName
+from specc.model.system import Device, Element, Subsystem
+from specc.model.types import ListOf, Type, nested_types
+from specc.model.units import AMPERE, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND
+from specc.proof import InputName, InputNames
 from specc.reachable import grouped, reachable
+
+# Values that make something move or push for as long as they stay.
+
+
+_MOVING = {METRE / SECOND, RADIAN / SECOND, NEWTON, NEWTON_METRE, AMPERE}
+
+
+def is_motion(type: Type) -> bool:
+    """Whether a value has a speed, a force or a current, and no place where the motion ends."""
+    parts = nested_types([type])
+    units = {unit for part in parts for unit in part.units}
+    several = any(isinstance(part, ListOf) for part in parts)
+    return bool(units & _MOVING) and not several and not is_position(type)
+
+
+def is_position(type: Type) -> bool:
+    """Whether a value may say where a motion ends, as a length, an angle or a pose does."""
+    leaves = (part for part in nested_types([type]) if not part.parts and not part.is_discrete)
+    return any(not leaf.units or {METRE, RADIAN} & {*leaf.units} for leaf in leaves)
+
+
+# The way of a value that stays the same, to a device.
+
+
+@dataclass(frozen=True, slots=True)
+class ValuePath:
+    """Subsystems that pass a value on in every period, until it reaches `element` of `device`.
+
+    A new value of one of `stops`, elements of the same buffer as the output, may end that.
+    """
+
+    through: tuple[Subsystem, ...]
+    device: Device
+    element: Element
+    interrupting: frozenset[str]
+
+
+def path_to_device(
+    facts: Facts,
+    sender: Subsystem,
+    output: InputName,
+    unsent: frozenset[str],
+    passed: tuple[Subsystem, ...] = (),
+) -> ValuePath | None:
+    """How an output reaches a device while its value stays the same; None if it does not.
+
+    `unsent` are the elements of its buffer that are not sent meanwhile, often with the output.
+    `passed` are the subsystems before the sender.
+    """
+    wires = facts.wires.wires_of(sender)
+    wire = next(w for w in wires if (w.port.direction, w.port.peer) == ("y", output[0]))
+    if wire.peer_device is not None:
+        found = (e for e in wire.peer_device.x if e.name == output[1] and is_motion(e.type))
+        return next((ValuePath((), wire.peer_device, e, frozenset()) for e in found), None)
+    reader = wire.peer_subsystem
+    if reader is None or wire.peer_port is None or reader in (*passed, sender):
+        return None
+    reads = facts.ages.sources.reads_of(reader.qualified_name)
+    if reads is None or not facts.of(reader).is_complete:
+        return None
+    peer = wire.peer_port.peer
+    silent = frozenset((peer, name) for name in unsent)
+    relay = _Relay(facts, facts.of(reader), reads, (peer, output[1]), silent)
+    for further, states in relay.outputs():
+        rest = path_to_device(
+            facts, reader, further, unsent_in(reader, states, further[0]), (*passed, sender)
+        )
+        if rest is not None:
+            stops = relay.interrupting(further, states)
+            return ValuePath((reader, *rest.through), rest.device, rest.element, stops)
+    return None
+
+
+def unsent_in(sender: Subsystem, states: Iterable[State], peer: str) -> frozenset[str]:
+    """The elements of an output buffer that a subsystem sends in none of some states."""
+    sent = {item.name for s in states for item in s.behaviour.assignments if item.peer == peer}
+    return frozenset(name for to, name in sender.outputs if to == peer and name not in sent)
+
+
+class _Relay:
+    """A subsystem that receives a value that stays the same."""
+
+    def __init__(
+        self, facts: Facts, machine: Machine, reads: Reads, origin: InputName, silent: InputNames
+    ) -> None:
+        """The value is that of the input `origin`.
+
+        Nothing new comes in the inputs that are `held`. The origin is one of them, unless its value
+        is sent again and again.
+        """
+        self._wires = facts.wires
+        self._machine = machine
+        self._reads = reads
+        self._origin = origin
+        self._silent_inputs = silent
+        lets = machine.subsystem.lets
+        self._implied = ImpliedFacts(lets, self._missing)
+        self._guards = Guards[InputNames](
+            lets, lambda missing, *test: missing | self._implied.of(*test), frozenset.intersection
+        )
+
+    def _missing(self, condition: Expr, holds: bool) -> InputNames:
+        """The input that is not as it would have to be for a condition to hold, or not to hold."""
+        match condition:
+            case Fresh(input=element) if holds and element.key in self._silent_inputs:
+                return frozenset((element.key,))
+            case Present(input=element) if not holds and element.key == self._origin:
+                return frozenset((element.key,))
+        return frozenset()
+
+    def outputs(self) -> Iterator[tuple[InputName, list[State]]]:
+        """The outputs that stay the same with the origin, and the states that go on sending them.
+
+        The subsystem need not leave these states, neither by time nor because nothing comes.
+        """
+        outputs = self._machine.subsystem.outputs
+        for output in (key for key, element in outputs.items() if is_motion(element.type)):
+            states = [
+                state for state in self._reads.reachable_states if self._sources(state, output)
+            ]
+            while leaving := [state for state in states if self._must_leave(state, states)]:
+                states = [state for state in states if state not in leaving]
+            if states:
+                yield output, states
+
+    def interrupting(self, output: InputName, states: list[State]) -> frozenset[str]:
+        """Elements that come with the origin, of which a new value may end that."""
+        inputs = self._machine.subsystem.inputs
+        found = {
+            n for s in states for n in self._sources(s, output) if not is_motion(inputs[n].type)
+        }
+        for state in states:
+            for step in self._ways_out(state, states):
+                found |= self._missing_for(step)
+        return frozenset(name for peer, name in found - {self._origin} if peer == self._origin[0])
+
+    def _ways_out(self, state: State, states: list[State]) -> list[RowEdge]:
+        names = {each.name for each in states}
+        steps = self._machine.successors.get(state.name, ())
+        return [step for step in steps if step.row.target not in names]
+
+    def _must_leave(self, state: State, states: list[State]) -> bool:
+        """Whether a way out of some states needs nothing that does not come, and is no accident."""
+        on = self._machine.dependences.of(state.behaviour.error.when)
+        others = on.has_clock or on.has_lag or on.arrivals or on.memory
+        is_accident = bool(on.values) and not others and all(map(self._device, on.values))
+        return any(
+            not self._missing_for(step) and not (step.row.cause == "error" and is_accident)
+            for step in self._ways_out(state, states)
+        )
+
+    def _missing_for(self, step: RowEdge) -> InputNames:
+        """The inputs of which a row needs what they do not have."""
+        ended = self._machine.subsystem.state(step.row.source).behaviour.facts_after(step.row.cause)
+        tests = *ended, (step.row.condition.when, True)
+        return frozenset[InputName]().union(*(self._implied.of(*test) for test in tests))
+
+    def _device(self, key: InputName) -> bool:
+        name = self._machine.subsystem.qualified_name
+        return bool(self._wires.measuring_device(name, key[0]))
+
+    def _sources(self, state: State, output: InputName) -> InputNames:
+        """The inputs behind an output that stays as it is in a state because the origin does.
+
+        Nothing if it does not: if time, a new value, or a place that is measured changes it.
+        """
+        assigned = {(a.peer, a.name): a.value for a in state.behaviour.assignments}
+        pending = [assigned[output]] if output in assigned else []
+        remembered: set[str] = set()
+        found: set[InputName] = set()
+        for value in pending:  # it grows
+            for part, missing, _ in self._guards.parts(value, frozenset()):
+                if missing:
+                    continue
+                if not self._is_unchanged(part, assigned):
+                    return frozenset()
+                if isinstance(part, Input):
+                    found.add(part.key)
+                elif isinstance(part, MemoryRef) and part.name not in remembered:
+                    remembered.add(part.name)
+                    value = assigned.get(("", part.name), part)
+                    if part in self._results(value):
+                        written = self._machine.subsystem.assigned_values.get(("", part.name), {})
+                        values = [value for several in written.values() for value in several]
+                        stored = {read.input for v in values for read in self._reads.of(v)}
+                        found |= stored & {self._origin}
+                    pending += [value] if value is not part else []
+        return frozenset(found) if self._origin in found else frozenset()
+
+    def _results(self, value: Expr) -> Iterator[Expr]:
+        """What a value may be where nothing new comes: of choices the branches."""
+        missing = {id(part): why for part, why, _ in self._guards.parts(value, frozenset())}
+        through = self._machine.prover.numbering.resolve
+        pending = [value]
+        for result in map(through, pending):  # it grows
+            if isinstance(result, Choice):
+                branches = result.then, result.otherwise
+                pending += [each for each in branches if not missing.get(id(each))]
+            else:
+                yield result
+
+    def _is_unchanged(self, part: Expr, assigned: dict[InputName, Expr]) -> bool:
+        """Whether a part of a value does not change by itself."""
+        match part:
+            case Clock(name=name):
+                return name == "period"
+            case Lag():
+                return False
+            case Fresh(input=element):
+                return element.key in self._silent_inputs
+            case Choice(test=test):
+                return not any(map(self._device, self._machine.dependences.of(test).values))
+            case Input(key=key) if self._device(key):
+                return is_motion(part.type)
+            case Input(peer=peer, key=key):
+                is_held = key in self._silent_inputs and not is_position(part.type)
+                return is_held or (peer == self._origin[0] and is_motion(part.type))
+            case MemoryRef(name=name):
+                is_constant = ("", name) not in assigned
+                return not is_position(part.type) and (is_constant or is_motion(part.type))
+        return True
+
 
 # A state without an output whose last value a device keeps, and the state that may send it last.
 
 
 @dataclass(frozen=True, slots=True)
-class HeldOutput:
+class RetainedOutput:
     """`state` does not send `output`, which `before` sent; the value goes on along `path`."""
 
     state: State
@@ -33,27 +271,27 @@ class HeldOutput:
         return f"y.{self.output[0]}.{self.output[1]}"
 
 
-class HeldOutputs:
+class RetainedOutputs:
     """The outputs of one machine that some states send and others do not."""
 
     def __init__(self, facts: Facts, machine: Machine) -> None:
         self._facts = facts
         self._machine = machine
         states = machine.subsystem.states
-        self._states = [state for state in states if state.name in machine.reached]
+        self._states = [state for state in states if state.name in machine.reachable_states]
 
-    def find(self) -> Iterator[HeldOutput]:
+    def find(self) -> Iterator[RetainedOutput]:
         """One for each state and output that it does not declare to hold."""
         subsystem = self._machine.subsystem
         for output, element in subsystem.outputs.items():
-            written = subsystem.written.get(output, {})
+            written = subsystem.assigned_values.get(output, {})
             silent = [s for s in self._states if s.behaviour.name not in written]
-            if not moves(element.type) or not silent or len(silent) == len(self._states):
+            if not is_motion(element.type) or not silent or len(silent) == len(self._states):
                 continue
             moving = {name for name, values in written.items() if any(map(self._may_move, values))}
-            for state, group in self._lasting(silent):
+            for state, group in self._staying(silent):
                 if output not in state.holds:
-                    yield from self._held(state, group, output, moving)
+                    yield from self._retained(state, group, output, moving)
 
     def _may_move(self, value: Expr) -> bool:
         """Whether a value may be another one than zero, or nothing."""
@@ -61,15 +299,15 @@ class HeldOutputs:
         if isinstance(value, Items):
             return any(map(self._may_move, value.items))
         zero = isinstance(value, Nothing | Unused)
-        return not zero and any(self._machine.memory_facts.bounds.of(value))
+        return not zero and any(self._machine.value_ranges.bounds.of(value))
 
-    def _lasting(self, silent: list[State]) -> Iterator[tuple[State, list[State]]]:
+    def _staying(self, silent: list[State]) -> Iterator[tuple[State, list[State]]]:
         """States in which the machine may stay, with those among which it stays there.
 
         A state of one period, as in a sequence of steps, is left for the next one.
         """
         named = {state.name: state for state in silent}
-        edges = [(step.row.source, step.row.target) for step in self._machine.steps]
+        edges = [(step.row.source, step.row.target) for step in self._machine.edges]
         following = grouped((a, b) for a, b in edges if a in named and b in named)
         behind = {
             name: reachable(following.get(name, ()), lambda n: following.get(n, ()))
@@ -80,17 +318,21 @@ class HeldOutputs:
             if group or not self._machine.dwell_times.is_one_period(state):
                 yield state, group or [state]
 
-    def _held(
+    def _retained(
         self, state: State, group: list[State], output: InputName, moving: set[str]
-    ) -> Iterator[HeldOutput]:
+    ) -> Iterator[RetainedOutput]:
         """The output that is held in a state, if something else than zero may have been sent."""
         own, peer = self._machine.subsystem, output[0]
         path = path_to_device(self._facts, own, output, unsent_in(own, group, peer))
         if path is None:
             return
-        ends = {output, *((peer, name) for name in path.stops)}
-        passing = {s.name for s in self._states if ends.isdisjoint(_sent(s))}
-        following = grouped((step.row.source, step.row.target) for step in self._machine.steps)
+        ends = {output, *((peer, name) for name in path.interrupting)}
+        passing = {
+            s.name
+            for s in self._states
+            if ends.isdisjoint({(item.peer, item.name) for item in s.behaviour.assignments})
+        }
+        following = grouped((step.row.source, step.row.target) for step in self._machine.edges)
 
         def onward(name: str) -> list[str]:
             return following.get(name, []) if name in passing else []
@@ -98,12 +340,8 @@ class HeldOutputs:
         for before in self._states:
             ways = following.get(before.name, ())
             if before.behaviour.name in moving and state.name in reachable(ways, onward):
-                yield HeldOutput(state, output, before, path)
+                yield RetainedOutput(state, output, before, path)
                 return
-
-
-def _sent(state: State) -> set[InputName]:
-    return {(item.peer, item.name) for item in state.behaviour.assignments}
 
 
 # What moves a device is sent in every state, or held on purpose.
@@ -112,35 +350,39 @@ def _sent(state: State) -> set[InputName]:
 def commands_sent(facts: Facts) -> Iterator[Diagnostic]:
     """W0420, once for each state, with all that it does not send."""
     for machine in facts.complete_machines:
-        found = grouped((held.state, held) for held in HeldOutputs(facts, machine).find())
+        found = grouped(
+            (retained.state, retained) for retained in RetainedOutputs(facts, machine).find()
+        )
         for state, several in found.items():
             yield _finding(machine.subsystem, state, several)
 
 
-def _finding(subsystem: Subsystem, state: State, several: list[HeldOutput]) -> Diagnostic:
+def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) -> Diagnostic:
     names = [f"`{held.name}`" for held in several]
     elements = {f"`{held.path.device.qualified_name}.{held.path.element.name}`" for held in several}
     keep, last = ("keep", "values") if len(elements) > 1 else ("keeps", "value")
     written = ", ".join(held.name for held in several)
-    held = f"{state.name}: {{behaviour: {state.behaviour.name}, holds: [{written}]}}"
+    retained = f"{state.name}: {{behaviour: {state.behaviour.name}, holds: [{written}]}}"
     return Diagnostic(
         "W0420",
-        f"state `{state.name}` does not send {listed(names, 'and')}, so "
-        f"{listed(sorted(elements), 'and')} {keep} the last {last}",
+        f"state `{state.name}` does not send {join_words(names, 'and')}, so "
+        f"{join_words(sorted(elements), 'and')} {keep} the last {last}",
         state.place,
         "what was sent last goes on here",
         tuple(dict.fromkeys(place for held in several for place in _way(subsystem, held))),
         f"send {'them' if len(names) > 1 else 'it'} in `{state.name}` as well, 0 to stop; "
-        f"if the last {last} should stay, say so: `{held}`",
+        f"if the last {last} should stay, say so: `{retained}`",
     )
 
 
-def _way(subsystem: Subsystem, held: HeldOutput) -> Iterator[Related]:
-    sent = next(a for a in held.before.behaviour.assignments if (a.peer, a.name) == held.output)
-    yield Related(sent.place, f"state `{held.before.name}` may have sent it before")
-    for relay in held.path.through:
+def _way(subsystem: Subsystem, retained: RetainedOutput) -> Iterator[Related]:
+    sent = next(
+        a for a in retained.before.behaviour.assignments if (a.peer, a.name) == retained.output
+    )
+    yield Related(sent.place, f"state `{retained.before.name}` may have sent it before")
+    for relay in retained.path.through:
         yield Related(relay.place, f"`{relay.qualified_name}` goes on with the last value")
-    device, element = held.path.device, held.path.element
+    device, element = retained.path.device, retained.path.element
     yield Related(element.place, f"`{device.qualified_name}` gets it")
 
 
@@ -152,23 +394,19 @@ def held_outputs_sent(facts: Facts) -> Iterator[Diagnostic]:
     for machine in facts.complete_machines:
         for state in machine.subsystem.states:
             for index, output in enumerate(state.holds):
-                yield from _without_effect(machine.subsystem, state, output, index)
-
-
-def _without_effect(
-    subsystem: Subsystem, state: State, output: InputName, index: int
-) -> Iterator[Diagnostic]:
-    name = f"`y.{output[0]}.{output[1]}`"
-    sent = [a for a in state.behaviour.assignments if (a.peer, a.name) == output]
-    if sent:
-        message = f"state `{state.name}` holds {name} and sends it"
-        related = tuple(Related(item.place, "sent here") for item in sent)
-    elif output not in subsystem.written:
-        message, related = f"state `{state.name}` holds {name}, which no state sends", ()
-    else:
-        return
-    place = state.place.below("holds", index)
-    yield Diagnostic("W0421", message, place, "holds nothing", related, "delete it here")
-
-
-USES = (commands_sent, held_outputs_sent)
+                name = f"`y.{output[0]}.{output[1]}`"
+                sent = [a for a in state.behaviour.assignments if (a.peer, a.name) == output]
+                if sent:
+                    message = f"state `{state.name}` holds {name} and sends it"
+                    related = tuple(Related(item.place, "sent here") for item in sent)
+                elif output not in machine.subsystem.assigned_values:
+                    message, related = (
+                        f"state `{state.name}` holds {name}, which no state sends",
+                        (),
+                    )
+                else:
+                    continue
+                place = state.place.below("holds", index)
+                yield Diagnostic(
+                    "W0421", message, place, "holds nothing", related, "delete it here"
+                )

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, bindable, raw_numbers
-from specc.diagnostics import Diagnostic, Related, is_slip, nearest
+from specc.analysis.machine import Machine
+from specc.analysis.plant import BoundElement, Limit, bindable, limits_of_control, raw_numbers
+from specc.analysis.reaching import ScalarDefinition, ScalarExpr, ScalarRanges, component
+from specc.analysis.reads import ExpressionText
+from specc.diagnostics import Diagnostic, Related, is_typo, nearest
 from specc.diagnostics.phrases import counted
-from specc.lang import or_else
+from specc.lang import joined_help
+from specc.lang.ranges import Range
 from specc.mjcf import Model, ModelError
-from specc.model.binding import PLANT, Binding
-from specc.model.system import System
-from specc.model.types import Image, Record, Type, within
-from specc.resolve.context import suggestion
+from specc.model.system import PLANT, Binding, System
+from specc.model.types import Image, Real, Record, Type, Vector, nested_types
+from specc.resolve.context import suggest
 from specc.source import Place
 
 # The model of the plant is there and is MJCF.
@@ -44,7 +48,7 @@ def model_readable(facts: Facts) -> Iterator[Diagnostic]:
 # What the plant binds are elements of devices.
 
 
-_LISTED = 8
+_MOST_LISTED = 8
 
 
 def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
@@ -66,12 +70,12 @@ def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _unknown_element(binding: Binding, message: str, name: str, known: list[str]) -> Diagnostic:
-    hint = suggestion(name, known) if known else "an element is named `agent.E.device.element`"
+    hint = suggest(name, known) if known else "an element is named `agent.E.device.element`"
     # A real effector called a real receptor, or vice versa, is still the same device.
-    if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
+    if is_typo(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
-    help = or_else("add it to the agent", hint)
+    help = joined_help("add it to the agent", hint)
     return Diagnostic("O0205", absent, binding.place, message, help=help)
 
 
@@ -90,7 +94,7 @@ def records_made(facts: Facts) -> Iterator[Diagnostic]:
             f"record `{name}` has no Python class, but Python code has to create its values",
             first.place,
             first.message,
-            related=tuple(others[:_LISTED]),
+            related=tuple(others[:_MOST_LISTED]),
             help="add `python: package.module:Class`, a frozen dataclass or a `NamedTuple` with "
             "these fields",
         )
@@ -103,13 +107,13 @@ def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
         if operator.python:
             yield operator.result, given, Related(operator.place, f"gives `{operator.result}`")
     for bound in facts.bindings:
-        if not bound.commanded:
+        if not bound.is_commanded:
             type_ = bound.element.type
             yield type_, (), Related(bound.binding.place, f"gives `{type_}`")
 
 
 def _classless(type_: Type) -> set[str]:
-    found = within([type_])
+    found = nested_types([type_])
     return {part.name for part in found if isinstance(part, Record) and not part.python}
 
 
@@ -156,9 +160,9 @@ def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
     bound = {f"{b.device}.{b.element}" for b in plant.bindings if b.device != PLANT}
     open_ = [name for name, _ in elements if name not in bound]
     strange = bound - {name for name, _ in elements}
-    meant = {name for other in strange for name in nearest(other, open_)[:1]}
+    misnamed = {name for other in strange for name in nearest(other, open_)[:1]}
     for name, element in elements:
-        if name not in bound | meant:
+        if name not in bound | misnamed:
             yield Diagnostic(
                 "O0502",
                 f"nothing in the plant stands behind `{name}`",
@@ -219,7 +223,7 @@ def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
     """E0508."""
     first: dict[str, Place] = {}
     for bound in facts.bindings:
-        for index, name in enumerate(bound.binding.actuators if bound.commanded else ()):
+        for index, name in enumerate(bound.binding.actuators if bound.is_commanded else ()):
             place = bound.binding.place.below("actuators", index)
             known = not isinstance(facts.model, Model) or name in facts.model.actuators
             if name in first and known:
@@ -245,16 +249,20 @@ def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
     """W0520; of sensors, which may be shared, where all copies of one description name the same."""
     effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
     first: dict[tuple[str, str], tuple[str, Place]] = {}
-    told: set[Place] = set()
-    for binding in (bound.binding for bound in facts.bindings if not bound.commanded):
+    reported: set[Place] = set()
+    for binding in (bound.binding for bound in facts.bindings if not bound.is_commanded):
         for kind in ("joints", "sensors") if binding.device in effectors else ():
             for index, name in enumerate(getattr(binding, kind)):
                 place = binding.place.below(kind, index)
                 device, earlier = first.setdefault((kind, name), (binding.device, place))
                 copies = earlier == place
-                if device == binding.device or not (copies or kind == "joints") or place in told:
+                if (
+                    device == binding.device
+                    or not (copies or kind == "joints")
+                    or place in reported
+                ):
                     continue
-                told.add(place)
+                reported.add(place)
                 part = kind.removesuffix("s")
                 yield Diagnostic(
                     "W0520",
@@ -275,13 +283,13 @@ def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
     effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
     first: dict[tuple[str, str, str, bool], tuple[str, Place]] = {}
     for bound in facts.bindings:
-        binding, made = bound.binding, (bound.binding.through, bound.is_pose)
+        binding, conversion = bound.binding, (bound.binding.through, bound.is_pose)
         owner = binding.device.partition(".")[0]  # of what is observed, the plant
         owners = [owner, "effectors"] if binding.device in effectors else [owner]
-        for index, name in enumerate(() if bound.commanded else binding.sensors):
+        for index, name in enumerate(() if bound.is_commanded else binding.sensors):
             place = binding.place.below("sensors", index)
             element = f"{binding.device}.{binding.element}"
-            known = [first.setdefault((o, name, *made), (element, place)) for o in owners]
+            known = [first.setdefault((o, name, *conversion), (element, place)) for o in owners]
             twin = next(((e, p) for e, p in known if e != element), None)
             if twin is None or twin[1] == place:  # copies of effectors are told of above
                 continue
@@ -294,14 +302,96 @@ def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-CHECKS = (
-    model_readable,
-    bindings_known,
-    records_made,
-    devices_simulated,
-    devices_bound,
-    sizes_match,
-    actuators_driven_once,
-    effectors_measured_apart,
-    sensors_read_once,
-)
+_ROUNDING = 1e-5
+"""Of a range: how far beyond it a number is still at its end."""
+_LISTED = 4
+
+
+@dataclass(frozen=True, slots=True)
+class _Beyond:
+    """A number that is surely beyond a limit of an actuator, and where it is sent from."""
+
+    bound: BoundElement
+    index: int
+    origin: ScalarExpr
+    sent: Place
+    values: Range
+    limit: Limit
+
+    @property
+    def place(self) -> Place:
+        return self.origin.text.place(self.origin.expr)
+
+
+def commands_obeyed(facts: Facts) -> Iterator[Diagnostic]:
+    """W0525, once for each place that such a number comes from."""
+    found: dict[Place, list[_Beyond]] = {}
+    machines = {machine.subsystem.qualified_name: machine for machine in facts.machines}
+    for element in facts.bindings:
+        for beyond in _of_element(element, facts, machines):
+            found.setdefault(beyond.place, []).append(beyond)
+    for place, alike in found.items():
+        first = alike[0]
+        name = first.bound.binding.actuators[first.index]
+        what, (least, greatest) = first.limit
+        units = first.bound.units or ()
+        unit = "" if not units or str(units[0]) == "1" else f" {units[0]}"
+        low, high = first.values
+        is_more = low > greatest
+        end = low if is_more else high
+        bound = "" if low == high else "at least " if is_more else "at most "
+        word = "more" if is_more else "less"
+        related = {first.sent: "sent to the device here"} if first.sent != place else {}
+        for each in alike[:_LISTED]:
+            at = each.bound.binding.place.below("actuators", each.index)
+            related.setdefault(at, "obeys it")
+        yield Diagnostic(
+            "W0525",
+            f"{bound}{end:.6g}{unit} is {word} than actuator `{name}` can do: "
+            f"{least:.6g} to {greatest:.6g}{unit}, its {what}",
+            place,
+            related=tuple(Related(at, words) for at, words in related.items()),
+            help="the model cuts what is beyond and says nothing: "
+            "send what it can do, or change it",
+        )
+
+
+def _of_element(
+    bound: BoundElement, facts: Facts, machines: Mapping[str, Machine]
+) -> Iterator[_Beyond]:
+    binding, type_ = bound.binding, bound.element.type
+    is_number = isinstance(type_, Real) or (isinstance(type_, Vector) and type_.is_array)
+    if not (bound.is_commanded and bound.plant == "model" and is_number) or binding.through:
+        return
+    for index, name in enumerate(binding.actuators):
+        limits = [*limits_of_control(name, facts.model)] if isinstance(facts.model, Model) else []
+        at = index if isinstance(type_, Vector) else None
+        for definition in _sent(bound, at, facts) if limits else ():
+            if isinstance(definition, ScalarExpr):
+                reaching = ScalarRanges(facts.definitions, machines.__getitem__).of(definition)
+                sent = definition.text.place(definition.expr)
+                for origin, every in reaching.items():
+                    pairs = ((range_, limit) for range_ in every for limit in limits)
+                    for range_, limit in pairs:
+                        if _is_outside(range_, limit[1]):
+                            yield _Beyond(bound, index, origin, sent, range_, limit)
+                            break
+
+
+def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[ScalarDefinition]:
+    """What states send to an element, and what is safe for it."""
+    element = bound.element
+    for wire in facts.wires.wires_of_element(bound.binding.device, "y", element.name):
+        if wire.subsystem.qualified_name not in facts.broken:
+            target = wire.port.peer, element.name
+            yield from facts.definitions.sent(wire.subsystem, target, index)
+    if safe := element.safe:
+        for value, key in ((safe.value, "is"), (safe.otherwise, "otherwise")):
+            if value is not None:
+                text = ExpressionText(value, safe.place, key)
+                yield ScalarExpr("", value if index is None else component(value, index), text)
+
+
+def _is_outside(range_: Range, limit: Range) -> bool:
+    near = _ROUNDING * (limit[1] - limit[0])
+    return range_[0] > limit[1] + near or range_[1] < limit[0] - near

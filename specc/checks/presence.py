@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from specc.analysis import Facts, Machine
-from specc.analysis.guards import Evaluation, uses
-from specc.analysis.presence import InputRead, Need
+from specc.analysis.definite_assignment import InputRead, Need
+from specc.analysis.path_conditions import Evaluation, evaluations
 from specc.analysis.reads import text_of
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import show
 from specc.model.fsm import Axiom, Condition, Function
-from specc.model.system import Memory, Subsystem
+from specc.model.system import Memory
 from specc.model.types import OptionalOf
 from specc.proof import InputName
 from specc.source import Place
@@ -69,21 +69,49 @@ def _named(owner: Function | Condition | Memory) -> str:
 def inputs_present(facts: Facts) -> Iterator[Diagnostic]:
     """E0701 to E0704, once for each place that reads without a value, about the first state."""
     for machine in facts.consistent_machines:
-        yield from machine.results_of(_without_input)
+        yield from _without_input(machine)
 
 
 def _without_input(machine: Machine) -> Iterator[Diagnostic]:
-    told: set[tuple[str, Place]] = set()
+    reported: set[tuple[str, Place]] = set()
     for absence in absences(machine):
-        if (absence.code, absence.place) not in told:
-            told.add((absence.code, absence.place))
-            yield _absent(absence, machine)
+        if (absence.code, absence.place) in reported:
+            continue
+        reported.add((absence.code, absence.place))
+        (peer, element), state = absence.reading.input.key, absence.state
+        name = f"x.{peer}.{element}"
+        related = []
+        if absence.reading.let is not None:
+            related.append(Related(absence.use.text.part, f"{absence.what} refers to it"))
+        port = machine.subsystem.port("x", peer)
+        declared = port.element(element) if port else None
+        if declared is not None:
+            related.append(Related(declared.place, "has no initial value"))
+        label = "nothing has been sent yet"
+        if isinstance(absence.use.owner, Axiom):
+            label = "possibly nothing has been sent by then"
+        elif state:
+            path = machine.presence.path_without(state, (peer, element))
+            label = f"on the path {' -> '.join(path)} no row asks whether it has arrived"
+            if len(path) == 1:
+                label = f"possibly nothing has been sent when the system starts in `{path[0]}`"
+        help = f"ask `present({name})` first, or give the element an `init`"
+        if state and state != machine.subsystem.initial_state:
+            help = f"enter `{state}` only by rows whose condition implies `fresh({name})`, {help}"
+        yield Diagnostic(
+            absence.code,
+            f"`{name}` may have no value {absence.where}, where {absence.what} reads it",
+            absence.place,
+            label,
+            tuple(related),
+            help,
+        )
 
 
 def _remainders(machine: Machine) -> Callable[[Evaluation], bool]:
     """Whether a use is that of `otherwise`, which asks what the other rows ask."""
     rows = machine.subsystem.transitions
-    known = {id(row.condition) for row in rows if row.remainder}
+    known = {id(row.condition) for row in rows if row.is_otherwise}
     return lambda use: id(use.owner) in known
 
 
@@ -92,62 +120,20 @@ def absences(machine: Machine) -> Iterator[Absence]:
 
     What `otherwise` reads, the other rows read as well.
     """
-    is_remainder = _remainders(machine)
-    found = list(_absences(machine))
-    asked = {(a.reading.input.key, a.state) for a in found if not is_remainder(a.use)}
-    for absence in found:
-        if not (is_remainder(absence.use) and (absence.reading.input.key, absence.state) in asked):
-            yield absence
-
-
-def _absences(machine: Machine) -> Iterator[Absence]:
-    presence = machine.presence
+    presence, is_remainder = machine.presence, _remainders(machine)
     if presence.is_sure:
         return
     known: dict[tuple[int, frozenset[InputName]], list[InputRead]] = {}
-    for use in uses(machine.subsystem, machine.subsystem.transitions):
+    found: list[Absence] = []
+    for use in evaluations(machine.subsystem, machine.subsystem.transitions):
         key = id(use.text.expr), presence.at(use)
         if key not in known:
             known[key] = list(presence.unguarded(use.text.expr, key[1]))
-        yield from (Absence(reading, use) for reading in known[key])
-
-
-def _absent(absence: Absence, machine: Machine) -> Diagnostic:
-    peer, element = absence.reading.input.key
-    name = f"x.{peer}.{element}"
-    related = []
-    if absence.reading.let is not None:
-        related.append(Related(absence.use.text.part, f"{absence.what} refers to it"))
-    port = machine.subsystem.port("x", peer)
-    declared = port.element(element) if port else None
-    if declared is not None:
-        related.append(Related(declared.place, "has no initial value"))
-    return Diagnostic(
-        absence.code,
-        f"`{name}` may have no value {absence.where}, where {absence.what} reads it",
-        absence.place,
-        _why(absence, machine),
-        tuple(related),
-        _way_out(name, absence.state, machine.subsystem),
-    )
-
-
-def _why(absence: Absence, machine: Machine) -> str:
-    if isinstance(absence.use.owner, Memory):
-        return "nothing has been sent yet"
-    if isinstance(absence.use.owner, Axiom):
-        return "possibly nothing has been sent by then"
-    way = machine.presence.path_without(absence.state, absence.reading.input.key)
-    if len(way) == 1:
-        return f"possibly nothing has been sent when the system starts in `{way[0]}`"
-    return f"on the path {' -> '.join(way)} no row asks whether it has arrived"
-
-
-def _way_out(name: str, state: str, subsystem: Subsystem) -> str:
-    others = f"ask `present({name})` first, or give the element an `init`"
-    if not state or state == subsystem.initial_state:
-        return others
-    return f"enter `{state}` only by rows whose condition implies `fresh({name})`, {others}"
+        found += [Absence(reading, use) for reading in known[key]]
+    read = {(a.reading.input.key, a.state) for a in found if not is_remainder(a.use)}
+    for absence in found:
+        if not is_remainder(absence.use) or (absence.reading.input.key, absence.state) not in read:
+            yield absence
 
 
 # What may be None or empty is tested before its value or an item is used.
@@ -156,25 +142,21 @@ def _way_out(name: str, state: str, subsystem: Subsystem) -> str:
 def values_there(facts: Facts) -> Iterator[Diagnostic]:
     """E0705, once for each place, about the first state."""
     for machine in facts.machines:
-        if machine.is_legible and machine.values.needed:
-            yield from machine.results_of(_missing)
+        if machine.has_known_conditions and machine.present_values.needed:
+            yield from _missing(machine)
 
 
 def _missing(machine: Machine) -> Iterator[Diagnostic]:
-    values, told = machine.values, set[object]()
-    is_remainder = _remainders(machine)
-    every = uses(machine.subsystem, (step.row for step in machine.steps))
+    is_remainder, reported = _remainders(machine), set[object]()
+    every = evaluations(machine.subsystem, (edge.row for edge in machine.edges))
     for use in sorted(every, key=is_remainder):
-        for need in values.lacking(use):
-            asked = need.fact, use.state and use.state.name
-            if is_remainder(use) and asked in told:
-                continue
-            told.add(asked)
-            text = text_of(need.let) if need.let else use.text
-            place = text.place(need.sure)
-            if place not in told:
-                told.add(place)
-                yield _without_value(need, use, place, machine)
+        for need in machine.present_values.lacking(use):
+            question = need.fact, use.state and use.state.name
+            place = (text_of(need.let) if need.let else use.text).place(need.sure)
+            if not (is_remainder(use) and question in reported):
+                if place not in reported:
+                    yield _without_value(need, use, place, machine)
+                reported |= {question, place}
 
 
 def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) -> Diagnostic:
@@ -182,13 +164,17 @@ def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) 
     optional = isinstance(need.sure.value.type, OptionalOf)
     lacking = "may be None" if optional else "may be empty"
     where = f" in state `{use.state.name}`" if use.state else ""
-    what = _numbered(use.owner, machine) if isinstance(use.owner, Axiom) else _named(use.owner)
+    what = (
+        f"assumption {machine.subsystem.axioms.index(use.owner) + 1}"
+        if isinstance(use.owner, Axiom)
+        else _named(use.owner)
+    )
     related: tuple[Related, ...] = ()
     if need.let is not None:
         related = (Related(use.text.part, f"{what} refers to it{where}"),)
     test = show(need.fact) if optional else f"len({text}) > 0"
     enter = ""
-    if use.state and machine.values.tells(need.fact, use):
+    if use.state and machine.present_values.entry_tests_suffice(need.fact, use):
         enter = f"enter `{use.state.name}` only by rows whose conditions imply `{test}`, or "
     return Diagnostic(
         "E0705",
@@ -198,10 +184,3 @@ def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) 
         related,
         f"{enter}write `... if {test} else ...`",
     )
-
-
-def _numbered(axiom: Axiom, machine: Machine) -> str:
-    return f"assumption {machine.subsystem.axioms.index(axiom) + 1}"
-
-
-CHECKS = (inputs_present, values_there)

@@ -8,17 +8,17 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from specc.analysis import Facts, RowVerdictAt
-from specc.analysis.guards import as_conditions
+from specc.analysis.path_conditions import as_conditions
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang import show
-from specc.model.expr import Call, Expr, walk, written
-from specc.model.fsm import OTHERWISE, Behaviour, Cause, State, Transition
+from specc.model.expr import Call, Expr, source_name, walk
+from specc.model.fsm import OTHERWISE, Behaviour, Cause, State
 from specc.model.system import Subsystem
 from specc.proof import SolverAnswer, Witness
 
 if TYPE_CHECKING:
-    from specc.analysis.examples import Examples
+    pass
 
 # Phrases about states and refutations.
 
@@ -40,19 +40,19 @@ def situation(witness: Witness) -> str:
 def facts_of(witness: Witness) -> str:
     """`a is true and b is false`: one situation of a witness."""
     facts = [f"`{question}` is {answer}" for question, answer in witness.facts]
-    return listed(facts, "and") if facts else ""
+    return join_words(facts, "and") if facts else ""
 
 
 def _operators_in(witness: Witness) -> str:
     """A last remark on the operators in a witness; empty if it involves none."""
-    nodes = (node for asked, _ in witness.answers for node in walk(asked))
-    calls = (written(node.operator) for node in nodes if isinstance(node, Call))
+    nodes = (node for question, _ in witness.answers for node in walk(question))
+    calls = (source_name(node.operator) for node in nodes if isinstance(node, Call))
     names = [f"`{name}`" for name in dict.fromkeys(calls)]
     if not names:
         return ""
     kind = "an operator, which" if len(names) == 1 else "operators, which"
     verb = "is" if len(names) == 1 else "are"
-    return f"; {listed(names, 'and')} {verb} {kind} may have any result as far as proofs know"
+    return f"; {join_words(names, 'and')} {verb} {kind} may have any result as far as proofs know"
 
 
 # Refutations of the rows of several states that have one reason are reported once.
@@ -88,7 +88,7 @@ class SharedRows:
             return f"state {names[0]}"
         if len(names) > MOST_NAMED:
             names[MOST_NAMED - 1 :] = [f"{len(names) - MOST_NAMED + 1} more"]
-        return f"states {listed(names, 'and')}"
+        return f"states {join_words(names, 'and')}"
 
     @property
     def places(self) -> tuple[Related, ...]:
@@ -99,7 +99,7 @@ class SharedRows:
         )
 
 
-def shared(
+def group_refutations(
     facts: Facts, witness_of: Callable[[RowVerdictAt], Witness | None]
 ) -> Iterator[SharedRows]:
     """The refutations that `witness_of` selects, in the order of their first states."""
@@ -107,53 +107,52 @@ def shared(
     for decided in facts.row_verdicts:
         witness = witness_of(decided)
         if witness is not None:
-            asked = tuple(row.condition.name for row in decided.verdict.rows)
-            known = alike.setdefault((decided.subsystem.qualified_name, decided.cause, asked), [])
-            _tell(decided, witness, known)
-    yield from (told for known in alike.values() for told in known)
+            conditions = tuple(row.condition.name for row in decided.verdict.rows)
+            known = alike.setdefault(
+                (decided.subsystem.qualified_name, decided.cause, conditions), []
+            )
+            _add_refutation(decided, witness, known)
+    yield from (group for known in alike.values() for group in known)
 
 
-def _tell(decided: RowVerdictAt, witness: Witness, known: list[SharedRows]) -> None:
+def _add_refutation(decided: RowVerdictAt, witness: Witness, known: list[SharedRows]) -> None:
     """Add a refutation to those about the same conditions; one that covers it represents it.
 
     If it covers some of them, it represents them instead.
     """
     compared = known[:MOST_COMPARED]
-    for told in compared:
-        if _covers(told.widest, decided):
-            told.others.append(decided)
+    for group in compared:
+        if _covers(group.widest, decided):
+            group.others.append(decided)
             return
     less = [told for told in compared if _covers(decided, told.widest)]
     if not less:
         known.append(SharedRows(decided, decided, witness))
         return
-    kept, *merged = less
-    kept.widest, kept.witness = decided, witness
-    for told in merged:
-        kept.others += [told.first, *told.others]
-        known.remove(told)
-    kept.others.append(decided)
+    widened, *merged = less
+    widened.widest, widened.witness = decided, witness
+    for group in merged:
+        widened.others += [group.first, *group.others]
+        known.remove(group)
+    widened.others.append(decided)
 
 
 def _covers(one: RowVerdictAt, other: RowVerdictAt) -> bool:
     """Whether the refutation of one state's rows also holds of the rows of another state."""
-    there = [one.machine.presence.in_conditions(d.state.name) for d in (one, other)]
-    if not there[0] <= there[1]:
+    present = [one.machine.presence.in_conditions(d.state.name) for d in (one, other)]
+    if not present[0] <= present[1]:
         return False
-    context, fact = _ended(other), _ended(one)
+    context, fact = _end_conditions(other), _end_conditions(one)
     if context == fact:
         return True
-    if one.is_vague or other.is_vague:
+    if one.is_incomplete or other.is_incomplete:
         return False
     return all(one.machine.prover.implies(context, part) for part in fact)
 
 
-def _ended(decided: RowVerdictAt) -> tuple[Expr, ...]:
+def _end_conditions(decided: RowVerdictAt) -> tuple[Expr, ...]:
     """What holds whenever a state ends by a cause."""
-    return as_conditions(decided.state.behaviour.ended(decided.cause))
-
-
-# Values that show a refutation.
+    return as_conditions(decided.state.behaviour.facts_after(decided.cause))
 
 
 # Whenever a state ends by a cause, some row of that state and cause applies (2.4).
@@ -162,22 +161,22 @@ def _ended(decided: RowVerdictAt) -> tuple[Expr, ...]:
 def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
     """E0601, once for all states that fail alike; a cause without any row is another matter."""
     examples = cache(facts.examples)
-    for told in shared(facts, _gap):
-        decided, widest, gap = told.first, told.widest, told.witness
+    for group in group_refutations(facts, _gap):
+        decided, widest, gap = group.first, group.widest, group.witness
         state = decided.state
         yield Diagnostic(
             "E0601",
-            f"no row of {told.states} applies {situation(gap)}",
+            f"no row of {group.states} applies {situation(gap)}",
             state.place,
             f"ended {ending(state.behaviour, decided.cause)}",
             (
-                *told.places,
+                *group.places,
                 *(
                     Related(row.place, f"requires `{row.condition.name}`")
                     for row in decided.verdict.rows
                 ),
             ),
-            _with_one_more_row(told),
+            _with_one_more_row(group),
             example=examples().text(widest, gap, facts_of(gap)),
         )
 
@@ -186,14 +185,14 @@ def _gap(decided: RowVerdictAt) -> Witness | None:
     return decided.verdict.decision.gap if decided.verdict.rows else None
 
 
-def _with_one_more_row(told: SharedRows) -> str:
-    decided, also = told.first, " to each of these states" if told.others else ""
+def _with_one_more_row(group: SharedRows) -> str:
+    decided, also = group.first, " to each of these states" if group.others else ""
     row = f"add the row `[{decided.state.name}, {decided.cause}, {OTHERWISE}, ...]`{also}, or one"
     if any((c.kind, c.name) == ("initial", OTHERWISE) for c in decided.subsystem.conditions):
         row = f"add a row{also}"  # the word has a meaning of its own here
     return (
         f"{row} with a condition for this case, or say under `assume:` why it cannot occur"
-        f"{_operators_in(told.witness)}"
+        f"{_operators_in(group.witness)}"
     )
 
 
@@ -207,51 +206,49 @@ _MOST = 6
 def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
     """E0602, for two rows that can apply together; others of the same states are related."""
     examples = cache(facts.examples)
-    for told in shared(facts, lambda decided: decided.verdict.decision.overlap):
-        decided, widest, overlap = told.first, told.widest, told.witness
+    for group in group_refutations(facts, lambda decided: decided.verdict.decision.overlap):
+        decided, widest, overlap = group.first, group.widest, group.witness
         one, other = overlap.holding
         first, second = decided.verdict.rows[one], decided.verdict.rows[other]
-        others = tuple(_others(told))
+        others = tuple(_others(group))
         also = "and so does this row"
         if others and (own := widest.overlap((one, other))):
             also += f" {situation(own)}"
         yield Diagnostic(
             "E0602",
-            f"two rows of {told.states} apply {situation(overlap)}",
+            f"two rows of {group.states} apply {situation(overlap)}",
             second.place,
             f"applies when the state ended {ending(decided.state.behaviour, decided.cause)}",
-            (Related(first.place, also), *others, *told.places),
-            _with_one_row_less(told),
+            (Related(first.place, also), *others, *group.places),
+            _with_one_row_less(group),
             example=examples().text(widest, overlap, facts_of(overlap)),
         )
 
 
-def _others(told: SharedRows) -> Iterator[Related]:
+def _others(group: SharedRows) -> Iterator[Related]:
     """The other rows that can apply together with one, at their places."""
-    rows, shown = told.first.verdict.rows, set(told.witness.holding)
+    rows, shown = group.first.verdict.rows, set(group.witness.holding)
     pairs = ((i, j) for j in range(len(rows)) for i in range(j))
     for one, other in pairs if len(rows) <= _MOST else ():
-        there, beside = (one, other) if other in shown else (other, one)
-        if there not in shown and (overlap := told.widest.overlap((one, other))):
-            shown.add(there)
+        new, beside = (one, other) if other in shown else (other, one)
+        if new not in shown and (overlap := group.widest.overlap((one, other))):
+            shown.add(new)
             name = rows[beside].condition.name
             words = f"applies {situation(overlap)}, and so does the row with `{name}`"
-            yield Related(rows[there].place, words)
+            yield Related(rows[new].place, words)
 
 
-def _with_one_row_less(told: SharedRows) -> str:
-    overlap, rows = told.witness, told.first.verdict.rows
-    if all(rows[one].remainder for one in overlap.holding):
+def _with_one_row_less(group: SharedRows) -> str:
+    overlap, rows = group.witness, group.first.verdict.rows
+    if all(rows[one].is_otherwise for one in overlap.holding):
         return "delete one of the two rows: a state and cause have one row with `otherwise`"
     other = f"or say under `assume:` why this cannot occur{_operators_in(overlap)}"
-    also = " in each of these states" if told.others else ""
+    also = " in each of these states" if group.others else ""
     if overlap.repair is None or overlap.repaired is None:
         return f"delete one of the two rows{also}, {other}"
     which = "this row" if overlap.repaired == overlap.holding[-1] else "the other row"
-    asked = rows[overlap.repaired].condition.name
-    return (
-        f'give {which} the condition "{show(overlap.repair)}" instead of `{asked}`{also}, {other}'
-    )
+    name = rows[overlap.repaired].condition.name
+    return f'give {which} the condition "{show(overlap.repair)}" instead of `{name}`{also}, {other}'
 
 
 # A cause that can occur in a state has rows; a state without any row is not finished.
@@ -271,22 +268,18 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
     examples = cache(facts.examples)
     for decided in unmet:
         if any(row.source == decided.state.name for row in decided.subsystem.transitions):
-            yield _no_row(decided, examples)
-
-
-def _no_row(decided: RowVerdictAt, examples: Callable[[], Examples]) -> Diagnostic:
-    state, cause = decided.state, decided.cause
-    condition = state.behaviour.ending(cause)
-    ended = Witness((), answers=((condition.when, True),))
-    return Diagnostic(
-        "E0603",
-        f"state `{state.name}` has no row for its {cause} condition",
-        state.place,
-        f"can end {ending(state.behaviour, cause)}",
-        (Related(condition.place, f"the {cause} condition"),),
-        f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
-        example=examples().text(decided, ended, ""),
-    )
+            state, cause = decided.state, decided.cause
+            condition = state.behaviour.ending(cause)
+            ended = Witness((), answers=((condition.when, True),))
+            yield Diagnostic(
+                "E0603",
+                f"state `{state.name}` has no row for its {cause} condition",
+                state.place,
+                f"can end {ending(state.behaviour, cause)}",
+                (Related(condition.place, f"the {cause} condition"),),
+                f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
+                example=examples().text(decided, ended, ""),
+            )
 
 
 def _unfinished(subsystem: Subsystem, ends: list[State]) -> Iterator[Diagnostic]:
@@ -325,39 +318,35 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
             continue
         for row, possible in zip(rows, satisfiable, strict=True):
             if not possible:
-                yield from _dead(row, decided)
-
-
-def _dead(row: Transition, decided: RowVerdictAt) -> Iterator[Diagnostic]:
-    machine, state, behaviour = decided.machine, decided.state, decided.state.behaviour
-    occurs = decided.verdict.decision.possible
-    end = behaviour.ending(decided.cause)
-    if machine.constant_value(end) is False or (
-        not occurs and machine.constant_value(behaviour.error)
-    ):
-        return
-    if occurs and row.remainder:
-        words = f"the other rows of state `{state.name}` leave nothing to `otherwise`"
-        hint = "delete the row, or give another row a stricter condition"
-        yield Diagnostic("W0605", words, row.place, "never taken", help=hint)
-        return
-    if occurs and machine.constant_value(row.condition) is not None:
-        return
-    code, about, named = "W0604", behaviour.place, f"behaviour `{behaviour.name}`"
-    words = f"state `{state.name}` never ends {ending(behaviour, decided.cause)}"
-    if occurs:
-        code, about, named = "W0605", row.condition.place, f"`{row.condition.name}`"
-        when = f"when state `{state.name}` ends {ending(behaviour, decided.cause)}"
-        words = f"{named} never holds {when}"
-    excluded = machine.dwell_times.excludes(row)
-    yield Diagnostic(
-        code,
-        words,
-        row.place,
-        "never taken: the times rule it out" if excluded else "never taken",
-        (Related(about, named),),
-        "delete the row, or change the condition",
-    )
+                machine, state, behaviour = decided.machine, decided.state, decided.state.behaviour
+                occurs = decided.verdict.decision.possible
+                end = behaviour.ending(decided.cause)
+                if machine.constant_value(end) is False or (
+                    not occurs and machine.constant_value(behaviour.error)
+                ):
+                    continue
+                if occurs and row.is_otherwise:
+                    words = f"the other rows of state `{state.name}` leave nothing to `otherwise`"
+                    hint = "delete the row, or give another row a stricter condition"
+                    yield Diagnostic("W0605", words, row.place, "never taken", help=hint)
+                    continue
+                if occurs and machine.constant_value(row.condition) is not None:
+                    continue
+                code, about, named = "W0604", behaviour.place, f"behaviour `{behaviour.name}`"
+                words = f"state `{state.name}` never ends {ending(behaviour, decided.cause)}"
+                if occurs:
+                    code, about, named = "W0605", row.condition.place, f"`{row.condition.name}`"
+                    when = f"when state `{state.name}` ends {ending(behaviour, decided.cause)}"
+                    words = f"{named} never holds {when}"
+                excluded = machine.dwell_times.excludes_row(row)
+                yield Diagnostic(
+                    code,
+                    words,
+                    row.place,
+                    "never taken: the times rule it out" if excluded else "never taken",
+                    (Related(about, named),),
+                    "delete the row, or change the condition",
+                )
 
 
 # What cannot be proved of rows is said, because it is then checked in every run.
@@ -388,6 +377,3 @@ def rows_proved(facts: Facts) -> Iterator[Diagnostic]:
                 words += f" {situation(witness)}, but no values that show it were found"
         label = f"ended {ending(state.behaviour, decided.cause)}"
         yield Diagnostic("W0606", words, state.place, label, help=help)
-
-
-CHECKS = (rows_complete, rows_exclusive, causes_have_rows, rows_can_apply, rows_proved)

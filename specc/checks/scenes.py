@@ -13,12 +13,12 @@ from operator import attrgetter, itemgetter
 
 from specc.analysis import Facts
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
-from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
-from specc.diagnostics.phrases import ms
+from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
+from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
-from specc.model.binding import Binding
+from specc.model.system import Binding
 from specc.model.task import Disturbance, Draw
-from specc.resolve.context import suggestion
+from specc.resolve.context import suggest
 from specc.source import Place
 
 
@@ -48,7 +48,15 @@ def _placed(draw: Draw, model: Model, *, relative: bool = False) -> Iterator[Dia
         if model.complete:
             yield _unknown(draw, joint, which, model)
     elif unit is None and kind:
-        yield _no_coordinate(draw, joint, which, kind)
+        if kind == "free":
+            words = f"a free joint has no coordinate `{which}`"
+            hint = f"write {', '.join(f'`{joint}.{one}`' for one in FREE)}"
+        elif kind == "ball":
+            words = f"`{joint}` is a ball joint, which one number does not place"
+            hint = "a scene places hinges, slides and free joints"
+        else:
+            words, hint = f"a {kind} joint has no coordinate `{which}`", f"write `{joint}`"
+        yield Diagnostic("E0516", words, draw.place, help=hint)
     elif unit is not None and (given := draw.invalid_unit(unit)):
         message = f"`{draw.name}` is in {unit}, not in {given}"
         help = f"write a number with that unit, e.g. `0.3[{unit}]`"
@@ -73,23 +81,11 @@ _ROUNDING = 1e-5
 """As of limits that are in degrees, and positions in radians with a few digits."""
 
 
-def _no_coordinate(draw: Draw, joint: str, which: str, kind: str) -> Diagnostic:
-    if kind == "free":
-        message = f"a free joint has no coordinate `{which}`"
-        help = f"write {', '.join(f'`{joint}.{one}`' for one in FREE)}"
-    elif kind == "ball":
-        message = f"`{joint}` is a ball joint, which one number does not place"
-        help = "a scene places hinges, slides and free joints"
-    else:
-        message, help = f"a {kind} joint has no coordinate `{which}`", f"write `{joint}`"
-    return Diagnostic("E0516", message, draw.place, help=help)
-
-
 def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
-    meant = surely_meant(joint, nearest(joint, model.joints))
-    right = f"{meant}.{which}" if meant and which else meant
-    message, help = f"the model has no joint `{joint}`", suggestion(joint, list(model.joints))
-    fix = renaming(draw.place, draw.name, right)
+    correction = sole_correction(joint, nearest(joint, model.joints))
+    right = f"{correction}.{which}" if correction and which else correction
+    message, help = f"the model has no joint `{joint}`", suggest(joint, list(model.joints))
+    fix = rename_fix(draw.place, draw.name, right)
     return Diagnostic("E0502", message, draw.place, help=help, fix=fix)
 
 
@@ -105,13 +101,13 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
             if not facts.system.devices:  # else the plant is an open point
                 yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
-            for verb, deed in each.of():
+            for verb, deed in each.actions_on():
                 for draw in deed.numbers if verb.subject in ("coordinate", "distance") else ():
                     yield from _placed(draw, model, relative=verb.subject == "distance")
                 known = {"body": model.bodies, "joint": model.joints}.get(verb.subject)
                 if known is not None and deed.name not in known and model.complete:
                     message = f"the model has no {verb.subject} `{deed.name}`"
-                    help = suggestion(deed.name, sorted(known))
+                    help = suggest(deed.name, sorted(known))
                     yield Diagnostic("E0502", message, deed.place, help=help)
 
 
@@ -123,14 +119,14 @@ def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
     task = facts.system.task
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():
-        for _, deed in each.of("samples"):
+        for _, deed in each.actions_on("samples"):
             silences[deed.name].append((each, deed.place))
     for name, found in silences.items():
         if name in facts.reported:
             yield from _silent(name, found, facts.reported[name].binding, facts)
             continue
         for _, place in found:
-            help = suggestion(name, sorted(facts.reported))
+            help = suggest(name, sorted(facts.reported))
             yield Diagnostic("E0503", f"no device reports `{name}`", place, help=help)
 
 
@@ -147,7 +143,7 @@ def _silent(
         sampling = _Sampling(binding, facts)
         for row, longest in sampling.gaps(list(sampling.spans(found))):
             if longest is None or longest > binding.max_gap_s:
-                without = "to the end of the run" if longest is None else f"for {ms(longest)}"
+                without = "to the end of the run" if longest is None else f"for {in_ms(longest)}"
                 message = f"`{name}` may have no sample {without}, which its `max_gap` excludes"
                 odd = next((span for span in row if span.ticks is None), row[-1])
                 others = tuple(Related(s.place, "silent too") for s in row if s is not odd)
@@ -159,7 +155,7 @@ _MOST_ORDERED = 6
 """Silences that wait and are tried in every order."""
 
 
-class _Span:
+class _Silence:
     """When a device is silent: from a tick between `first` and `last` on, for `ticks` of them.
 
     `last` is None where it waits for something, `ticks` to the end of the run.
@@ -169,7 +165,11 @@ class _Span:
         begins = [ceil(_exact(value) / tick) for value, _ in each.at.values] if each.at else [0]
         self.first = min(begins)
         self.last = None if each.when else max(begins)
-        lasts = [ceil(_exact(value) / tick) for value, _ in each.lasts.values] if each.lasts else []
+        lasts = (
+            [ceil(_exact(value) / tick) for value, _ in each.duration.values]
+            if each.duration
+            else []
+        )
         self.ticks = max(lasts, default=None)
         self.place = place
 
@@ -179,19 +179,19 @@ class _Sampling:
 
     def __init__(self, binding: Binding, facts: Facts) -> None:
         self.tick = facts.rates.tick_s
-        wires = facts.wires.users(binding.device, "x", binding.element)
+        wires = facts.wires.wires_of_element(binding.device, "x", binding.element)
         readers = {wire.subsystem.qualified_name for wire in wires}
         periods = [1 / s.rate_hz for s in facts.rates.timed if s.qualified_name in readers]
         self._periods = [int(period / self.tick) for period in periods] or [1]
         self._grid = gcd(*self._periods)
 
-    def spans(self, found: Sequence[tuple[Disturbance, Place]]) -> Iterator[_Span]:
+    def spans(self, found: Sequence[tuple[Disturbance, Place]]) -> Iterator[_Silence]:
         """All silences; each that repeats once more for each other one, which may join two of it.
 
         Repetitions may begin at any time, and join if there may be no sample between two.
         """
         for each, place in found:
-            span = _Span(each, place, self.tick)
+            span = _Silence(each, place, self.tick)
             if each.every is None:
                 yield span
                 continue
@@ -201,7 +201,7 @@ class _Sampling:
                 span.ticks = None
             yield from (copy(span) for _ in found)
 
-    def gaps(self, spans: list[_Span]) -> Iterator[tuple[list[_Span], Fraction | None]]:
+    def gaps(self, spans: list[_Silence]) -> Iterator[tuple[list[_Silence], Fraction | None]]:
         """Silences between which there may be no sample, and the longest time between samples.
 
         None is to the end of the run. Those that wait may begin at any time from their first tick
@@ -215,22 +215,22 @@ class _Sampling:
             elif row is not waiting:
                 yield row, self._longest(row)
         if waiting and all(span.ticks is not None for span in spans):
-            yield self._waited(waiting, rows)
+            yield self._longest_waiting(waiting, rows)
 
-    def _waited(
-        self, waiting: list[_Span], rows: list[list[_Span]]
-    ) -> tuple[list[_Span], Fraction]:
+    def _longest_waiting(
+        self, waiting: list[_Silence], rows: list[list[_Silence]]
+    ) -> tuple[list[_Silence], Fraction]:
         if len(waiting) > _MOST_ORDERED:  # no more than if all come one after the other
             row = [*chain(*rows), *waiting]
             return row, self._between(self._missed(row))
         later = [rows[start:] for start in range(len(rows) + 1)]
-        found = [self._stretch(order, rest) for order in permutations(waiting) for rest in later]
+        found = [self._joined(order, rest) for order in permutations(waiting) for rest in later]
         joined = [(row, ticks) for row, ticks in found if not set(waiting).isdisjoint(row)]
         row, ticks = max(joined, key=itemgetter(1))
         return row, self._between(ticks)
 
-    def _rows(self, timed: Iterable[_Span]) -> list[list[_Span]]:
-        rows: list[list[_Span]] = []
+    def _rows(self, timed: Iterable[_Silence]) -> list[list[_Silence]]:
+        rows: list[list[_Silence]] = []
         for span in sorted(timed, key=attrgetter("first")):
             if rows and self._before(span.first) < _end(rows[-1]):
                 rows[-1].append(span)
@@ -238,16 +238,16 @@ class _Sampling:
                 rows.append([span])
         return rows
 
-    def _longest(self, row: list[_Span]) -> Fraction:
+    def _longest(self, row: list[_Silence]) -> Fraction:
         gap = self._before(int(_end(row))) - max(0, self._before(row[0].first))
         longest = max(gap, 0) * self.tick
         if any(span.first != span.last for span in row):
             return min(longest, self._between(self._missed(row)))
         return longest
 
-    def _stretch(
-        self, waiting: Sequence[_Span], rows: Sequence[list[_Span]]
-    ) -> tuple[list[_Span], int]:
+    def _joined(
+        self, waiting: Sequence[_Silence], rows: Sequence[list[_Silence]]
+    ) -> tuple[list[_Silence], int]:
         """Silences, each of which begins as the one before ends, or before; how many ticks in all.
 
         They begin with the first row, if there is one; those that wait come in the order given,
@@ -270,11 +270,11 @@ class _Sampling:
         is_drawn = any(span.last not in (None, span.first) for span in row)
         return row, sum(parts) if is_drawn else end - begin
 
-    def _extent(self, row: list[_Span]) -> int:
+    def _extent(self, row: list[_Silence]) -> int:
         """The most ticks without samples by silences that do not wait."""
         return min(self._missed(row), self._passed(row[0].first, int(_end(row))))
 
-    def _missed(self, row: list[_Span]) -> int:
+    def _missed(self, row: list[_Silence]) -> int:
         """Ticks for which there is no sample, if none of the silences overlap."""
         return sum(
             self._passed(span.first, span.first + (span.ticks or 0))
@@ -299,7 +299,7 @@ class _Sampling:
         return max((tick - 1) // period * period for period in self._periods)
 
 
-def _end(row: list[_Span]) -> float:
+def _end(row: list[_Silence]) -> float:
     """The tick at which all are over at the latest."""
     return max(
         inf if span.ticks is None or span.last is None else span.last + span.ticks for span in row
@@ -309,6 +309,3 @@ def _end(row: list[_Span]) -> float:
 def _exact(seconds: float) -> Fraction:
     """The decimal that is meant; runs tell no times apart that differ by less."""
     return Fraction(seconds).limit_denominator(10**9)
-
-
-CHECKS = (starts_fit, disturbances_fit, silences_fit)

@@ -1,4 +1,4 @@
-"""Rates that meet, readers that keep up, and values that are young enough."""
+"""Rates that meet, readers that keep up, values that are young enough; budgets in real time."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from fractions import Fraction
 from math import ceil
 
 from specc.analysis import Facts
-from specc.analysis.ages import AgeChain, UnboundedAge
-from specc.analysis.dataflow import InputNode, Measured, Sent
+from specc.analysis.dataflow import AgeChain, InputNode, Measured, Sent, UnboundedAge
 from specc.analysis.rates import LONGEST
-from specc.analysis.reads import arrivals_asked
+from specc.analysis.reads import inputs_tested_for_arrival
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import ms
+from specc.diagnostics.phrases import in_ms
 from specc.mjcf import Model
 from specc.model.fsm import State
 from specc.model.system import Element, Subsystem
+from specc.model.types import Opaque, Type, nested_types
 from specc.source import Place
 
 # All periods are whole multiples of a base tick, and the timeline repeats within reason.
@@ -73,11 +73,11 @@ def ticks_stepped(facts: Facts) -> Iterator[Diagnostic]:
     finer = f'; or give the model `<option timestep="{float(finer_s):.12g}"/>`'
     yield Diagnostic(
         "E0518",
-        f"{_rate(odd)} does not fit the time step of the model, {ms(step_s)}",
+        f"{_rate(odd)} does not fit the time step of the model, {in_ms(step_s)}",
         odd.place.below("rate"),
-        f"a period of {ms(period_s)} has {float(period_s / step_s):.6g} steps",
+        f"a period of {in_ms(period_s)} has {float(period_s / step_s):.6g} steps",
         (Related(plant.place, "the model"), *(_with_rate(s) for s in others[:4])),
-        f"the nearest period that fits is {ms(fitting_s)}" + finer * (10 * finer_s > step_s),
+        f"the nearest period that fits is {in_ms(fitting_s)}" + finer * (10 * finer_s > step_s),
     )
 
 
@@ -94,7 +94,7 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
 
     Whether the next value overtakes a declared event is found out when machines are explored.
     """
-    for reader, node, element in _asked(facts):
+    for reader, node, element in _inputs_tested_for_arrival(facts):
         source = _source(node, facts) if reader in facts.rates.timed else None
         if source is None or source[0] <= reader.rate_hz or element.event:
             continue
@@ -114,9 +114,9 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _asked(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
+def _inputs_tested_for_arrival(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
     """The elements of which it matters to their readers whether a new value has come."""
-    asked = {s.qualified_name: (s, arrivals_asked(s)) for s in facts.subsystems}
+    asked = {s.qualified_name: (s, inputs_tested_for_arrival(s)) for s in facts.subsystems}
     for node, element in facts.inputs():
         reader, names = asked.get(node.reader, (None, ()))
         if reader and (node.peer, node.element) in names:
@@ -125,11 +125,11 @@ def _asked(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
 
 def _source(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
     """How often the element can be sent, and where that is said; None if it always is."""
-    match facts.ages.sources.of(node):
-        case Sent(sender=sender, silent=State()):
+    match facts.ages.sources.origin(node):
+        case Sent(sender=sender, silent_state=State()):
             return sender.rate_hz, sender.place.below("rate")
-        case Measured(sporadic=False, device=device) as measured if measured.period_s:
-            unfit = (misfit.bound.binding for misfit in facts.rates.conflicts)
+        case Measured(is_sporadic=False, device=device) as measured if measured.period_s:
+            unfit = (conflict.bound.binding for conflict in facts.rates.conflicts)
             if (device, node.element) not in ((b.device, b.element) for b in unfit):
                 return 1 / measured.period_s, measured.place
     return None
@@ -144,8 +144,9 @@ def _ms(rate: Fraction) -> str:
 
 def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
     """W0418, where the age is not limited either; a sender that is faster is seen in any period."""
-    for reader, node, element in _asked(facts):
-        sender = _sender(node, facts)
+    for reader, node, element in _inputs_tested_for_arrival(facts):
+        sent = facts.ages.sources.origin(node)
+        sender = sent.sender if isinstance(sent, Sent) and sent.silent_state is None else None
         if sender is None or element.max_age_s is not None:
             continue
         ratio = reader.rate_hz / sender.rate_hz
@@ -165,12 +166,6 @@ def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _sender(node: InputNode, facts: Facts) -> Subsystem | None:
-    """Who sends an element in every period."""
-    sent = facts.ages.sources.of(node)
-    return sent.sender if isinstance(sent, Sent) and sent.silent is None else None
-
-
 def _with_rate(subsystem: Subsystem) -> Related:
     words = f"`{subsystem.qualified_name}`, {_rate(subsystem)}"
     return Related(subsystem.place.below("rate"), words)
@@ -186,13 +181,17 @@ def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
     for node, element in _bounded(facts):
         oldest, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(oldest, AgeChain) and allowed is not None and oldest.age_s > allowed:
+            scale = 1000
+            while oldest.age_s * scale < 100 and (oldest.age_s * scale).denominator != 1:
+                scale *= 10
+            enough = in_ms(Fraction(ceil(oldest.age_s * scale), scale))
             yield Diagnostic(
                 "E0410",
-                f"`{node.short}` can be {ms(oldest.age_s)} old",
+                f"`{node.short}` can be {in_ms(oldest.age_s)} old",
                 element.place.below("max_age"),
-                f"may be at most {ms(allowed)} old",
+                f"may be at most {in_ms(allowed)} old",
                 tuple(_way(oldest, facts)),
-                f"{_shorten(oldest, facts)}, which adds most, or allow {_at_least(oldest.age_s)}",
+                f"{_shorten(oldest, facts)}, which adds most, or allow {enough}",
             )
 
 
@@ -205,44 +204,36 @@ def _bounded(facts: Facts) -> Iterator[tuple[InputNode, Element]]:
 
 def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
     """From the measurement, or the computation, to the reader, with the time passed since."""
-    hops = oldest.hops()
-    first = facts.ages.sources.of(hops[0].node)
+    hops = oldest.steps()
+    first = facts.ages.sources.origin(hops[0].node)
     if isinstance(first, Measured):
-        often = "sample at least every" if first.sporadic else "sample every"
-        every = f", a {often} {ms(first.period_s)}" if first.period_s else ""
+        often = "sample at least every" if first.is_sporadic else "sample every"
+        every = f", a {often} {in_ms(first.period_s)}" if first.period_s else ""
         yield Related(first.place, f"measured by `{first.device}`{every}: 0 ms")
     elif first is not None:
         sender, seen_s = first.sender, 1 / first.sender.rate_hz
         words = f"computed by `{sender.qualified_name}`, {_rate(sender)}: 0 ms; seen from"
-        yield Related(sender.place.below("rate"), f"{words} {ms(seen_s)} on")
+        yield Related(sender.place.below("rate"), f"{words} {in_ms(seen_s)} on")
     for hop in hops:
         reader = facts.wires.subsystems.get(hop.node.reader)
         if reader is None:
             continue
         rate = f"`{reader.qualified_name}`, {_rate(reader)}"
         read_s = hop.read_s - oldest.since_s
-        words = f"{rate}, reads it after {ms(read_s)}"
+        words = f"{rate}, reads it after {in_ms(read_s)}"
         if hop is not oldest:
-            words += f" and sends a result, seen from {ms(read_s + 1 / reader.rate_hz)} on"
+            words += f" and sends a result, seen from {in_ms(read_s + 1 / reader.rate_hz)} on"
         yield Related(reader.place.below("rate"), words)
-
-
-def _at_least(age_s: Fraction) -> str:
-    """A duration that is not less and has few digits."""
-    scale = 1000
-    while age_s * scale < 100 and (age_s * scale).denominator != 1:
-        scale *= 10
-    return ms(Fraction(ceil(age_s * scale), scale))
 
 
 def _shorten(oldest: AgeChain, facts: Facts) -> str:
     """What would make the longest step of the way shorter."""
     steps: list[tuple[Fraction, str]] = []
-    for hop in oldest.hops():
-        source = facts.ages.sources.of(hop.node)
+    for hop in oldest.steps():
+        source = facts.ages.sources.origin(hop.node)
         before = hop.before.read_s if hop.before else oldest.since_s
         if isinstance(source, Measured):
-            what = "shorten the `max_gap`" if source.sporadic else "raise the rate"
+            what = "shorten the `max_gap`" if source.is_sporadic else "raise the rate"
             steps.append((hop.read_s - before, f"{what} of `{source.device}`"))
         elif source is not None:
             way_out = f"raise the rate of `{source.sender.qualified_name}`"
@@ -257,9 +248,9 @@ def ages_known(facts: Facts) -> Iterator[Diagnostic]:
     """W0415, where the age of a value counts from the time at which it comes out of memory."""
     for node, element in _bounded(facts):
         oldest = facts.ages.oldest(node)
-        first = oldest.hops()[0].node if isinstance(oldest, AgeChain) else None
-        kept = facts.ages.sources.remembered(first) if first else ()
-        memory = next((name for name, source in kept if facts.ages.is_measured(source)), "")
+        first = oldest.steps()[0].node if isinstance(oldest, AgeChain) else None
+        sources = facts.ages.sources.through_memory(first) if first else ()
+        memory = next((name for name, source in sources if facts.ages.is_measured(source)), "")
         if memory and not facts.ages.is_measured(node):
             yield Diagnostic(
                 "W0415",
@@ -281,30 +272,32 @@ _WAYS_OUT = {
 }
 
 
-def ages_held(facts: Facts) -> Iterator[Diagnostic]:
+def ages_limited(facts: Facts) -> Iterator[Diagnostic]:
     """W0416."""
     for node, element in _bounded(facts):
-        held, allowed = facts.ages.oldest(node), element.max_age_s
-        if isinstance(held, UnboundedAge) and allowed is not None:
+        oldest, allowed = facts.ages.oldest(node), element.max_age_s
+        if isinstance(oldest, UnboundedAge) and allowed is not None:
             yield Diagnostic(
                 "W0416",
                 f"nothing limits the age of `{node.short}`",
                 element.place.below("max_age"),
-                f"may be at most {ms(allowed)} old",
-                tuple(_silence(held, node)),
-                _WAYS_OUT[type(held.source)],
+                f"may be at most {in_ms(allowed)} old",
+                tuple(_silence(oldest, node)),
+                _WAYS_OUT[type(oldest.source)],
             )
 
 
-def _silence(held: UnboundedAge, node: InputNode) -> Iterator[Related]:
-    source = held.source
+def _silence(unbounded: UnboundedAge, node: InputNode) -> Iterator[Related]:
+    source = unbounded.source
     if isinstance(source, Measured):
-        name = f"{source.device}.{held.node.element}"
+        name = f"{source.device}.{unbounded.node.element}"
         yield Related(source.place, f"`{name}` may have no new sample for an unlimited time")
-    elif source.silent is not None:
+    elif source.silent_state is not None:
         sender = source.sender.qualified_name
-        whose = "it" if held.node == node else f"`{held.node}`, from which it is computed,"
-        yield Related(source.silent.place, f"`{sender}` does not send {whose} in this state")
+        whose = (
+            "it" if unbounded.node == node else f"`{unbounded.node}`, from which it is computed,"
+        )
+        yield Related(source.silent_state.place, f"`{sender}` does not send {whose} in this state")
 
 
 # The rate of a sensor goes with the timeline and with the rates of its readers.
@@ -312,13 +305,19 @@ def _silence(held: UnboundedAge, node: InputNode) -> Iterator[Related]:
 
 def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
     """E0509."""
-    for misfit in facts.rates.conflicts:
-        rate, tick = misfit.rate_hz, misfit.tick_s
-        place = misfit.bound.binding.place.below("rate")
-        if not misfit.readers and tick is not None:
+    for conflict in facts.rates.conflicts:
+        rate, tick = conflict.rate_hz, conflict.tick_s
+        place = conflict.bound.binding.place.below("rate")
+        if not conflict.readers and tick is not None:
             message = f"its period is not a whole number of base ticks of {float(tick):g} s"
-            yield Diagnostic("E0509", message, place, help=_fitting(tick, rate))
-        for reader in misfit.readers:
+            ticks = max(1, round(1 / rate / tick))
+            yield Diagnostic(
+                "E0509",
+                message,
+                place,
+                help=f"the nearest period that fits is {float(1000 * ticks * tick):g} ms",
+            )
+        for reader in conflict.readers:
             yield Diagnostic(
                 "E0509",
                 f"{float(rate):g} Hz does not fit the {_rate(reader)} of `{reader.qualified_name}`",
@@ -328,10 +327,90 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _fitting(tick: Fraction, rate: Fraction) -> str:
-    ticks = max(1, round(1 / rate / tick))
-    return f"the nearest period that fits is {float(1000 * ticks * tick):g} ms"
+# A step is over before the next one is due.
 
 
-CHECKS = (rates_meet, ticks_stepped, readers_fast_enough, ages_bounded, sensors_in_time)
-USES = (ages_known, ages_held, rates_divide)
+def budgets_fit(facts: Facts) -> Iterator[Diagnostic]:
+    """E0414."""
+    for subsystem in facts.rates.timed:
+        budget_s, period_s = subsystem.budget_s, 1 / subsystem.rate_hz
+        if budget_s is not None and budget_s > period_s:
+            yield Diagnostic(
+                "E0414",
+                f"steps of `{subsystem.qualified_name}` may take longer than its period",
+                subsystem.place.below("budget"),
+                f"{in_ms(budget_s)}, and the next one is due after {in_ms(period_s)}",
+                (Related(subsystem.place.below("rate"), "its rate"),),
+                f"choose a period of at least {in_ms(budget_s)}, or make the steps shorter",
+            )
+
+
+# A subsystem that computes in a process of its own gets and gives values that can cross.
+
+
+def values_cross(facts: Facts) -> Iterator[Diagnostic]:
+    """W0419, for each type without a codec, where it crosses first."""
+    for subsystem in facts.rates.timed:
+        if subsystem.budget_s is None or subsystem.budget_s <= facts.rates.tick_s:
+            continue
+        first: dict[str, tuple[str, Place]] = {}
+        for name, type_, place in _crossing(subsystem, facts):
+            for part in nested_types([type_]):
+                if isinstance(part, Opaque) and not part.codec:
+                    first.setdefault(part.name, (name, place))
+        words = "computes in a process of its own in real time"
+        for opaque, (name, place) in first.items():
+            yield Diagnostic(
+                "W0419",
+                f"values of `{opaque}` cannot cross to the process of `{subsystem.qualified_name}`",
+                place,
+                f"`{name}` has values of an opaque type without a codec",
+                (Related(subsystem.place.below("budget"), words),),
+                f"give `{opaque}` a `codec`, or the subsystem no `budget`",
+            )
+
+
+def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, Place]]:
+    """What a process gets and gives: names, types and places of buffers, and of memory in use."""
+    for port in subsystem.ports:
+        for element in port.elements:
+            name = f"{port.direction}.{port.peer}.{element.name}"
+            yield name, element.type, port.place_of(element)
+    watched = facts.watched(subsystem)
+    for memory in subsystem.memory:
+        if memory.name in watched:
+            yield memory.name, memory.type, memory.place
+
+
+# An agent may be silent for some time before a device gets its safe outputs.
+
+
+def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
+    """E0415, E0416, at the silence of a device."""
+    for device in facts.system.devices:
+        if device.silence_s is None or device.qualified_name in facts.broken:
+            continue
+        if device.safe:
+            assert device.silence_s is not None
+            for subsystem in (
+                wire.subsystem for wire in facts.wires.wires_to(device.qualified_name, "y")
+            ):
+                period_s = 1 / subsystem.rate_hz
+                if device.silence_s <= period_s:
+                    yield Diagnostic(
+                        "E0415",
+                        f"a silence of {in_ms(device.silence_s)} is not longer than the period of "
+                        f"`{subsystem.qualified_name}`, {in_ms(period_s)}",
+                        device.place.below("silence"),
+                        related=(
+                            Related(subsystem.place.below("rate"), "which commands the device"),
+                        ),
+                        help=f"`silence: {in_ms(2 * period_s)}` bears one period that is skipped",
+                    )
+        else:
+            yield Diagnostic(
+                "E0416",
+                f"`{device.qualified_name}` has no safe output that it could get after a silence",
+                device.place.below("silence"),
+                help="declare one, `x: {u: {type: ..., safe: ...}}`, or delete `silence`",
+            )

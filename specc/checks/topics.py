@@ -6,10 +6,17 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, first_key
-from specc.analysis.ros2 import JOINT_STATE, MessageTypeMismatch, frames_of, part_of, short, watched
+from specc.analysis.ros2 import (
+    JOINT_STATE,
+    MessageTypeMismatch,
+    frames_of,
+    part_of,
+    published_value,
+    short,
+)
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
-from specc.model.binding import PLANT
+from specc.model.system import PLANT
 from specc.model.types import Vector
 from specc.source import Place
 
@@ -39,18 +46,12 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
         return "messages have no rate: the latest one counts", "delete `rate`"
     if key := first_key(binding, _OF_A_MODEL):
         return f"`{key}` is for MuJoCo models", f"delete `{key}`"
-    if bound.commanded and binding.max_gap_s is not None:
+    if bound.is_commanded and binding.max_gap_s is not None:
         why = f"`{name}` is commanded: `max_gap` is for what a device reports"
         return why, "delete `max_gap`"
-    if binding.tf:
-        return _wrong_tf(bound)
-    return _wrong_action(bound) if binding.action else _wrong_topic(bound)
-
-
-def _wrong_tf(bound: BoundElement) -> tuple[str, str] | None:
-    """What is wrong with a binding to a transform."""
-    name, binding = bound.element.name, bound.binding
-    if bound.commanded:
+    if not binding.tf:
+        return _wrong_action(bound) if binding.action else _wrong_topic(bound)
+    if bound.is_commanded:
         return f"`{name}` is commanded, and transforms are only read", "publish a pose on a topic"
     others = ("topic", "action", "message", "part", "qos", "joints", "through")
     if key := first_key(binding, others):
@@ -88,10 +89,10 @@ def _wrong_action(bound: BoundElement) -> tuple[str, str] | None:
         return "an action has several parts", "add `part:` goal, status, feedback or result"
     if not binding.message:
         return f"`{name}` has no `type`", "add `type:`, e.g. `type: control_msgs/GripperCommand`"
-    if bound.commanded and binding.part != "goal":
+    if bound.is_commanded and binding.part != "goal":
         why = f"`{name}` is commanded, and the {binding.part} of an action is not"
         return why, "commanded is its `goal`; reported are `status`, `feedback` and `result`"
-    if binding.through and binding.part == "goal" and not bound.commanded:
+    if binding.through and binding.part == "goal" and not bound.is_commanded:
         why = f"`{name}` is the goal that was commanded, and no message"
         return why, "delete `through`"
     return None
@@ -100,9 +101,9 @@ def _wrong_action(bound: BoundElement) -> tuple[str, str] | None:
 def goals_given_back(facts: Facts) -> Iterator[Diagnostic]:
     """E0505, E0521: a goal that is given back is one that an element commands, of its type."""
     goals = [bound for bound in _topics(facts) if bound.binding.part == "goal"]
-    commanded = {bound.binding.action: bound for bound in goals if bound.commanded}
+    commanded = {bound.binding.action: bound for bound in goals if bound.is_commanded}
     for bound in goals:
-        if bound.commanded:
+        if bound.is_commanded:
             continue
         action, type_ = bound.binding.action, bound.element.type
         sender = commanded.get(action)
@@ -125,11 +126,11 @@ def goals_given_back(facts: Facts) -> Iterator[Diagnostic]:
 def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0511, E0521; a binding of the wrong kind is `topics_fit`'s matter."""
     for bound in _topics(facts):
-        misfit = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
-        if isinstance(misfit, MessageTypeMismatch):
+        mismatch = part_of(bound.binding, bound.element.type, commanded=bound.is_commanded)
+        if isinstance(mismatch, MessageTypeMismatch):
             place = _place(bound)
             yield Diagnostic(
-                misfit.code, misfit.message, place, related=(_type(bound),), help=misfit.help
+                mismatch.code, mismatch.message, place, related=(_type(bound),), help=mismatch.help
             )
 
 
@@ -158,14 +159,17 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
         return
     known = dict(ros2.frames)
     for bound in _topics(facts):
-        part = part_of(bound.binding, bound.element.type, commanded=bound.commanded)
+        part = part_of(bound.binding, bound.element.type, commanded=bound.is_commanded)
         if isinstance(part, MessageTypeMismatch):
             continue
+        reason = f"messages of type {short(bound.binding.message)} say which frame they are in"
+        if bound.binding.tf:
+            reason = "tf2 has its own names of frames"
         for at, frame in frames_of(part, bound.element.type):
             if at and frame and frame not in known:
                 yield Diagnostic(
                     "E0522",
-                    f"{_said(bound)}, and frame `{frame}` has no name in ROS",
+                    f"{reason}, and frame `{frame}` has no name in ROS",
                     _place(bound),
                     related=(_type(bound),),
                     help=f"say under `ros2:` what it is called: `frames: {{{frame}: NAME}}`",
@@ -177,12 +181,12 @@ def published_known(facts: Facts) -> Iterator[Diagnostic]:
     plant = facts.system.plant
     for published in plant.published if plant else ():
         found: object = MessageTypeMismatch(
-            "E0523",
             "nobody can watch it: there is no node of ROS 2",
             "say under `plant` which node there is: `ros2: {node: NAME}`, or delete it",
+            "E0523",
         )
         if plant is not None and plant.ros2 is not None:
-            found = watched(published, facts.system)
+            found = published_value(published, facts.system)
         if isinstance(found, MessageTypeMismatch):
             yield Diagnostic(found.code, found.message, published.place, help=found.help)
 
@@ -197,14 +201,5 @@ def _place(bound: BoundElement) -> Place:
     return bound.binding.place.below("tf" if bound.binding.tf else "type")
 
 
-def _said(bound: BoundElement) -> str:
-    if bound.binding.tf:
-        return "tf2 has its own names of frames"
-    return f"messages of type {short(bound.binding.message)} say which frame they are in"
-
-
 def _type(bound: BoundElement) -> Related:
     return Related(bound.element.place, f"`{bound.element.type}`")
-
-
-CHECKS = (topics_fit, messages_fit, joints_counted, frames_named, goals_given_back, published_known)

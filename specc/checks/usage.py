@@ -8,7 +8,7 @@ from operator import attrgetter
 from specc.analysis import Facts
 from specc.analysis.reads import inputs_read, nodes
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
@@ -92,9 +92,9 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     # Nothing can name these in an expression, which is an error of its own.
     start += [part for part in named.values() if part.name in RESERVED]
     used = reachable(map(id, start), lambda one: map(id, _needed(parts.get(one), named)))
-    left = {_label(part): part for key, part in parts.items() if key not in used}
-    edges = {label: set(map(_label, _needed(part, named))) for label, part in left.items()}
-    yield from _unused("W0611", {label: part.place for label, part in left.items()}, edges, _NONE)
+    unused = {_label(part): part for key, part in parts.items() if key not in used}
+    edges = {label: set(map(_label, _needed(part, named))) for label, part in unused.items()}
+    yield from _unused("W0611", {label: p.place for label, p in unused.items()}, edges, _NONE)
 
 
 def _label(part: SubsystemPart) -> str:
@@ -146,9 +146,9 @@ def observed_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0240, once something is required; of what one `for` observes, some is enough."""
     plant, readings = facts.system.plant, [r for item in facts.formulas for r in item.readings]
     named = {reading.element[0] for reading in readings if reading.kind == "observed"}
-    seen = plant.observed if plant and facts.formulas else ()
-    used = {item.place for item in seen if item.name in named}
-    for place, name in {item.place: item.name for item in reversed(seen)}.items():
+    observed = plant.observed if plant and facts.formulas else ()
+    used = {item.place for item in observed if item.name in named}
+    for place, name in {item.place: item.name for item in reversed(observed)}.items():
         if place not in used:
             message = f"`plant.{name}` is observed and not used"
             help = "name it in a requirement, or delete it"
@@ -201,10 +201,10 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
     }
     for subsystem in facts.subsystems:
         read = found[subsystem.qualified_name]
-        for wire in facts.wires.of(subsystem):
-            port, sender = wire.port, wire.other
+        for wire in facts.wires.wires_of(subsystem):
+            port, sender = wire.port, wire.peer_subsystem
             # What a description in another file sends is said there.
-            given = wire.end and wire.end.place.file != subsystem.place.file
+            given = wire.peer_port and wire.peer_port.place.file != subsystem.place.file
             if port.direction == "y" or sender is None or given:
                 continue
             for element in port.elements:
@@ -213,7 +213,7 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
                         "W0412",
                         f"`{subsystem.qualified_name}` never reads `x.{port.peer}.{element.name}`",
                         element.place,
-                        related=(Related(sender.place, f"`{wire.name}` has it in its `y`"),),
+                        related=(Related(sender.place, f"`{wire.peer_name}` has it in its `y`"),),
                         help="use it, or delete it at both ends",
                     )
 
@@ -227,19 +227,21 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
     events = grouped(
         (element.place, (wire, element))
         for subsystem in facts.subsystems
-        for wire in facts.wires.of(subsystem)
-        for element in (wire.port.elements if wire.port.direction == "x" and wire.other else ())
+        for wire in facts.wires.wires_of(subsystem)
+        for element in (
+            wire.port.elements if wire.port.direction == "x" and wire.peer_subsystem else ()
+        )
         if element.event and isinstance(element.type, Enum)
     )
     for readers in events.values():
         heard, sent = set[str](), dict[str, Place]()
         for wire, element in readers:
             machine, key = facts.of(wire.subsystem), (wire.port.peer, element.name)
-            if not machine.is_whole or key not in read[wire.subsystem.qualified_name]:
+            if not machine.is_complete or key not in read[wire.subsystem.qualified_name]:
                 break
             if all(key in state.ignores for state in wire.subsystem.states):
                 break  # it says that it means to miss members
-            heard |= machine.reactions.members(_in_use(wire.subsystem), key)
+            heard |= machine.reactions(_in_use(wire.subsystem), key)
             sent |= _members_sent(facts, wire, element.name)
         else:
             yield from _unheard(*readers[0], {m: sent[m] for m in sent if m not in heard})
@@ -248,7 +250,7 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
 def _unheard(wire: Wire, element: Element, sent: Mapping[str, Place]) -> Iterator[Diagnostic]:
     name = f"x.{wire.port.peer}.{element.name}"
     if sent:
-        members = listed([f"`{member}`" for member in sent], "and")
+        members = join_words([f"`{member}`" for member in sent], "and")
         yield Diagnostic(
             "W0422",
             f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",
@@ -271,14 +273,14 @@ def _in_use(subsystem: Subsystem) -> Iterator[Expr]:
 def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
     """The members that the sender of an element surely names, each with where it does."""
     found: dict[str, Place] = {}
-    sender, end = wire.other, wire.end
+    sender, end = wire.peer_subsystem, wire.peer_port
     if sender is None or end is None or sender.qualified_name in facts.broken:
         return found
     machine = facts.of(sender)
-    for state in (s for s in sender.states if s.name in machine.reached):
+    for state in (s for s in sender.states if s.name in machine.reachable_states):
         for item in state.behaviour.assignments:
             if (item.peer, item.name) == (end.peer, element):
-                for member in sorted(machine.memory_facts.members(item.value)):
+                for member in sorted(machine.value_ranges.members(item.value)):
                     found.setdefault(member, item.place)
     return found
 
@@ -289,10 +291,10 @@ def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
 def elements_written(facts: Facts) -> Iterator[Diagnostic]:
     """W0413."""
     for subsystem in facts.subsystems:
-        for wire in facts.wires.of(subsystem):
-            port, reader = wire.port, wire.other
+        for wire in facts.wires.wires_of(subsystem):
+            port, reader = wire.port, wire.peer_subsystem
             for element in port.elements if port.direction == "y" else ():
-                if (port.peer, element.name) in subsystem.written:
+                if (port.peer, element.name) in subsystem.assigned_values:
                     continue
                 yield Diagnostic(
                     "W0413",
@@ -323,15 +325,3 @@ def memory_read(facts: Facts) -> Iterator[Diagnostic]:
                     related=(Related(writers[element.name].place, "written here"),),
                     help="read it, delete it, or list it under `watch:` of the task",
                 )
-
-
-CHECKS = (parts_used,)
-USES = (
-    definitions_used,
-    observed_used,
-    formula_lets_used,
-    elements_read,
-    elements_written,
-    members_heard,
-    memory_read,
-)

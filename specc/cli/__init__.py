@@ -1,8 +1,8 @@
 """The `specc` command."""
 
-from specc.cli.interruption import loading
+from specc.cli.interruption import exiting_on_interrupt
 
-with loading():
+with exiting_on_interrupt():
     from specc.cli.main import main
 
 __all__ = ["main"]

@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from specc.analysis import Facts
-from specc.analysis.ages import AgeChain, Ages, UnboundedAge
-from specc.analysis.dataflow import Measured
+from specc.analysis.dataflow import AgeChain, Ages, Measured, UnboundedAge
 from specc.cli import streams
-from specc.diagnostics.phrases import ms
+from specc.diagnostics.phrases import in_ms
 
 VERSION = 1
 
@@ -21,9 +20,9 @@ def ages(options: Namespace) -> int:
 
     result = pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
-        return streams.tell_of(result, options.spec, options.format) or 1
+        return streams.print_findings(result, options.spec, options.format) or 1
     shown = _as_json if options.format == "json" else _as_text
-    streams.show(shown(result.proofs), options.format)
+    streams.print_output(shown(result.proofs), options.format)
     return 0
 
 
@@ -32,8 +31,8 @@ def _as_text(facts: Facts) -> str:
     rows = [("reader", "element", "age", "allowed", "path of the oldest value")]
     for reader, name, limit, oldest in _found(facts):
         age, way = _age(oldest, facts.ages)
-        rows.append((reader, name, age, "" if limit is None else ms(limit), way))
-    return streams.table(rows)
+        rows.append((reader, name, age, "" if limit is None else in_ms(limit), way))
+    return streams.format_table(rows)
 
 
 def _as_json(facts: Facts) -> str:
@@ -68,14 +67,14 @@ def _age(oldest: AgeChain | UnboundedAge | None, ages: Ages) -> tuple[str, str]:
         silent = oldest.source
         if isinstance(silent, Measured):
             return "any", f"`{silent.device}.{oldest.node.element}` may have no new sample"
-        state = silent.silent.name if silent.silent else ""
+        state = silent.silent_state.name if silent.silent_state else ""
         return "any", f"`{silent.sender.qualified_name}` is silent in `{state}`"
-    hops = oldest.hops()
-    source = ages.sources.of(hops[0].node)
+    hops = oldest.steps()
+    source = ages.sources.origin(hops[0].node)
     if isinstance(source, Measured):
         start = f"{source.device}.{hops[0].node.element}"
     else:
         start = f"computed by {source.sender.qualified_name}" if source else ""
-    steps = [f"{hop.node.reader} after {ms(hop.read_s - oldest.since_s)}" for hop in hops]
+    steps = [f"{hop.node.reader} after {in_ms(hop.read_s - oldest.since_s)}" for hop in hops]
     when = ", used only when fresh" if ages.sources.only_on_arrival(oldest.node) else ""
-    return ms(oldest.age_s), " -> ".join((start, *steps)) + when
+    return in_ms(oldest.age_s), " -> ".join((start, *steps)) + when

@@ -11,7 +11,16 @@ from itertools import starmap
 from math import inf
 
 from specc import __version__
-from specc.cli.parsing import CollectValues, Parser, codes, formula, moment, ranged, warnings, wire
+from specc.cli.parsing import (
+    CollectValues,
+    Parser,
+    code_list,
+    connection,
+    formula,
+    number_between,
+    recording_time,
+    warning_list,
+)
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 
@@ -76,14 +85,14 @@ def _init(command: Parser) -> None:
     add("--assets", metavar="FOLDER", action="append", default=[], help=words)
     add("--python", metavar="FILE", help="of ROS 2: the Python that finds rclpy (default: python3)")
     words = "of ROS 2: how long to look, in seconds (default: 2)"
-    add("--wait", metavar="S", type=ranged(float, 0.1, 600), help=words)
+    add("--wait", metavar="S", type=number_between(float, 0.1, 600), help=words)
 
 
 def _explore(command: Parser) -> None:
     add = command.add_argument
     _told(command)
     words = "of single machines, in all ways that are followed (default: 700000)"
-    steps = ranged(int, 1, 99_999_999)
+    steps = number_between(int, 1, 99_999_999)
     add("--budget", metavar="STEPS", type=steps, default=700_000, help=words)
     words = "directory for recordings of what was found, which `specc replay` runs"
     add("--traces", metavar="DIR", help=words)
@@ -111,7 +120,7 @@ def _fabric(command: Parser) -> None:
     add = command.add_argument
     add("files", metavar="FILE.xml", nargs="+")
     words = "buffer b of subsystem A is connected with buffer d of subsystem C"
-    add("--connect", metavar="A.b=C.d", type=wire, action="append", default=[], help=words)
+    add("--connect", metavar="A.b=C.d", type=connection, action="append", default=[], help=words)
     _imported(command)
 
 
@@ -123,7 +132,9 @@ def _scxml(command: Parser) -> None:
 def _imported(command: Parser) -> None:
     add = command.add_argument
     add("--name", metavar="NAME", default="", help="name of the system")
-    add("--period", metavar="S", type=ranged(Fraction, 1e-7, 3600), help="period in seconds")
+    add(
+        "--period", metavar="S", type=number_between(Fraction, 1e-7, 3600), help="period in seconds"
+    )
     add("--out", metavar="FILE.yaml", help="file to write (default: standard output)")
     add("--force", action="store_true", help="replace the file of --out")
 
@@ -139,14 +150,14 @@ def _replay(command: Parser) -> None:
     add("file", metavar="FILE.mcap")
     _recorded(command)
     add("--subsystem", metavar="NAME", help="this subsystem only: irp.m")
-    seconds, words = ranged(float, 0, inf), "simulated time to compare"
+    seconds, words = number_between(float, 0, inf), "simulated time to compare"
     add("--until", metavar="S", type=seconds, default=inf, help=words)
     add("--check", action="store_true", help="exit code 1 also if something cannot be compared")
 
 
 def _why(command: Parser) -> None:
     add = command.add_argument
-    add("moment", metavar="FILE.mcap@S", type=moment)
+    add("moment", metavar="FILE.mcap@S", type=recording_time)
     words = "all about this one: irp.m (default: a line for each)"
     add("subsystem", metavar="SUBSYSTEM", nargs="?", help=words)
     _recorded(command)
@@ -181,8 +192,8 @@ def _add_policy(command: Parser) -> None:
     """Options that stand in place of what `[tool.specc]` of pyproject.toml says."""
     add = command.add_argument
     words = "codes or their beginnings, separated by commas"
-    add("--select", metavar="CODES", type=codes, help=f"warn of these only: {words}")
-    add("--ignore", metavar="CODES", type=warnings, help=f"do not warn of: {words}")
+    add("--select", metavar="CODES", type=code_list, help=f"warn of these only: {words}")
+    add("--ignore", metavar="CODES", type=warning_list, help=f"do not warn of: {words}")
     words, yes_or_no = "count warnings and open points as errors", argparse.BooleanOptionalAction
     add("--strict", action=yes_or_no, help=words)
 
@@ -208,7 +219,7 @@ def _plot(command: Parser) -> None:
         "panel; FILE.mcap is a further recording (default: the states of all machines)"
     )
     add("signals", metavar="SIGNAL", nargs="*", help=words)
-    seconds = ranged(float, 0, inf)
+    seconds = number_between(float, 0, inf)
     words = "simulated time from which on it is drawn"
     add("--since", metavar="S", type=seconds, default=0.0, help=words)
     words = "simulated time until which it is drawn"
@@ -241,9 +252,9 @@ def _sweep(command: Parser) -> None:
     words = "address of a Dask cluster (default: processes of this machine)"
     add("--scheduler", metavar="HOST:PORT", help=words)
     words = "runs at once on this machine (default: one for each core)"
-    add("--workers", metavar="N", type=ranged(int, 1, 9999), help=words)
+    add("--workers", metavar="N", type=number_between(int, 1, 9999), help=words)
     words = "wall time after which a run is ended (default: %(default)g s)"
-    add("--limit", metavar="S", type=ranged(float, 1e-3, 1e7), default=600.0, help=words)
+    add("--limit", metavar="S", type=number_between(float, 1e-3, 1e7), default=600.0, help=words)
     words = "folder for the table, to which later runs are added (default: sweeps/SPEC)"
     add("--out", metavar="DIR", help=words)
     _add_policy(command)
@@ -271,9 +282,9 @@ class Command:
     """
 
     name: str
-    run: str
-    words: str
-    takes: Callable[[Parser], None]
+    handler: str
+    help: str
+    add_options: Callable[[Parser], None]
     is_mixed: bool = False
 
 
@@ -336,6 +347,6 @@ def _add_commands(
 ) -> None:
     added = parser.add_commands(prog=prog, dest=dest, metavar=metavar)
     for each in commands:
-        made = added.add_parser(each.name, help=each.words, add_help=False)
-        made.set_defaults(run=each.run)
-        made.late, made.is_mixed = each.takes, each.is_mixed
+        made = added.add_parser(each.name, help=each.help, add_help=False)
+        made.set_defaults(run=each.handler)
+        made.add_options, made.is_mixed = each.add_options, each.is_mixed

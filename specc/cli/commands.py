@@ -10,32 +10,23 @@ from typing import TYPE_CHECKING
 
 from specc.cli import inspect, streams
 from specc.diagnostics import Diagnostic, nearest
-from specc.diagnostics.report import Finding, Report, report, resolve
-from specc.refusal import Refused, lacking, reason_of
+from specc.diagnostics.report import Finding, report, resolve
+from specc.refusal import Refused, missing_package, reason_of
 from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
-    from specc.diagnostics.render.visible import OutputForm
-    from specc.read import Reach
-
-# What the formats of reports are written in.
-_FORMS: dict[str, OutputForm] = {
-    "json": "json",
-    "sarif": "json",
-    "github": "commands",
-    "junit": "xml",
-}
+    from specc.read import AllowedPaths
 
 
 def validate(options: Namespace) -> int:
     """Report what is wrong with specifications."""
-    look = inspect.inspect_and_mend if options.fix else inspect.inspect_all
+    look = inspect.inspect_and_fix if options.fix else inspect.inspect_all
     try:
         found = look(options.specs, inspect.overrides_of(options))
     except (inspect.InspectionInterrupted, inspect.InspectionFailed) as ended:
-        _publish(ended.report, options.format)
+        streams.print_report(ended.report, options.format)
         raise
-    return _publish(found, options.format)
+    return streams.print_report(found, options.format)
 
 
 def build(options: Namespace) -> int:
@@ -47,7 +38,7 @@ def build(options: Namespace) -> int:
     stopped = False
     for path in options.specs:
         built = pipeline.build(path, tests_all_rows=options.real_time)
-        left = inspect.judged(path, built.result, inspect.overrides_of(options))
+        left = inspect.judge_findings(path, built.result, inspect.overrides_of(options))
         findings += left.findings
         stopped |= not built.result.ok
         if built.result.ok and not left.refused:
@@ -60,9 +51,9 @@ def build(options: Namespace) -> int:
             else:
                 put = output.write(directory, built.files, _writable(path, options.out))
             findings += resolve(put, Sources())
-    code = _publish(report(findings, options.specs), options.format) or int(stopped)
+    code = streams.print_report(report(findings, options.specs), options.format) or int(stopped)
     if not code and not options.check and options.format == "text":
-        streams.say("\n".join(f"built {directory}" for directory in built_from))
+        streams.print_message("\n".join(f"built {directory}" for directory in built_from))
     return code
 
 
@@ -80,27 +71,17 @@ def _taken(directory: Path, first: str, path: str) -> Diagnostic:
     return Diagnostic("E0091", message, Place(str(directory)), help=hint)
 
 
-def _writable(spec: str, out: str | None) -> Reach:
+def _writable(spec: str, out: str | None) -> AllowedPaths:
     """Where a build may write: links below the working directory must not lead out of it."""
     from specc.policy import allowed_paths
-    from specc.read import Reach
+    from specc.read import AllowedPaths
 
     project = allowed_paths(spec).folders
     if out is None:
-        return Reach(project)
+        return AllowedPaths(project)
     here = Path.cwd()
     named = here if Path(os.path.abspath(out)).is_relative_to(here) else Path(out)
-    return Reach((os.path.realpath(named), *project))
-
-
-def _publish(found: Report, form: str) -> int:
-    """Print a report and give the exit code that it stands for."""
-    if form == "text":
-        return streams.tell(found)
-    # Each format is imported only when it is asked for.
-    renderer = import_module(f"specc.diagnostics.render.{form}")
-    streams.show(renderer.render(found), _FORMS[form])
-    return streams.exit_code(found)
+    return AllowedPaths((os.path.realpath(named), *project))
 
 
 def diff(options: Namespace) -> int:
@@ -113,10 +94,10 @@ def diff(options: Namespace) -> int:
     wrong = [finding for finding in findings if _hides_meaning(finding.diagnostic)]
     old, new = (result.system for result in results)
     if wrong or old is None or new is None:
-        return streams.tell_in(options.format, report(wrong, [options.old, options.new]))
+        return streams.print_report(report(wrong, [options.old, options.new]), options.format)
     comparison = compare(old, new)
     render = getattr(import_module("specc.tools.diff.render"), f"as_{options.format}")
-    streams.show(render(comparison, options.old, options.new), options.format)
+    streams.print_output(render(comparison, options.old, options.new), options.format)
     return 1 if comparison.differences else 0
 
 
@@ -131,14 +112,14 @@ def explain(options: Namespace) -> int:
 
     codes = all_codes()
     if options.code is None:
-        streams.show(overview(codes))
+        streams.print_output(overview(codes))
         return 0
     entry = codes.get(options.code.upper())
     if entry is None:
         close = " or ".join(f"`{code}`" for code in nearest(options.code, codes))
         hint = f"did you mean {close}?" if close else "`specc explain` lists all codes"
         raise Refused(f"no code is called `{options.code}`; {hint}")
-    streams.show(explanation(entry))
+    streams.print_output(explanation(entry))
     return 0
 
 
@@ -146,9 +127,9 @@ def schema(options: Namespace) -> int:
     """Print the JSON Schema of specification files, for editors."""
     import json
 
-    from specc.schema.json_schema import json_schema
+    from specc.schema.files import json_schema
 
-    streams.show(json.dumps(json_schema(), indent=2) + "\n", "json")
+    streams.print_output(json.dumps(json_schema(), indent=2) + "\n", "json")
     return 0
 
 
@@ -157,13 +138,12 @@ def lsp(options: Namespace) -> int:
     try:
         from specc.tools.lsp.server import serve
     except ModuleNotFoundError as error:
-        raise lacking(error, "pygls", "lsprotocol") from error
+        raise missing_package(error, "pygls", "lsprotocol") from error
     return serve()
 
 
 def run_import(options: Namespace) -> int:
     """Import, print or write the specification, and report what is not in it."""
-    from specc.tools.fmt import formatted
     from specc.tools.importers import import_fabric, import_scxml
 
     if options.source == "fabric":
@@ -172,23 +152,22 @@ def run_import(options: Namespace) -> int:
         )
     else:
         made = import_scxml(options.files[0], name=options.name, period=options.period)
-    code = streams.tell(report(resolve(made.diagnostics, made.sources), options.files))
+    code = streams.print_report(report(resolve(made.diagnostics, made.sources), options.files))
     if not made.text:
         return code
     if options.out and os.path.realpath(options.out) in map(os.path.realpath, options.files):
         raise Refused(f"{options.out} is what is imported; name another file with --out")
-    text = formatted(made.text)
     if options.out is None:
-        streams.show(text)
+        streams.print_output(made.text)
     else:
-        _save(text, options.out, options.force)
+        _save(made.text, options.out, options.force)
     return 0
 
 
 def _save(text: str, out: str, force: bool) -> None:
     """Write a specification; one that is there may have been completed by hand, so it stays."""
-    from specc.atomic_files import put
-    from specc.cli.rewrite import rewrite
+    from specc.atomic_files import write_atomically
+    from specc.cli.rewrite import rewrite_file
 
     if not Path(out).name:
         raise Refused(f"--out `{out}` names no file")
@@ -196,8 +175,8 @@ def _save(text: str, out: str, force: bool) -> None:
         raise Refused(f"{out} is there already; `--force` replaces it")
     try:
         if os.path.exists(out):
-            rewrite(out, text)
+            rewrite_file(out, text)
         else:
-            put(Path(out), text)
+            write_atomically(Path(out), text)
     except OSError as error:
         raise Refused(f"{out} cannot be written: {reason_of(error)}") from error

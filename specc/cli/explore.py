@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc import output
-from specc.atomic_files import folder_aside, sync
+from specc.atomic_files import sync, temporary_folder
 from specc.cli import streams
-from specc.cli.recorded_spec import texts_of
-from specc.cli.recordings import called
+from specc.cli.recorded_spec import recorded_texts
+from specc.cli.recordings import call_runtime
 from specc.diagnostics.report import report
 from specc.lang.show import show
-from specc.model.requirement import Requirement, reach_s
+from specc.model.requirement import Requirement, horizon_s
 from specc.refusal import Refused, reason_of
 
 if TYPE_CHECKING:
@@ -37,42 +37,44 @@ def run_explore(options: Namespace) -> int:
     built = pipeline.build(options.spec, is_read=False) if options.traces else None
     result = built.result if built else pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
-        return streams.tell_of(result, options.spec, options.format) or 1
+        return streams.print_findings(result, options.spec, options.format) or 1
     found = explore(result.proofs, options.budget)
     kept = _recordings(found, built, options.spec, Path(options.traces)) if built else []
     interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in kept)
     explored = tuple(finding.diagnostic for finding in found.findings)
     # Other findings are left aside, and so are the comments about them.
     alone = replace(result, diagnostics=explored, is_part=True)
-    left = inspect.judged(options.spec, alone, inspect.overrides_of(options))
+    left = inspect.judge_findings(options.spec, alone, inspect.overrides_of(options))
     told = replace(report(left.findings, [options.spec]), ignored=left.ignored)
     if options.format == "json":
-        streams.show(_as_json(result.system.name, found, kept, interrupted=interrupted), "json")
+        streams.print_output(
+            _as_json(result.system.name, found, kept, interrupted=interrupted), "json"
+        )
         code = streams.exit_code(told)
     else:
-        streams.show(_as_text(found, kept, options.budget))
-        code = streams.tell(told)
+        streams.print_output(_as_text(found, kept, options.budget))
+        code = streams.print_report(told)
     if interrupted:
         raise KeyboardInterrupt
     return code
 
 
 def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
-    lines = [each.words() for each in found.slices]
-    lines += [f"{', '.join(names)}: not explored" for names in found.left]
-    if found.alone:
-        lines.append(f"{', '.join(found.alone)}: nothing to decide")
+    lines = [each.summary() for each in found.slices]
+    lines += [f"{', '.join(names)}: not explored" for names in found.not_begun]
+    if found.without_decisions:
+        lines.append(f"{', '.join(found.without_decisions)}: nothing to decide")
     for name, axiom, verdict in found.assumptions:
         lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
-    lines += [f"requirement {_called(r.requirement)}: {r.words()}" for r in found.requirements]
+    lines += [f"requirement {_called(r.requirement)}: {r.summary()}" for r in found.requirements]
     but = f"; {found.dead_ends}" if found.dead_ends else ""
-    if found.is_short:
+    if found.is_incomplete:
         lines.append(
             f"not everything was explored in {budget} steps: --budget allows for more{but}"
         )
     elif not found.broken_off:
         lines.append(f"all in all: {found.status}{but}")
-    for finding, trace in zip(found.traced, kept, strict=bool(kept)):
+    for finding, trace in zip(found.with_traces, kept, strict=bool(kept)):
         said = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {said}")
     return "".join(f"{line}\n" for line in lines)
@@ -89,17 +91,17 @@ def _as_json(
     slices = [
         {
             "machines": list(each.names),
-            "alike": list(each.alike),
+            "alike": list(each.equal_machines),
             "complete": each.complete,
             "status": each.status,
             "not_followed": list(each.widened),
             "not_judged": [
                 {"subsystem": name, "state": state, "conditions": [c.strip("`") for c in asked]}
-                for name, state, asked in each.unjudged
+                for name, state, asked in each.undecided_conditions
             ],
             "states": each.configurations,
             "steps": each.steps,
-            "time": "counted" if each.exact or not each.timed else "any",
+            "time": "counted" if each.counts_time or not each.is_timed else "any",
         }
         for each in found.slices
     ]
@@ -113,9 +115,9 @@ def _as_json(
             "that": r.requirement.that,
             "verdict": r.verdict,
             "asked": r.is_triggered,
-            "until_a_step_fails": r.fails,
+            "until_a_step_fails": r.may_end_early,
             "answer_cannot_come": r.is_dead_end,
-            "rests_on": list(r.rests_on),
+            "rests_on": list(r.assumptions),
             **_kept(r.finding, found, kept),
         }
         for r in found.requirements
@@ -137,10 +139,10 @@ def _kept(
     finding: TracedFinding | None, found: Exploration, kept: Sequence[Recorded]
 ) -> dict[str, Any]:
     """The recording of a trace, if recordings are wanted."""
-    about = [each.about for each in found.traced]
-    if not kept or finding is None or finding.about not in about:
+    about = [each.identity for each in found.with_traces]
+    if not kept or finding is None or finding.identity not in about:
         return {}
-    trace = kept[about.index(finding.about)]
+    trace = kept[about.index(finding.identity)]
     return {"recording": trace.file or None, "lacks": trace.lacks}
 
 
@@ -149,20 +151,20 @@ def _finding(finding: TracedFinding) -> dict[str, Any]:
         {
             "time_s": float(step.time_s),
             "subsystem": step.walker.name,
-            "from": step.move.source,
-            "to": step.move.target,
-            "row": step.move.row,
-            "sent": [f"y.{peer}.{name}" for (peer, name), _ in step.move.sent],
+            "from": step.transition.source,
+            "to": step.transition.target,
+            "row": step.transition.row,
+            "sent": [f"y.{peer}.{name}" for (peer, name), _ in step.transition.sent],
             **({"times": step.times} if step.times > 1 else {}),
         }
-        for step in finding.way.steps
+        for step in finding.trace.steps
     ]
     return {
         "code": finding.code,
         "message": finding.message,
-        "decided": finding.way.is_decided,
+        "decided": finding.trace.is_decided,
         "confirmed": finding.is_confirmed,
-        "rests_on": list(finding.way.free),
+        "rests_on": list(finding.trace.choices),
         "trace": steps,
     }
 
@@ -194,10 +196,10 @@ def _recordings(found: Exploration, built: Build, spec: str, directory: Path) ->
     Raises:
         Refused: a file cannot be written, or what writes them is not installed.
     """
-    if not found.traced:
+    if not found.with_traces:
         return []
     try:
-        with _used(directory), folder_aside(directory) as scratch:
+        with _used(directory), temporary_folder(directory) as scratch:
             return list(_each_recorded(found, built, spec, scratch))
     except OSError as error:
         raise Refused(f"cannot write to {directory}: {reason_of(error)}") from error
@@ -219,16 +221,16 @@ def _used(directory: Path) -> Iterator[None]:
 def _each_recorded(
     found: Exploration, built: Build, spec: str, scratch: Path
 ) -> Iterator[Recorded]:
-    findings, resting = found.traced, len(found.traced) - len(found.findings)
+    findings, resting = found.with_traces, len(found.with_traces) - len(found.findings)
     package, base = scratch / "generated" / built.system, Path(os.path.dirname(spec))
     for diagnostic in output.write(package, built.files):
         raise Refused(diagnostic.message)
     try:
-        rehearsal = called("rehearsal", "Rehearsal", package, base)
+        rehearsal = call_runtime("rehearsal", "Rehearsal", package, base)
     except Refused as refused:  # by the user's own modules
         yield from [Recorded(lacks=str(refused))] * len(findings)
         return
-    texts = texts_of(built.result.sources)
+    texts = recorded_texts(built.result.sources)
     for number, finding in enumerate(findings, 1):
         file = scratch / f"{number}-{finding.code}.mcap"
         try:
@@ -251,7 +253,7 @@ def _record(
     from specc.tools.explore.concrete import NotConcreteError, reports
 
     assert built.result.system is not None
-    way = finding.way
+    way = finding.trace
     try:
         found = reports(way, built.result.system, rehearsal, shared)
     except NotConcreteError as error:
@@ -259,11 +261,11 @@ def _record(
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
     # A monitor has to see that what is required does not come.
     every = built.result.system.requirements
-    required = [r for r in every if (r.that, r.place) == finding.about[1:]]
-    ahead_s = max((float(reach_s(each.formula)) for each in required), default=0.0)
+    required = [r for r in every if (r.that, r.place) == finding.identity[1:]]
+    ahead_s = max((float(horizon_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)
     duration_s = float(way.time_s) + after_s
-    became = called("rehearsal", "record", rehearsal, found, duration_s, options)
+    became = call_runtime("rehearsal", "record", rehearsal, found, duration_s, options)
     return next((_unseen(said) for r, said in zip(every, became, strict=True) if r in required), "")
 
 

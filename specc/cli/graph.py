@@ -7,7 +7,7 @@ from argparse import Namespace
 from importlib import import_module
 
 from specc.cli import streams
-from specc.cli.pictures import put
+from specc.cli.pictures import write_picture
 from specc.refusal import Refused
 from specc.tools.graph import Diagram, as_dot, drawing, picture
 
@@ -25,18 +25,22 @@ def graph(options: Namespace) -> int:
 
     result = pipeline.read_spec(options.spec)
     wrong = any(found.severity == "error" for found in result.diagnostics)
-    code = streams.tell_of(result, options.spec) or WRONG if wrong or not result.system else DONE
-    if result.system is None or code == streams.UNUSABLE or (code and not result.system.agents):
+    code = (
+        streams.print_findings(result, options.spec) or WRONG
+        if wrong or not result.system
+        else DONE
+    )
+    if result.system is None or code == streams.USAGE_ERROR or (code and not result.system.agents):
         return code
     form = _format(options)
     kind, diagram = picture(result.system, options.place, options.of)
     content = _content(diagram, form)
     if form == "dot" and not options.out:
-        streams.show(content.decode())
+        streams.print_output(content.decode())
         return code
     path = options.out or _name(options, kind, form)
-    put(path, content, form, "graph")
-    streams.show(f"{path}\n")
+    write_picture(path, content, form, "graph")
+    streams.print_output(f"{path}\n")
     return code
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from specc.atomic_files import remove_stale
 from specc.cli import streams
-from specc.cli.new_files import placing, reason
+from specc.cli.new_files import creating, write_failure
 from specc.diagnostics import nearest
 from specc.refusal import Refused
 from specc.resources import specs_dir
@@ -23,12 +23,12 @@ def init(options: Namespace) -> int:
     try:
         places = _written(options)
     except OSError as error:
-        raise Refused(reason(error)) from error
+        raise Refused(write_failure(error)) from error
     for place in places:
-        streams.show(f"{place}\n")
+        streams.print_output(f"{place}\n")
     named = shlex.quote(str(places[0]))
     cycles = "" if options.model is not None else " --cycles 1"
-    streams.show(f"\nspecc status {named}\nspecc run {named}{cycles}\n")
+    streams.print_output(f"\nspecc status {named}\nspecc run {named}{cycles}\n")
     return 0
 
 
@@ -49,8 +49,8 @@ def _written(options: Namespace) -> list[Path]:
     # The specification is the first, and so comes last.
     files = sorted(filter(Path.is_file, source.rglob("*")), key=lambda path: path.suffix != ".yaml")
     places = {target / path.relative_to(source): path for path in files}
-    with placing(next(iter(places))) as new:
-        new.put(places)
+    with creating(next(iter(places))) as new:
+        new.write(places)
     return list(places)
 
 

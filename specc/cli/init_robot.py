@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.new_files import placing, refuse_taken
-from specc.cli.rewrite import rewrite
+from specc.cli.new_files import creating, refuse_existing
+from specc.cli.rewrite import rewrite_file
 from specc.diagnostics import Diagnostic
 from specc.lang.packages import PACKAGES
 from specc.mjcf import Model, read_model
 from specc.pipeline import Result, check_spec
 from specc.policy import allowed_paths
-from specc.read import ANYWHERE, Reach, read_file
+from specc.read import ANYWHERE, AllowedPaths, read_file
 from specc.refusal import Refused
 from specc.source import real_path
 from specc.tools.fmt import LayoutError
@@ -41,8 +41,7 @@ from specc.tools.starting import (
     not_held,
     receptors,
 )
-from specc.tools.starting.graph import LISTENED, RosGraph, graph_from
-from specc.tools.starting.proposal import Devices, proposal
+from specc.tools.starting.ros2 import LISTENED, Devices, RosGraph, graph_from, proposal
 
 PLANTS = "plants"
 _MOST_SHOWN = 5
@@ -88,21 +87,21 @@ def _new(options: Namespace) -> list[Path]:
     spec = folder / f"{system}.yaml"
     facts = facts_of(path)
     plant, copies = _plant(options, model, facts, spec)
-    refuse_taken(copies)
+    refuse_existing(copies)
     name = system if options.agent is None else _legal(options.agent)
     robot = _robot(name, facts, model, options)
     text = document(robot, system, plant, _command(path))
-    with placing(spec) as new:
-        new.put(copies)
+    with creating(spec) as new:
+        new.write(copies)
         _refuse_errors(_checked(spec, text), ())
-        new.put({spec: text})
+        new.write({spec: text})
     _warn(robot)
     return [spec, *copies]
 
 
 def _warn(robot: Robot) -> None:
     if line := not_held(robot.facts):
-        streams.say(f"specc: {line}")
+        streams.print_message(f"specc: {line}")
 
 
 def _refuse_errors(result: Result, before: Iterable[Diagnostic]) -> None:
@@ -136,19 +135,19 @@ def _added(options: Namespace) -> list[Path]:
         raise Refused(f"there is an agent {name} already; give another --agent")
     model, facts = _model(path), facts_of(path)
     plant, copies = _same_plant(read.data, options, model, facts, spec)
-    refuse_taken(copies)
+    refuse_existing(copies)
     robot = _robot(name, facts, model, options, bound(before.system))
     try:
         text = added(read.source.text, read.data, robot, plant, _command(path))
     except LayoutError:
         raise Refused(_not_added(spec, name)) from None
-    with placing(spec) as new:
-        new.put(copies)
+    with creating(spec) as new:
+        new.write(copies)
         after = _checked(spec, text)
         if not {*_agents(before), name} <= _agents(after):
             raise Refused(_not_added(spec, name))
         _refuse_errors(after, before.diagnostics)
-        new.keep(partial(rewrite, str(spec), text))
+        new.commit(partial(rewrite_file, str(spec), text))
     _warn(robot)
     return [spec, *copies]
 
@@ -201,9 +200,9 @@ def _robot(
     found, refused = receptors(facts, model, taken)
     refused = {**facts.refused, **refused}
     for line in left_out(refused):
-        streams.say(f"specc: left out: {line}")
+        streams.print_message(f"specc: left out: {line}")
     for line in by_mocap(facts):
-        streams.say(f"specc: {line}")
+        streams.print_message(f"specc: {line}")
     if not groups:
         raise Refused(_nothing_held(facts))
     return Robot(name, facts, groups, found, refused)
@@ -237,13 +236,13 @@ def _plant(
     """
     path, reach = options.model, allowed_paths(str(spec))
     used = model.files.used(facts.files)
-    if all(map(reach.holds, used)):
+    if all(map(reach.contains, used)):
         return os.path.relpath(path, spec.parent), {}
     own = os.path.dirname(path)
     folders = (own, os.path.dirname(os.path.realpath(path)), *options.assets)
-    copied = Reach(tuple(map(os.path.realpath, folders)))
+    copied = AllowedPaths(tuple(map(os.path.realpath, folders)))
     for each in used:
-        if not copied.holds(each):
+        if not copied.contains(each):
             folder = shlex.quote(os.path.dirname(os.path.realpath(each)))
             raise Refused(
                 f"{path} uses {each}, which is not below its folder; nothing was written: to have "
@@ -255,7 +254,7 @@ def _plant(
                 "place without `..`"
             )
     for each in sorted({*model.files.possible, *model.files.unused} - {*used}):
-        streams.say(f"specc: not copied, since MuJoCo does not open it: {each}")
+        streams.print_message(f"specc: not copied, since MuJoCo does not open it: {each}")
     top = os.path.commonpath([os.path.dirname(os.path.abspath(each)) for each in used])
     plants = spec.parent / PLANTS
     places = {each: plants / os.path.relpath(os.path.abspath(each), top) for each in used}
@@ -272,14 +271,14 @@ def _of_ros2(options: Namespace) -> list[Path]:
     system = SpecNames(PEERS | PACKAGES).new(wish.stem if is_file else options.ros2)
     spec = Path(options.directory) / (wish if is_file else f"{system}.yaml")
     agent = _legal(options.agent or system)
-    refuse_taken({spec: ""})
+    refuse_existing({spec: ""})
     wait_s = options.wait or _WAIT_S
     python = options.python or ""
     if os.sep in python:  # as runs find it that are started elsewhere
         python = os.path.abspath(python)
     devices = Devices(_graph(python, wait_s))
     for line in left_out({name: why for why, names in devices.left_out.items() for name in names}):
-        streams.say(f"specc: left out: {line}")
+        streams.print_message(f"specc: left out: {line}")
     if not devices.every:
         raise Refused(_nothing(devices, wait_s))
     text = proposal(devices, system, agent, f"specc init --ros2 {wish.name}", python=python)
@@ -288,8 +287,8 @@ def _of_ros2(options: Namespace) -> list[Path]:
             "nothing was written: the specification would have errors, "
             f"{errors[0].code}: {errors[0].message}"
         )
-    with placing(spec) as new:
-        new.put({spec: text})
+    with creating(spec) as new:
+        new.write({spec: text})
     return [spec]
 
 

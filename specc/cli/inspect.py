@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from specc.cli.interruption import is_behind
-from specc.cli.targets import targets
+from specc.cli.interruption import is_caused_by_interrupt
+from specc.cli.targets import find_targets
 from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
 from specc.limits import one_run
 from specc.parallel import cores, processes
-from specc.policy import Overrides, forget, judge, settings_for
-from specc.signals import deferred
+from specc.policy import Overrides, clear_cache, judge, settings_for
+from specc.signals import defer_signals
 from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
@@ -59,22 +59,22 @@ def overrides_of(options: Namespace) -> Overrides:
     return Overrides(options.select, options.ignore, options.strict)
 
 
-def inspect_and_mend(arguments: Sequence[str], overrides: Overrides) -> Report:
+def inspect_and_fix(arguments: Sequence[str], overrides: Overrides) -> Report:
     """Like `inspect_all`, after the repairs that findings carry were made in the files named."""
-    from specc.cli.rewrite import ROUNDS, mend, refusal, report_left
+    from specc.cli.rewrite import ROUNDS, apply_repairs, print_unapplied, unwritable
 
     found = inspect_all(arguments, overrides)
     earlier = set[str]()
     for _ in range(ROUNDS):
         try:
-            if not mend(found.findings, arguments, earlier):
+            if not apply_repairs(found.findings, arguments, earlier):
                 break
         except OSError as error:
-            findings = [*found.findings, *resolve([refusal(error)], Sources())]
+            findings = [*found.findings, *resolve([unwritable(error)], Sources())]
             return replace(report(findings, ()), checked=found.checked, ignored=found.ignored)
-        forget()
+        clear_cache()
         found = inspect_all(arguments, overrides)
-    report_left(found.findings, arguments)
+    print_unapplied(found.findings, arguments)
     return found
 
 
@@ -85,7 +85,7 @@ def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:
         InspectionInterrupted: by Ctrl-C.
         InspectionFailed: a file could not be checked, by a fault of specc.
     """
-    meant = targets(arguments)
+    meant = find_targets(arguments)
     outcomes: list[Inspection] = []
     faults = resolve(meant.faults, Sources())
     try:
@@ -96,7 +96,7 @@ def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:
         try:
             _inspect_into(parts, alone, overrides)
         finally:
-            outcomes += _told_once(parts)
+            outcomes += _without_duplicates(parts)
     except KeyboardInterrupt:
         done = [outcome.path for outcome in outcomes]
         if not done:
@@ -112,7 +112,7 @@ def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:
     raise InspectionFailed(found, failed[0].path, failed[0].fault)
 
 
-def _told_once(parts: Sequence[Inspection]) -> Iterator[Inspection]:
+def _without_duplicates(parts: Sequence[Inspection]) -> Iterator[Inspection]:
     """The outcomes of parts, without what the parts that they use say of themselves."""
     own = {s for part in parts for s in map(_spot, part.findings) if s[0] == real_path(part.path)}
     for part in parts:
@@ -144,7 +144,7 @@ def inspect(path: str, overrides: Overrides) -> Inspection:
 
     with one_run():
         result = pipeline.check_spec(path)
-        left = judged(path, result, overrides)
+        left = judge_findings(path, result, overrides)
     read = frozenset(real_path(source.path) for source in result.sources)
     return Inspection(path, tuple(left.findings), left.ignored, left.used, read)
 
@@ -154,7 +154,7 @@ def _inspected(path: str, overrides: Overrides) -> Inspection:
     try:
         return inspect(path, overrides)
     except Exception as error:
-        if is_behind(error) or "SPECC_TRACEBACK" in os.environ:
+        if is_caused_by_interrupt(error) or "SPECC_TRACEBACK" in os.environ:
             raise
         fault = Exception(f"{type(error).__name__}: {error}")  # any other may not cross processes
         return Inspection(path, (), 0, frozenset(), frozenset(), fault)
@@ -173,13 +173,13 @@ class JudgedFindings:
     used: frozenset[Place]
 
 
-def judged(path: str, result: Result, overrides: Overrides) -> JudgedFindings:
+def judge_findings(path: str, result: Result, overrides: Overrides) -> JudgedFindings:
     """What comments, settings and the command line leave of the findings."""
     known = Sources(result.sources)
     found = settings_for(os.path.dirname(path))
     if found.source is not None:
         known.add(found.source)
-    settings = overrides.over(found.settings)
+    settings = overrides.applied_to(found.settings)
     verdict = judge(result.diagnostics, known, settings, not result.is_part)
     findings = resolve((*found.diagnostics, *verdict.diagnostics), known)
     refused = verdict.refused or bool(found.diagnostics)
@@ -205,7 +205,7 @@ def _in_processes(
 
     found: list[Inspection] = []
     with processes(workers, "fork") as pool:
-        with deferred():
+        with defer_signals():
             jobs = [pool.submit(job, path) for path in paths]
         try:
             found = [one.result() for one in jobs]

@@ -21,7 +21,7 @@ def lib(options: Namespace) -> int:
     for number, part in enumerate(found):
         head, _, rows = as_text(part).partition("\n")
         about = textwrap.fill(part.about, _WIDTH, initial_indent="  ", subsequent_indent="  ")
-        streams.show("\n" * (number > 0) + "\n".join(filter(None, (head, about, rows))))
+        streams.print_output("\n" * (number > 0) + "\n".join(filter(None, (head, about, rows))))
     return 0
 
 

@@ -14,7 +14,7 @@ from importlib import import_module
 
 from specc.cli import interruption, streams
 from specc.cli.arguments import parser
-from specc.cli.parsing import answer
+from specc.cli.parsing import complete
 from specc.refusal import Refused, reason_of
 
 UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141
@@ -32,20 +32,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         try:
             if whole_process:
-                interruption.begin()
+                interruption.install_handlers()
                 gc.set_threshold(_NEW_OBJECTS)
             code = _guarded(arguments)
             return code
         finally:
             # No call: Python lets handlers run when one begins.
-            interruption.is_over = whole_process
+            interruption.is_finished = whole_process
     except KeyboardInterrupt:
-        streams.say(interruption.MESSAGE)
+        streams.print_message(interruption.MESSAGE)
         code = interruption.exit_code()
         return code
     finally:
         if whole_process:
-            interruption.no_more()
+            interruption.ignore_signals()
             # Python collects garbage once more at exit: an eighth of the time of a command.
             gc.freeze()
             _leave(code)
@@ -66,28 +66,28 @@ def _guarded(arguments: Sequence[str] | None) -> int:
         sys.stdout.flush()
         sys.stderr.flush()
     except BrokenPipeError:
-        streams.abandon(sys.stdout)
-        streams.abandon(sys.stderr)
+        streams.discard_buffer(sys.stdout)
+        streams.discard_buffer(sys.stderr)
         return BROKEN_PIPE
     except Exception as error:
-        if interruption.is_behind(error):
+        if interruption.is_caused_by_interrupt(error):
             raise KeyboardInterrupt from None
         if "SPECC_TRACEBACK" in os.environ:
             raise
         if isinstance(error, OSError) and error.filename is None:
-            streams.abandon(sys.stdout)
-            if interruption.has_come():  # the terminal is gone that has ended the command
+            streams.discard_buffer(sys.stdout)
+            if interruption.is_interrupted():  # the terminal is gone that has ended the command
                 return interruption.exit_code()
-            streams.say(f"specc: the output cannot be written: {reason_of(error)}")
+            streams.print_message(f"specc: the output cannot be written: {reason_of(error)}")
             return UNWRITTEN
-        streams.say(_fault(error))
+        streams.print_message(_fault(error))
         return FAULT
     return code
 
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     whole = parser()
-    answer(whole)
+    complete(whole)
     try:
         return whole.parse_args(arguments)
     except SystemExit:
@@ -101,7 +101,7 @@ def _dispatch(options: argparse.Namespace) -> int:
     try:
         return int(getattr(import_module(f"specc.cli.{module}"), function)(options))
     except Refused as refused:
-        return streams.refuse(refused)
+        return streams.print_refusal(refused)
 
 
 def _fault(error: Exception) -> str:

@@ -25,7 +25,7 @@ class Parser(argparse.ArgumentParser):
     The options of a command may be known only once it is chosen: `late` adds them.
     """
 
-    late: Callable[[Parser], None] | None = None
+    add_options: Callable[[Parser], None] | None = None
     commands: Mapping[str, Parser] = MappingProxyType({})
     is_mixed = False
     """Whether an argument that may be left out may also stand behind options."""
@@ -39,8 +39,8 @@ class Parser(argparse.ArgumentParser):
 
     def prepare(self) -> None:
         """Add the options that are known late, which takes time."""
-        if late := self.late:
-            self.late = None
+        if late := self.add_options:
+            self.add_options = None
             self.add_argument("-h", "--help", action="help", help="show this help message and exit")
             late(self)
 
@@ -105,7 +105,7 @@ class CollectValues(argparse.Action):
         setattr(namespace, self.dest, known | {name: text})
 
 
-def codes(text: str) -> tuple[str, ...]:
+def code_list(text: str) -> tuple[str, ...]:
     """Codes of diagnostics, or their beginnings, separated by commas."""
     from specc.policy.settings import code_fault
 
@@ -116,9 +116,9 @@ def codes(text: str) -> tuple[str, ...]:
     return named
 
 
-def warnings(text: str) -> tuple[str, ...]:
+def warning_list(text: str) -> tuple[str, ...]:
     """Codes as `codes` takes them, of warnings only."""
-    named = codes(text)
+    named = code_list(text)
     for code in named:
         if not code.startswith("W"):
             raise argparse.ArgumentTypeError(f"{code} is not a warning and cannot be ignored")
@@ -135,7 +135,7 @@ def formula(text: str) -> str:
 _LONGEST_NUMBER = 40
 
 
-def ranged(
+def number_between(
     read: Callable[[str], int | float | Fraction], low: float, high: float
 ) -> Callable[[str], int | float | Fraction]:
     """Takes the text of a whole number, else of seconds, in a range, both ends included."""
@@ -159,15 +159,15 @@ def ranged(
     return taken
 
 
-def moment(text: str) -> tuple[Path, float]:
+def recording_time(text: str) -> tuple[Path, float]:
     """A recording and a time in it, FILE.mcap@SECONDS."""
     file, at, seconds = text.rpartition("@")
     if not (file and at):
         raise argparse.ArgumentTypeError(f"{text!r} is not FILE.mcap@SECONDS")
-    return Path(file), float(ranged(float, 0, inf)(seconds))
+    return Path(file), float(number_between(float, 0, inf)(seconds))
 
 
-def wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:
+def connection(text: str) -> tuple[tuple[str, str], tuple[str, str]]:
     """Two buffers that are connected: those of FABRIC."""
     first, equals, second = text.partition("=")
     a, b = first.rpartition("."), second.rpartition(".")
@@ -179,7 +179,7 @@ def wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:
 # Shells complete commands, options and files.
 
 
-ASKS = "_ARGCOMPLETE"
+COMPLETION_VARIABLE = "_ARGCOMPLETE"
 """Is set where a shell asks how a command line may go on."""
 
 
@@ -187,13 +187,13 @@ def completion(options: argparse.Namespace) -> int:
     """Print the lines that a shell reads when it starts."""
     from argcomplete.shell_integration import shellcode
 
-    streams.show(shellcode(["specc"], shell=options.shell) + "\n")
+    streams.print_output(shellcode(["specc"], shell=options.shell) + "\n")
     return 0
 
 
-def answer(parser: Parser) -> None:
+def complete(parser: Parser) -> None:
     """End the process with the ways to go on, if that is what a shell asks."""
-    if ASKS in os.environ:
+    if COMPLETION_VARIABLE in os.environ:
         import argcomplete
 
         chosen = parser

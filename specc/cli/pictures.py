@@ -15,27 +15,27 @@ from specc import atomic_files
 from specc.refusal import Refused, reason_of
 
 
-def put(path: str, content: bytes, form: str, by: str) -> None:
+def write_picture(path: str, content: bytes, form: str, by: str) -> None:
     """Write what a command made as a file of a format. Raises Refused."""
-    made = signed(content, form, by)
+    made = with_signature(content, form, by)
     try:
         if os.path.lexists(path) and not _may_replace(path, form):
-            if _holds(path, made):
+            if _has_content(path, made):
                 return
-            raise Refused(_stays(path, form))
-        atomic_files.put(Path(path), made)
+            raise Refused(_foreign_file(path, form))
+        atomic_files.write_atomically(Path(path), made)
     except OSError as error:
         raise Refused(f"{path} cannot be written: {reason_of(error)}") from error
 
 
-def _holds(path: str, content: bytes) -> bool:
+def _has_content(path: str, content: bytes) -> bool:
     """Whether that is all that a file has, so that nothing is to be written."""
     if not os.path.isfile(path) or os.path.getsize(path) != len(content):
         return False
     return Path(path).read_bytes() == content
 
 
-def _stays(path: str, form: str) -> str:
+def _foreign_file(path: str, form: str) -> str:
     if form == "csv":
         words = f"{path} is there, and no table says who made it, so it stays"
         return f"{words}; remove it, or name another file with --out"
@@ -63,7 +63,7 @@ _PNG_HEAD = 33
 """Bytes of the signature and of the first chunk."""
 
 
-def signed(content: bytes, form: str, by: str) -> bytes:
+def with_signature(content: bytes, form: str, by: str) -> bytes:
     """A picture with the mark of a command; a table has no place for one."""
     mark = f"specc {by}".encode()
     match form:

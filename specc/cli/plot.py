@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.pictures import put
-from specc.cli.recorded_spec import placed
-from specc.cli.recordings import called, lost
-from specc.diagnostics.phrases import clipped
+from specc.cli.pictures import write_picture
+from specc.cli.recorded_spec import texts_by_path
+from specc.cli.recordings import call_runtime, print_losses
+from specc.diagnostics.phrases import truncate
 from specc.model.system import System
 from specc.reachable import grouped
-from specc.refusal import Refused, lacking
+from specc.refusal import Refused, missing_package
 from specc.tools.plot import Signal, found
 from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
 from specc.tools.plot.sheet import PlottedRun, Sheet, bands, cut, marks, numbers_of, panels
@@ -55,7 +55,7 @@ class _Plot:
         self._times_s = options.since, options.until
         if options.since >= options.until:
             raise Refused(f"--since {options.since:g} is not before --until {options.until:g}")
-        _, texts = called("recording.messages", "recorded", self._files[0])
+        _, texts = call_runtime("recording.messages", "recorded", self._files[0])
         self._system = _system(texts)
         self._machines: list[str] = []
         self._groups: list[list[Signal]] = []
@@ -94,7 +94,7 @@ class _Plot:
         wanted = grouped((s.owner, _wanted(s)) for s in self._signals.values())
         runs, readings = [], []
         for file, name in zip(self._files, _names(self._files), strict=True):
-            readings.append(called("recording.reading", "RecordFile", file))
+            readings.append(call_runtime("recording.reading", "RecordFile", file))
             runs.append(
                 self._part(PlottedRun(name, self._traces(file, wanted, readings[-1])), file)
             )
@@ -104,11 +104,11 @@ class _Plot:
             self._put_table(runs, names)
         else:
             self._draw(runs, names, still)
-        return max(int(lost(reading)) for reading in readings)
+        return max(int(print_losses(reading)) for reading in readings)
 
     def _traces(self, file: Path, wanted: Mapping[str, Any], reading: Any) -> Any:
         try:
-            return called("recording.traces", "traces", file, wanted, reading)
+            return call_runtime("recording.traces", "traces", file, wanted, reading)
         except NotKnown as error:
             raise Refused(f"{file}: {error}, as its specification says") from error
 
@@ -125,7 +125,7 @@ class _Plot:
         for signal in self._signals.values():
             columns = (column for run in runs for column in numbers_of(signal, run)[1])
             if all(map(isnan, chain.from_iterable(columns))):
-                streams.say(f"specc: {signal.name} never has a value")
+                streams.print_message(f"specc: {signal.name} never has a value")
 
     def _all(self, runs: Sequence[PlottedRun]) -> tuple[list[str], tuple[str, ...]]:
         """The machines in the order of the specification, and those that never changed."""
@@ -147,10 +147,10 @@ class _Plot:
                 [(r.name, list(bands([PlottedRun("", r.traces)], names, None))) for r in runs]
             )
         if self._out:
-            put(self._out, text.encode(errors="backslashreplace"), "csv", "plot")
-            streams.show(f"{self._out}\n")
+            write_picture(self._out, text.encode(errors="backslashreplace"), "csv", "plot")
+            streams.print_output(f"{self._out}\n")
         else:
-            streams.show(text)
+            streams.print_output(text)
 
     def _draw(
         self, runs: Sequence[PlottedRun], names: Sequence[str], still: tuple[str, ...]
@@ -170,14 +170,14 @@ class _Plot:
         try:
             content = drawn(sheet, self._form)
         except ModuleNotFoundError as error:
-            raise lacking(error, "matplotlib") from error
-        put(self._out, content, self._form, "plot")
-        streams.show(f"{self._out}\n")
+            raise missing_package(error, "matplotlib") from error
+        write_picture(self._out, content, self._form, "plot")
+        streams.print_output(f"{self._out}\n")
 
     def _title(self, runs: Sequence[PlottedRun]) -> str:
         files = ", ".join(run.name for run in runs) if len(runs) > 1 else self._files[0].name
         system = self._system
-        called_ = clipped(system.title or system.name, _LONGEST_TITLE) if system else ""
+        called_ = truncate(system.title or system.name, _LONGEST_TITLE) if system else ""
         return f"{called_}, {files}" if called_ else files
 
 
@@ -187,7 +187,7 @@ def _system(texts: Mapping[str, str]) -> System | None:
 
     name = os.path.basename(next(iter(texts), "")) or "recorded.yaml"
     path = os.path.join(os.sep, "recorded", name)
-    return pipeline.read_texts(path, placed(texts, path)) if texts else None
+    return pipeline.read_texts(path, texts_by_path(texts, path)) if texts else None
 
 
 def _names(files: Sequence[Path]) -> list[str]:
@@ -212,4 +212,4 @@ def _tail(own: Sequence[str], every: Sequence[Sequence[str]]) -> str:
 def _wanted(signal: Signal) -> Any:
     """What to read of a recording for a signal."""
     numbers = len(signal.components), signal.numbers
-    return called("recording.traces", "Wanted", signal.path, *numbers)
+    return call_runtime("recording.traces", "Wanted", signal.path, *numbers)

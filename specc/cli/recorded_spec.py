@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from specc import output
 from specc.cli import streams
-from specc.cli.recordings import called, values_of
-from specc.diagnostics import stops
-from specc.diagnostics.phrases import few
+from specc.cli.recordings import call_runtime, recorded_constants
+from specc.diagnostics import blocks
+from specc.diagnostics.phrases import join_some
 from specc.resources import is_library_part
 from specc.source import COMMAND_LINE, Sources, beside, real_path, relative_path
 
@@ -24,7 +24,7 @@ _TOLD = 3
 """Of what is wrong with a recorded specification."""
 
 
-def texts_of(sources: Sources) -> dict[str, str]:
+def recorded_texts(sources: Sources) -> dict[str, str]:
     """The files of a specification, as a recording has them.
 
     They are named as they are found from here; if some are elsewhere, from the folder of them all.
@@ -46,22 +46,22 @@ def _shown(name: str) -> str:
     return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
 
 
-def constants_of(options: Namespace) -> dict[str, str]:
+def resumed_constants(options: Namespace) -> dict[str, str]:
     """What a run sets that goes on: what was set for the recorded one, unless `--set` says more.
 
     Names that the specification does not have are told and left out. Raises Refused.
     """
     from specc import pipeline
 
-    told, _ = called("recording.messages", "recorded", Path(options.resume[0]))
-    recorded = {n: text for n, text in values_of(told).items() if n not in options.set}
+    told, _ = call_runtime("recording.messages", "recorded", Path(options.resume[0]))
+    recorded = {n: text for n, text in recorded_constants(told).items() if n not in options.set}
     if not recorded:
         return dict(options.set)
     read = pipeline.read_spec(options.spec)
     gone = [name for name in recorded if read.system is not None and name not in read.units]
     if gone:
-        words = f"{options.spec} has no {few(gone, _TOLD)}, which the recorded run has set"
-        streams.say(f"specc: --from: {words}")
+        words = f"{options.spec} has no {join_some(gone, _TOLD)}, which the recorded run has set"
+        streams.print_message(f"specc: --from: {words}")
     return {n: text for n, text in recorded.items() if n not in gone} | dict(options.set)
 
 
@@ -72,13 +72,13 @@ def recorded_package(options: Namespace, built: Build, scratch: Path) -> Path | 
     the one at hand does not name, as the same part, by the same name, with the same signature.
     Raises Refused for a file that cannot be used.
     """
-    told, texts = called("recording.messages", "recorded", Path(options.resume[0]))
-    values, own = values_of(told), texts_of(built.result.sources)
+    told, texts = call_runtime("recording.messages", "recorded", Path(options.resume[0]))
+    values, own = recorded_constants(told), recorded_texts(built.result.sources)
     if [*texts.values()] == [*own.values()] and values == dict(options.set):
         return None
     package, why = _package(options.spec, values, texts, built, scratch)
     if package is None:
-        streams.say(f"specc: --from: the recorded specification cannot be run: {why}")
+        streams.print_message(f"specc: --from: the recorded specification cannot be run: {why}")
     return package
 
 
@@ -89,9 +89,9 @@ def _package(
     from specc import pipeline
     from specc.lower.code import named_code
 
-    result = pipeline.compile_spec(spec, values, placed(texts, spec))
+    result = pipeline.compile_spec(spec, values, texts_by_path(texts, spec))
     if not result.ok or result.system is None or built.result.system is None:
-        errors = [d.message for d in result.diagnostics if stops(d.code, "build")]
+        errors = [d.message for d in result.diagnostics if blocks(d.code, "build")]
         return None, "it has errors: " + "; ".join(errors[:_TOLD])
     known = named_code(built.result.system)
     if foreign := named_code(result.system) - known:
@@ -112,10 +112,10 @@ def _listed(foreign: Iterable[PythonObject], known: Collection[PythonObject]) ->
         f"{each} with another type of that name" if str(each) in alike else str(each)
         for each in sorted(foreign, key=lambda n: (n.python in modules, str(n)))
     ]
-    return few(words, _TOLD, "; ")
+    return join_some(words, _TOLD, "; ")
 
 
-def placed(texts: Mapping[str, str], spec: str) -> dict[str, str]:
+def texts_by_path(texts: Mapping[str, str], spec: str) -> dict[str, str]:
     """The recorded texts by where they would be, if the first one were that of `spec`."""
     first = os.path.dirname(next(iter(texts), ""))
     placed = {

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc import output
-from specc.atomic_files import folder_aside
+from specc.atomic_files import temporary_folder
 from specc.cli import streams
-from specc.diagnostics.phrases import clipped
-from specc.refusal import Refused, lacking, reason_of
+from specc.diagnostics.phrases import truncate
+from specc.refusal import Refused, missing_package, reason_of
 
 if TYPE_CHECKING:
     from specc.model.system import Subsystem
@@ -33,13 +33,15 @@ def recover(options: Namespace) -> int:
     """Make a clean file with an index of a recording that was cut; 2 if there is none in it."""
     out = Path(options.out or options.file)
     try:
-        saved = called("recording.reading", "Recovered", Path(options.file), out)
+        saved = call_runtime("recording.reading", "Recovered", Path(options.file), out)
     except OSError as error:
         raise Refused(f"cannot write {out}: {reason_of(error)}") from error
     words = "it had been cut" if saved.cut else "it was whole"
     if saved.damaged:
         words = f"damaged parts left out: {saved.damaged}"
-    streams.say(f"specc: {out}: {saved.messages} messages until {saved.last_s:.3f} s; {words}")
+    streams.print_message(
+        f"specc: {out}: {saved.messages} messages until {saved.last_s:.3f} s; {words}"
+    )
     return SAME
 
 
@@ -47,50 +49,50 @@ def replay(options: Namespace) -> int:
     """Compare the steps of a recording with those of the specification as it is now."""
     from specc import pipeline
 
-    told, spec = called("recording.replay", "about", Path(options.file)), options.spec
+    told, spec = call_runtime("recording.replay", "about", Path(options.file)), options.spec
     if not spec:
-        raise unnamed(options.file, told, ["specc", "replay", options.file])
-    skips = called("recording.messages", "followed_the_clock", told)
-    built = pipeline.build(spec, values_of(told), is_read=False, tests_all_rows=skips)
+        raise missing_spec(options.file, told, ["specc", "replay", options.file])
+    skips = call_runtime("recording.messages", "followed_the_clock", told)
+    built = pipeline.build(spec, recorded_constants(told), is_read=False, tests_all_rows=skips)
     result = built.result
     if not result.ok or result.system is None:
-        return streams.tell_of(result, spec) or DIFFERS
+        return streams.print_findings(result, spec) or DIFFERS
     names = [s.qualified_name for s in result.system.subsystems]
     if options.subsystem and options.subsystem not in names:
         raise Refused(f"there is no subsystem {options.subsystem}; there are {', '.join(names)}")
-    with folder_aside() as scratch:
+    with temporary_folder() as scratch:
         package = Path(scratch, "generated", built.system)
         for diagnostic in output.write(package, built.files):
             raise Refused(diagnostic.message)
         base, file = Path(os.path.dirname(spec)), Path(options.file)
         only = options.subsystem or ""
-        reading = called("recording.reading", "RecordFile", file)
-        outcomes, watch = called(
+        reading = call_runtime("recording.reading", "RecordFile", file)
+        outcomes, watch = call_runtime(
             "recording.replay", "replay", package, base, file, only, options.until, reading
         )
     code = _tell(outcomes, result, options)
     if watch is not None:
         code = max(code, _required(watch))
-    code = code or lost(reading)
+    code = code or print_losses(reading)
     judged = watch is not None and any(r["verdict"] != "unknown" for r in watch.as_data())
     if judged or any(outcome.steps or outcome.difference for outcome in outcomes):
         return code
     raise Refused(f"nothing in {options.file} can be compared with {spec}")
 
 
-def lost(reading: Any) -> int:
+def print_losses(reading: Any) -> int:
     """Say what of a recording is not there any more; the exit code."""
     words = [f"damaged parts left out: {reading.damaged}"] if reading.damaged else []
     words += [f"it was cut after {reading.last_s:.3f} s"] if reading.cut else []
     if words:
-        streams.say(f"specc: {reading.path}: {'; '.join(words)}")
+        streams.print_message(f"specc: {reading.path}: {'; '.join(words)}")
     return LOST if words else SAME
 
 
 def _required(watch: Any) -> int:
     """Print what became of the requirements in the recorded run."""
     found = watch.as_data()
-    called("progress.summary", "show_requirements", found)
+    call_runtime("progress.summary", "show_requirements", found)
     return DIFFERS if watch.violated else SAME
 
 
@@ -100,34 +102,34 @@ def _tell(outcomes: Sequence[Any], result: Result, options: Namespace) -> int:
         (o.difference for o in outcomes if o.difference), key=lambda d: (d.time_s, d.subsystem)
     )
     for difference in found:
-        streams.show("\n".join(_lines(difference, result)) + "\n")
+        streams.print_output("\n".join(_lines(difference, result)) + "\n")
     same = [o for o in outcomes if not o.difference and not o.unknown]
     unknown = [o for o in outcomes if o.unknown]
     for outcome in unknown:
         words = f"{outcome.steps} steps are the same, then it cannot be compared"
         name, why = (
-            clipped(outcome.subsystem, _LONGEST),
-            clipped(outcome.unknown, _LONGEST_REASON),
+            truncate(outcome.subsystem, _LONGEST),
+            truncate(outcome.unknown, _LONGEST_REASON),
         )
-        streams.show(f"{name}: {words}: {why}\n")
+        streams.print_output(f"{name}: {words}: {why}\n")
     for outcome in same:
         words = f"{outcome.steps} steps are the same"
         for begin_s, end_s in outcome.gaps:
             words += f"; lost from {begin_s:g} s, compared again from {end_s:g} s"
         if outcome.left_out:
             words += f"; not recorded: {', '.join(sorted(outcome.left_out))}"
-        streams.show(f"{outcome.subsystem}: {words}\n")
+        streams.print_output(f"{outcome.subsystem}: {words}\n")
     missing = unknown or any(outcome.left_out for outcome in same)
     return DIFFERS if found or (options.check and missing) else SAME
 
 
 def _lines(difference: Any, result: Result) -> Iterator[str]:
     d = difference
-    state, what = clipped(d.state, _LONGEST), clipped(d.what, _LONGEST)
+    state, what = truncate(d.state, _LONGEST), truncate(d.what, _LONGEST)
     began = f"in {state}" if state else "in its first period"
     yield f"{d.subsystem} differs first at {d.time_s:g} s (stamp {d.stamp}), {began}: {what}"
-    yield f"  recorded: {clipped(d.recorded, _LONGEST_VALUE)}"
-    yield f"  now:      {clipped(d.now, _LONGEST_VALUE)}"
+    yield f"  recorded: {truncate(d.recorded, _LONGEST_VALUE)}"
+    yield f"  now:      {truncate(d.now, _LONGEST_VALUE)}"
     assert result.system is not None
     subsystem = next(s for s in result.system.subsystems if s.qualified_name == d.subsystem)
     for what, place in _places(subsystem, d):
@@ -140,7 +142,7 @@ def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]
     """What in the specification is responsible: the row, and the condition or the assignment."""
     d = difference
     for row in subsystem.transitions:
-        if row.words == d.row:
+        if row.label == d.row:
             yield "row", row.place
     state = next((s for s in subsystem.states if s.name == d.state), None)
     if d.condition and state is not None:
@@ -159,7 +161,7 @@ def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]
             yield d.what, item.place
 
 
-def unnamed(file: str, told: Any, command: Sequence[str]) -> Refused:
+def missing_spec(file: str, told: Any, command: Sequence[str]) -> Refused:
     """Why nothing is done without a specification: the file must not choose whose code runs."""
     spec = str(told.get("spec", ""))
     try:
@@ -169,7 +171,7 @@ def unnamed(file: str, told: Any, command: Sequence[str]) -> Refused:
         is_here = False
     if not is_here:
         return Refused(
-            f"{file} is of {clipped(spec, _LONGEST) or 'no file'}, which is not here; say --spec"
+            f"{file} is of {truncate(spec, _LONGEST) or 'no file'}, which is not here; say --spec"
         )
     words = shlex.join([*command, f"--spec={spec}"])
     return Refused(
@@ -177,7 +179,7 @@ def unnamed(file: str, told: Any, command: Sequence[str]) -> Refused:
     )
 
 
-def values_of(told: Any) -> dict[str, str]:
+def recorded_constants(told: Any) -> dict[str, str]:
     """Constants that were set for the run."""
     try:
         values = json.loads(told.get("set", "{}"))
@@ -188,14 +190,14 @@ def values_of(told: Any) -> dict[str, str]:
     raise Refused("the recording does not say which constants were set")
 
 
-def called(module: str, function: str, *arguments: Any) -> Any:
+def call_runtime(module: str, function: str, *arguments: Any) -> Any:
     """What the runtime gives; raises Refused for what it cannot use."""
     try:
         made = getattr(import_module(f"specc_runtime.{module}"), function)
         return made(*arguments)
     except ModuleNotFoundError as error:
-        raise lacking(error) from error
+        raise missing_package(error) from error
     except Exception as error:
         if type(error).__name__ not in ("Unusable", "UsageError", "StepFailed", "OutputLost"):
             raise
-        raise Refused(clipped(str(error), _LONGEST_REASON)) from error
+        raise Refused(truncate(str(error), _LONGEST_REASON)) from error

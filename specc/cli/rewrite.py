@@ -13,29 +13,29 @@ from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from specc.atomic_files import replacing
+from specc.atomic_files import replacing_file
 from specc.cli import streams
-from specc.cli.targets import is_named, targets
+from specc.cli.targets import find_targets, is_argument
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Repair, report, resolve, shown_path
 from specc.policy import allowed_paths
 from specc.read import read_file, read_text, specification
 from specc.refusal import reason_of
-from specc.repair import Accepts, changes_elsewhere, is_wrong_again, repaired
+from specc.repair import Accepts, apply_compatible, changes_elsewhere, is_wrong_again
 from specc.source import Place, Sources, real_path
 from specc.tools.fmt import formatted, upgrade
 
 # Writing a file: whole or not at all.
 
 
-def rewrite(path: str, text: str) -> None:
+def rewrite_file(path: str, text: str) -> None:
     """Make `text` the content of a file that exists; links, owner and permissions stay.
 
     Raises:
         OSError: the system refuses, nobody may write the file, or a link leads out of the project;
             the file is unchanged.
     """
-    if not allowed_paths(path).holds(path):
+    if not allowed_paths(path).contains(path):
         raise OSError(errno.EPERM, "a link leads out of the project", path)
     try:
         _rewrite(Path(os.path.realpath(path)), text.encode())
@@ -44,7 +44,7 @@ def rewrite(path: str, text: str) -> None:
         raise OSError(error.errno, error.strerror, path) from error
 
 
-def refusal(error: OSError) -> Diagnostic:
+def unwritable(error: OSError) -> Diagnostic:
     """The finding about a file that could not be rewritten."""
     message = f"the file cannot be written: {reason_of(error)}"
     hint = "it is unchanged; check its permissions, those of its directory and the space there"
@@ -55,7 +55,7 @@ def _rewrite(target: Path, content: bytes) -> None:
     status = target.stat()
     if not os.access(target, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    with replacing(target) as aside:
+    with replacing_file(target) as aside:
         aside.write_bytes(content)
         shutil.copymode(target, aside)
         with contextlib.suppress(OSError):
@@ -70,7 +70,7 @@ ROUNDS = 10
 _MARK = "\ufeff"
 
 
-def mend(findings: Iterable[Finding], arguments: Sequence[str], earlier: set[str]) -> bool:
+def apply_repairs(findings: Iterable[Finding], arguments: Sequence[str], earlier: set[str]) -> bool:
     """Make the repairs of findings in files that arguments name, and say which; whether any was.
 
     No repair leads back to one of the `earlier` texts; those that are repaired now join them.
@@ -78,24 +78,26 @@ def mend(findings: Iterable[Finding], arguments: Sequence[str], earlier: set[str
     Raises:
         OSError: a file cannot be written; those before it are repaired.
     """
-    found = by_file(findings)
-    named = [(path, wanted) for path, wanted in found.items() if is_named(path, arguments)]
+    found = repairs_by_file(findings)
+    named = [(path, wanted) for path, wanted in found.items() if is_argument(path, arguments)]
     made = [_mend(path, wanted, earlier) for path, wanted in named]
     return any(made)
 
 
-def report_left(findings: Iterable[Finding], arguments: Sequence[str]) -> None:
+def print_unapplied(findings: Iterable[Finding], arguments: Sequence[str]) -> None:
     """Say which files could be repaired but were not named, and how to have them repaired."""
-    for path, wanted in by_file(findings).items():
-        if is_named(path, arguments):
+    for path, wanted in repairs_by_file(findings).items():
+        if is_argument(path, arguments):
             continue
         repairs = "1 repair" if len(wanted) == 1 else f"{len(wanted)} repairs"
         name = (os.path.dirname(path) or ".") if path.endswith(".toml") else path
         command = shlex.join(["specc", "validate", "--fix", *arguments, name])
-        streams.say(f"not repaired, since it was not named: {path} ({repairs}); `{command}`")
+        streams.print_message(
+            f"not repaired, since it was not named: {path} ({repairs}); `{command}`"
+        )
 
 
-def by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Finding]]:
+def repairs_by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Finding]]:
     """Repairs that findings carry, each once, by the file that they change."""
     found: dict[str, dict[Repair, Finding]] = {}
     seen: dict[object, str] = {}
@@ -122,14 +124,14 @@ def _mend(path: str, wanted: dict[Repair, Finding], earlier: set[str]) -> bool:
     def accepts(new: str, repairs: tuple[Repair, ...]) -> bool:
         return new not in earlier and is_meant(new, repairs)
 
-    result = repaired(text.removeprefix(_MARK), wanted, accepts)
-    if result.made:
-        rewrite(path, mark + result.text)
-    for repair in result.made:
+    result = apply_compatible(text.removeprefix(_MARK), wanted, accepts)
+    if result.applied:
+        rewrite_file(path, mark + result.text)
+    for repair in result.applied:
         line = repair.changes[0].span.line
         code = wanted[repair].diagnostic.code
-        streams.say(f"repaired {path}:{line}: {code}: {repair.title}")
-    return bool(result.made)
+        streams.print_message(f"repaired {path}:{line}: {code}: {repair.title}")
+    return bool(result.applied)
 
 
 def _accepts(path: str, wanted: dict[Repair, Finding]) -> Accepts:
@@ -167,14 +169,14 @@ def _is_toml(text: str) -> bool:
 
 def fmt(options: Namespace) -> int:
     """Put files into the canonical layout, or say which are not in it; the exit code."""
-    meant = targets(options.files)
+    meant = find_targets(options.files)
     findings = resolve(meant.faults, Sources())
     changed, readable, files = [], 0, [*meant.systems, *meant.parts]
     only_look = options.check or options.diff
     for path in files:
         reach = allowed_paths(path)
-        if not reach.holds(path):
-            findings += resolve([reach.link_out(path)], Sources())
+        if not reach.contains(path):
+            findings += resolve([reach.link_finding(path)], Sources())
             continue
         document = specification(read_file(path))
         if not document.ok:
@@ -187,20 +189,20 @@ def fmt(options: Namespace) -> int:
             continue
         changed.append(path)
         if options.diff:
-            streams.show("".join(_difference(path, old, new)))
+            streams.print_output("".join(_difference(path, old, new)))
         if not only_look:
             findings += resolve(_rewritten(path, new), Sources())
     if readable:
         _summarise(changed, readable, only_look)
-    code = streams.tell(report(findings, files)) if findings else 0
+    code = streams.print_report(report(findings, files)) if findings else 0
     return code or int(bool(changed) and options.check)
 
 
 def _rewritten(path: str, text: str) -> Iterator[Diagnostic]:
     try:
-        rewrite(path, text)
+        rewrite_file(path, text)
     except OSError as error:
-        yield refusal(error)
+        yield unwritable(error)
 
 
 def _difference(path: str, old: str, new: str) -> Iterator[str]:
@@ -213,6 +215,6 @@ def _difference(path: str, old: str, new: str) -> Iterator[str]:
 def _summarise(changed: list[str], files: int, only_looked: bool) -> None:
     what = "would be formatted" if only_looked else "formatted"
     for path in changed:
-        streams.say(f"{what}: {shown_path(path)}")
+        streams.print_message(f"{what}: {shown_path(path)}")
     same = files - len(changed)
-    streams.say(f"{len(changed)} of {files} {what}, {same} left as they are")
+    streams.print_message(f"{len(changed)} of {files} {what}, {same} left as they are")

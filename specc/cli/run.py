@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from specc import output
-from specc.atomic_files import folder_aside
+from specc.atomic_files import temporary_folder
 from specc.checks.plant import without_plant
 from specc.cli import interruption
-from specc.cli.inspect import JudgedFindings, judged, overrides_of
-from specc.cli.recorded_spec import constants_of, recorded_package, texts_of
-from specc.cli.streams import tell
+from specc.cli.inspect import JudgedFindings, judge_findings, overrides_of
+from specc.cli.recorded_spec import recorded_package, recorded_texts, resumed_constants
+from specc.cli.streams import print_report
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import report, resolve
 from specc.source import Place, Sources
@@ -31,7 +31,7 @@ def run(options: Namespace) -> int:
     from specc import pipeline
 
     if options.resume:
-        options.set = constants_of(options)
+        options.set = resumed_constants(options)
     built = pipeline.build(
         options.spec,
         options.set,
@@ -40,14 +40,14 @@ def run(options: Namespace) -> int:
         is_read=False,
         tests_all_rows=options.real_time,
     )
-    left = judged_to_run(options, built.result)
+    left = judge_for_run(options, built.result)
     findings = left.findings
     if left.refused:
-        return tell(report(findings, [options.spec])) or 1
-    with folder_aside() as scratch:
+        return print_report(report(findings, [options.spec])) or 1
+    with temporary_folder() as scratch:
         directory = Path(scratch, "generated", built.system)
         findings += resolve(output.write(directory, built.files), Sources())
-        if findings and (code := tell(report(findings, [options.spec]))):
+        if findings and (code := print_report(report(findings, [options.spec]))):
             return code
         options.past = None
         if options.resume:
@@ -58,9 +58,9 @@ def run(options: Namespace) -> int:
 # What a run needs that a specification can otherwise do without: a plant, and a task to count.
 
 
-def judged_to_run(options: Namespace, result: Result) -> JudgedFindings:
+def judge_for_run(options: Namespace, result: Result) -> JudgedFindings:
     """What is left of the findings about a specification; refused if it cannot be run as asked."""
-    left = judged(options.spec, result, overrides_of(options))
+    left = judge_findings(options.spec, result, overrides_of(options))
     if left.refused or not result.can("run"):
         return replace(left, refused=True)
     unmet = list(_missing(result, options.spec, counts=options.cycles is not None))
@@ -97,7 +97,7 @@ def launch(directory: Path, found: Namespace, sources: Sources) -> int:
         directory=directory,
         base=Path(os.path.dirname(found.spec)),
         built_with=found.set,
-        texts=texts_of(sources) if found.record or found.resume else {},
+        texts=recorded_texts(sources) if found.record or found.resume else {},
     )
     runtime = import_module("specc_runtime.main")
     try:

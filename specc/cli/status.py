@@ -10,7 +10,7 @@ from typing import Literal
 from specc.analysis import Facts
 from specc.cli import streams
 from specc.diagnostics import Diagnostic
-from specc.diagnostics.render.visible import visible
+from specc.diagnostics.visible import visible
 from specc.lang.show import show
 from specc.model.requirement import Requirement
 from specc.model.system import Subsystem, System
@@ -69,7 +69,7 @@ class DesignStep:
 class Progress:
     """The steps of the system, an agent or a subsystem."""
 
-    of: str
+    subject: str
     steps: tuple[DesignStep, ...]
 
     @property
@@ -160,13 +160,13 @@ def _step_of(finding: Diagnostic, steps: tuple[str, ...]) -> str:
 def _owners(finding: Diagnostic, system: System) -> frozenset[str]:
     """Qualified names of what a finding is about; a file that is used twice has two owners."""
     at = finding.primary
-    subsystems = [s for s in system.subsystems if any(place.holds(at) for place in _places(s))]
+    subsystems = [s for s in system.subsystems if any(place.contains(at) for place in _places(s))]
     if subsystems:
         return frozenset(s.qualified_name for s in subsystems)
     agents = {
         agent.name
         for agent in system.agents
-        if agent.place.holds(at) or any(device.place.holds(at) for device in agent.devices)
+        if agent.place.contains(at) or any(device.place.contains(at) for device in agent.devices)
     }
     return frozenset(agents or {""})
 
@@ -193,15 +193,15 @@ def status(options: Namespace) -> int:
 
     result = pipeline.check_spec(options.spec)
     if result.system is None:
-        return streams.tell_of(result, options.spec, options.format)
+        return streams.print_findings(result, options.spec, options.format)
     name = result.system.name
     found = progress(result.system, result.diagnostics, is_part=result.is_part)
     believed = list(assumptions(result.proofs))
     if options.format == "json":
-        streams.show(as_json(name, found, believed, result.system.requirements), "json")
+        streams.print_output(as_json(name, found, believed, result.system.requirements), "json")
     else:
         required = result.system.requirements
-        streams.show(as_text(name or options.spec, found, believed, required))
+        streams.print_output(as_text(name or options.spec, found, believed, required))
     return 0
 
 
@@ -221,11 +221,11 @@ def assumptions(facts: Facts) -> Iterator[tuple[str, str, str]]:
             yield name, show(axiom.that), _GROUNDS[grounds]
 
 
-Believed = list[tuple[str, str, str]]
+AssumptionRows = list[tuple[str, str, str]]
 
 
 def as_text(
-    name: str, found: list[Progress], believed: Believed, required: Sequence[Requirement]
+    name: str, found: list[Progress], believed: AssumptionRows, required: Sequence[Requirement]
 ) -> str:
     """Tables of the system, its agents, their subsystems and assumptions, then what comes next.
 
@@ -239,9 +239,9 @@ def as_text(
         members = [item for item in found if tuple(step.name for step in item.steps) == steps]
         if members:
             rows = [(_name(item, name), *(step.state for step in item.steps)) for item in members]
-            blocks.append(streams.table([(kind, *steps), *rows]))
+            blocks.append(streams.format_table([(kind, *steps), *rows]))
     if believed:
-        blocks.append(streams.table([("subsystem", "assumption", "rests on"), *believed]))
+        blocks.append(streams.format_table([("subsystem", "assumption", "rests on"), *believed]))
     if required:
         words = "requirement is" if len(required) == 1 else "requirements are"
         blocks.append(f"{len(required)} {words} watched in every run\n")
@@ -250,7 +250,7 @@ def as_text(
 
 
 def as_json(
-    name: str, found: list[Progress], believed: Believed, required: Sequence[Requirement]
+    name: str, found: list[Progress], believed: AssumptionRows, required: Sequence[Requirement]
 ) -> str:
     """An object with `version`, `system`, `assumptions`, `requirements`, and `parts` with `of` and
     `steps`.
@@ -273,7 +273,7 @@ def as_json(
 
 
 def _name(item: Progress, system: str) -> str:
-    return system if item.of == "system" else item.of.removeprefix(".")
+    return system if item.subject == "system" else item.subject.removeprefix(".")
 
 
 def _next(name: str, found: list[Progress]) -> list[str]:

@@ -8,8 +8,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TextIO
 
-from specc.diagnostics.render.visible import OutputForm, harmless, visible
 from specc.diagnostics.report import Report, report, resolve
+from specc.diagnostics.visible import OutputFormat, sanitize, visible
 from specc.source import COMMAND_LINE
 
 if TYPE_CHECKING:
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from specc.pipeline import Result
 
 
-UNUSABLE = 2
+USAGE_ERROR = 2
 """Exit code for wrong usage, and for a file that cannot be read or written."""
 
 
-def refuse(why: object) -> int:
+def print_refusal(why: object) -> int:
     """Say why a command does not do what is asked; the exit code."""
-    say(f"specc: {why}")
-    return UNUSABLE
+    print_message(f"specc: {why}")
+    return USAGE_ERROR
 
 
 # Standard streams: what is printed on them, and those that are closed, full or no longer read.
@@ -56,13 +56,13 @@ def prepare() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def coloured(stream: TextIO) -> bool:
+def supports_colour(stream: TextIO) -> bool:
     """Whether a stream takes colours: a terminal, unless NO_COLOR says no (no-color.org)."""
     plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb"
     return stream.isatty() and not plain
 
 
-def columns(stream: TextIO) -> int:
+def terminal_width(stream: TextIO) -> int:
     """Width of the terminal behind a stream; that of a usual one if it is none."""
     try:
         return os.get_terminal_size(stream.fileno()).columns or _USUAL
@@ -70,34 +70,34 @@ def columns(stream: TextIO) -> int:
         return _USUAL
 
 
-def abandon(stream: TextIO) -> None:
+def discard_buffer(stream: TextIO) -> None:
     """Discard what a stream still holds: Python flushes it once more at exit."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def show(text: str, form: OutputForm = "text", *, to: TextIO | None = None) -> None:
+def print_output(text: str, form: OutputFormat = "text", *, to: TextIO | None = None) -> None:
     """Print to standard output, unless told where `to`."""
-    (to or sys.stdout).write(harmless(text, form))
+    (to or sys.stdout).write(sanitize(text, form))
 
 
-def say(message: str) -> None:
+def print_message(message: str) -> None:
     """Print a message to standard error, if it takes one."""
     try:
-        sys.stderr.write(harmless(f"{message}\n"))
+        sys.stderr.write(sanitize(f"{message}\n"))
         sys.stderr.flush()
     except OSError:
-        abandon(sys.stderr)
+        discard_buffer(sys.stderr)
 
 
-def tell_in_place(message: str) -> None:
+def update_status_line(message: str) -> None:
     """Put a line in the place of the last one on the terminal behind standard error."""
     with contextlib.suppress(OSError):
-        sys.stderr.write(f"\r\x1b[2K{harmless(message)}")
+        sys.stderr.write(f"\r\x1b[2K{sanitize(message)}")
         sys.stderr.flush()
 
 
-def table(rows: Sequence[Sequence[str]]) -> str:
+def format_table(rows: Sequence[Sequence[str]]) -> str:
     """Rows as lines, their cells below each other."""
     shown = [[visible(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*shown, strict=True)]
@@ -134,29 +134,26 @@ def _is_usage(found: Diagnostic) -> bool:
     return said or found.code in _UNREADABLE
 
 
-def tell(found: Report) -> int:
-    """Print a report as text, in colour and as wide as the terminal takes it; its exit code."""
-    from specc.diagnostics.render import text
+def print_report(found: Report, form: OutputFormat = "text") -> int:
+    """Print a report; its exit code.
 
-    colour = coloured(sys.stderr)
-    shown = text.render(found, colour, columns(sys.stderr))
+    JSON and other formats for programs go to standard output, text to standard error, in colour and
+    as wide as the terminal takes it.
+    """
+    from specc.diagnostics import formats, text  # commands without findings print no report
+
+    if render := formats.RENDERERS.get(form):
+        print_output(render(found), form)
+        return exit_code(found)
+    colour = supports_colour(sys.stderr)
+    shown = text.render(found, colour, terminal_width(sys.stderr))
     if colour:
         sys.stderr.write(shown)  # its parts are harmless; nobody but a person reads a terminal
     else:
-        show(shown, to=sys.stderr)
+        print_output(shown, to=sys.stderr)
     return exit_code(found)
 
 
-def tell_in(form: str, found: Report) -> int:
-    """Print a report as JSON if that is the form of a command, else as text; its exit code."""
-    if form != "json":
-        return tell(found)
-    from specc.diagnostics.render import json
-
-    show(json.render(found), "json")
-    return exit_code(found)
-
-
-def tell_of(result: Result, path: str, form: str = "text") -> int:
+def print_findings(result: Result, path: str, form: OutputFormat = "text") -> int:
     """Print what was found in the specification at a path; its exit code."""
-    return tell_in(form, report(resolve(result.diagnostics, result.sources), [path]))
+    return print_report(report(resolve(result.diagnostics, result.sources), [path]), form)

@@ -17,15 +17,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc import __version__
-from specc.atomic_files import put
+from specc.atomic_files import write_atomically
 from specc.cli import streams
 from specc.cli.interruption import MESSAGE, exit_code
-from specc.cli.run import judged_to_run
-from specc.diagnostics.phrases import counted, few
+from specc.cli.run import judge_for_run
+from specc.diagnostics.phrases import counted, join_some
 from specc.diagnostics.report import Report, report
 from specc.parallel import cores, processes
-from specc.refusal import Refused, lacking, reason_of
-from specc.signals import deferred
+from specc.refusal import Refused, missing_package, reason_of
+from specc.signals import defer_signals
 from specc.tools.sweep import plots, summary
 from specc.tools.sweep.running import Figures, SweepJob
 from specc.tools.sweep.settings import (
@@ -98,8 +98,8 @@ def sweep(options: Namespace) -> int:
         return _sweep(options)
     except _SettingRefused as refused:
         if refused.setting:
-            streams.say(f"specc: with {_words(refused.setting)}:")
-        return streams.tell(refused.why) or 1
+            streams.print_message(f"specc: with {_words(refused.setting)}:")
+        return streams.print_report(refused.why) or 1
     except OSError as error:
         if error.filename is None:
             raise
@@ -131,7 +131,7 @@ def _sweep(options: Namespace) -> int:
         folder.read()
         _conclude(options, asked, folder)
     if interrupted:
-        streams.say(f"{MESSAGE}; the same command goes on from here")
+        streams.print_message(f"{MESSAGE}; the same command goes on from here")
     return code
 
 
@@ -152,7 +152,7 @@ def _built(options: Namespace, setting: SweepSetting) -> Build:
     from specc import pipeline
 
     built = pipeline.build(options.spec, setting, stop_when=options.stop_when, is_read=False)
-    left = judged_to_run(options, built.result)
+    left = judge_for_run(options, built.result)
     if left.refused:
         raise _SettingRefused(setting, report(left.findings, [options.spec]))
     return built
@@ -190,7 +190,7 @@ def _in_parallel(
 ) -> list[Any]:
     # Copies of this process would hold the lock of the folder for as long as they live.
     with processes(workers, "spawn") as pool:
-        with deferred():
+        with defer_signals():
             jobs = [pool.submit(make, setting) for setting in settings]
         return [job.result() for job in jobs]
 
@@ -219,7 +219,7 @@ def _run(
     ]
     count = len(asked.settings) * len(asked.seeds)
     if len(left) < count:
-        streams.say(f"specc: {count - len(left)} of {count} runs are done already")
+        streams.print_message(f"specc: {count - len(left)} of {count} runs are done already")
     if not left:
         return DONE
     workers = options.workers or cores()
@@ -241,9 +241,11 @@ def _run(
         else here(name, folder.path / _WORK, bundle, workers)
     ) as (pool, room):
         progress = _Progress(count, count - len(left))
-        streams.say(f"specc: {counted(len(left), 'run')}, {room} at once, into {folder.path}")
+        streams.print_message(
+            f"specc: {counted(len(left), 'run')}, {room} at once, into {folder.path}"
+        )
         if not room:
-            streams.say(
+            streams.print_message(
                 f"specc: no worker is there yet; begin with `dask worker {options.scheduler}`"
             )
         try:
@@ -272,14 +274,14 @@ class _Progress:
             left = self._count - self._before - done
             words += f", {_duration((now_s - self._begun_s) / done * left)} left"
         if self._live:
-            streams.tell_in_place(words)
+            streams.update_status_line(words)
         else:
-            streams.say(words)
+            streams.print_message(words)
 
     def close(self) -> None:
         """The last line is no longer true."""
         if self._live:
-            streams.tell_in_place("")
+            streams.update_status_line("")
 
 
 def _duration(seconds: float) -> str:
@@ -297,40 +299,42 @@ def _row(asked: _Asked, setting: SweepSetting, seed: int, figures: Figures) -> d
 
 def _renew(asked: _Asked, folder: Folder) -> None:
     runs = folder.runs(asked.settings, asked.seeds)
-    put(folder.path / TABLE, as_csv([_row(asked, *run) for run in runs]))
+    write_atomically(folder.path / TABLE, as_csv([_row(asked, *run) for run in runs]))
 
 
 def _conclude(options: Namespace, asked: _Asked, folder: Folder) -> None:
     """Write table, summary and plots, and print what people look at first."""
     runs = list(folder.runs(asked.settings, asked.seeds))
     rows = [_row(asked, *run) for run in runs]
-    put(folder.path / TABLE, as_csv(rows))
+    write_atomically(folder.path / TABLE, as_csv(rows))
     if not rows:
         return
     names = [axis.title for axis in asked.axes]
     cells = summary.cells_of(rows, names)
-    put(folder.path / _SUMMARY, as_csv(summary.as_rows(cells, names)))
-    streams.show(streams.table(summary.as_text(summary.worst(cells, _SETTINGS), names)))
+    write_atomically(folder.path / _SUMMARY, as_csv(summary.as_rows(cells, names)))
+    streams.print_output(
+        streams.format_table(summary.as_text(summary.worst(cells, _SETTINGS), names))
+    )
     if (others := len(cells) - _SETTINGS) > 0:
         words = f"and {counted(others, 'setting')} with as much success or more"
-        streams.show(f"{words}: {folder.path / _SUMMARY}\n")
+        streams.print_output(f"{words}: {folder.path / _SUMMARY}\n")
     told = summary.reasons(rows)
     for reason, places in told[:_REASONS]:
-        streams.show(f"{len(places)} {reason[:_LONGEST]}\n")
-        streams.show(_failing(options, asked, [runs[place][:2] for place in places]))
+        streams.print_output(f"{len(places)} {reason[:_LONGEST]}\n")
+        streams.print_output(_failing(options, asked, [runs[place][:2] for place in places]))
     if len(told) > _REASONS:
-        streams.show(f"and {len(told) - _REASONS} other reasons\n")
+        streams.print_output(f"and {len(told) - _REASONS} other reasons\n")
     for line in summary.seldom_asked(rows):
-        streams.show(f"{line}\n")
+        streams.print_output(f"{line}\n")
     _draw(cells, names, asked.swept, folder.path / "plots")
-    streams.show(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")
+    streams.print_output(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")
 
 
 def _failing(options: Namespace, asked: _Asked, runs: Sequence[tuple[SweepSetting, int]]) -> str:
     """Seeds that have one reason, of the first setting that has it, and how to repeat the first."""
     setting, first = runs[0]
     seeds = [seed for other, seed in runs if other == setting]
-    words = few(list(map(str, seeds)), _SEEDS)
+    words = join_some(list(map(str, seeds)), _SEEDS)
     swept = {a.name: setting[a.name] for a in asked.axes if len(a.values) > 1}
     words += f" with {_words(swept)}" if swept else ""
     others = len(runs) - len(seeds)
@@ -357,7 +361,9 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
     for old in (*folder.glob("*.png"), *folder.glob("*.svg")):
         old.unlink()
     if len(swept) > 2:
-        streams.say("specc: plots show one or two constants; hold the others fixed for them")
+        streams.print_message(
+            "specc: plots show one or two constants; hold the others fixed for them"
+        )
         return
     picked = [names.index(name) for name in swept]
     alone = [summary.Cell(tuple(c.values[i] for i in picked), c.runs, c.estimates) for c in cells]
@@ -365,9 +371,9 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
         plots.plot(alone, swept, folder)
         if swept and (others := sum(1 for _ in plots.differing(alone)) - plots.MOST) > 0:
             words = f"no plots of {counted(others, 'other column')}"
-            streams.show(f"{words}: {folder.with_name(_SUMMARY)}\n")
+            streams.print_output(f"{words}: {folder.with_name(_SUMMARY)}\n")
     except ModuleNotFoundError as error:
-        streams.say(f"specc: no plots: {lacking(error, 'matplotlib')}")
+        streams.print_message(f"specc: no plots: {missing_package(error, 'matplotlib')}")
 
 
 def _words(setting: SweepSetting) -> str:

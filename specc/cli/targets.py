@@ -33,7 +33,7 @@ class Targets:
     faults: tuple[Diagnostic, ...]
 
 
-def targets(arguments: Iterable[str]) -> Targets:
+def find_targets(arguments: Iterable[str]) -> Targets:
     """Files that the arguments mean.
 
     A file is taken as it is. In a directory, and among what a pattern matches, only files with
@@ -63,7 +63,7 @@ def is_part(path: str) -> bool:
     return _VERSION.search(text) is not None and _SYSTEM.search(text) is None
 
 
-def is_named(path: str, arguments: Iterable[str]) -> bool:
+def is_argument(path: str, arguments: Iterable[str]) -> bool:
     """Whether a file is among the arguments, matches one or lies in a directory that is one.
 
     What the settings exclude from a search is named only by its own path.

@@ -10,9 +10,15 @@ from functools import partial
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.recorded_spec import texts_of
-from specc.cli.recordings import DIFFERS, called, lost, unnamed, values_of
-from specc.diagnostics.phrases import clipped
+from specc.cli.recorded_spec import recorded_texts
+from specc.cli.recordings import (
+    DIFFERS,
+    call_runtime,
+    missing_spec,
+    print_losses,
+    recorded_constants,
+)
+from specc.diagnostics.phrases import truncate
 from specc.model.fsm import Behaviour, Cause, Condition
 from specc.model.system import Subsystem, System
 from specc.refusal import Refused
@@ -28,13 +34,13 @@ def why(options: Namespace) -> int:
     from specc import pipeline
 
     file, time_s = options.moment
-    told, texts = called("recording.messages", "recorded", file)
+    told, texts = call_runtime("recording.messages", "recorded", file)
     if not options.spec:
         words = ["specc", "why", f"{file}@{time_s:.12g}", *filter(None, [options.subsystem])]
-        raise unnamed(str(file), told, words)
-    result = pipeline.compile_spec(options.spec, values_of(told))
+        raise missing_spec(str(file), told, words)
+    result = pipeline.compile_spec(options.spec, recorded_constants(told))
     if not result.ok or result.system is None:
-        return streams.tell_of(result, options.spec) or DIFFERS
+        return streams.print_findings(result, options.spec) or DIFFERS
     return _Answer(options, told, result.system, result.sources, texts).tell()
 
 
@@ -47,7 +53,7 @@ class _Answer:
         self._file, self._time_s = options.moment
         self._spec, self._only = options.spec, options.subsystem or ""
         self._told, self._system, self._sources = told, system, sources
-        self._is_other = [*texts.values()] != [*texts_of(sources).values()]
+        self._is_other = [*texts.values()] != [*recorded_texts(sources).values()]
         self._known = {s.qualified_name: s for s in system.subsystems}
 
     def tell(self) -> int:
@@ -55,38 +61,40 @@ class _Answer:
         if self._only and self._only not in self._known:
             names = ", ".join(self._known)
             raise Refused(f"there is no subsystem {self._only}; there are {names}")
-        reading = called("recording.reading", "RecordFile", self._file)
-        seen = called("recording.moment", "seen_at", self._file, self._time_s, self._only, reading)
+        reading = call_runtime("recording.reading", "RecordFile", self._file)
+        seen = call_runtime(
+            "recording.moment", "seen_at", self._file, self._time_s, self._only, reading
+        )
         if not seen:
             until = f" until {self._time_s:.12g} s"
             raise Refused(f"{self._file} has no step of {self._only or 'any subsystem'}{until}")
         if self._is_other:
-            streams.say(f"specc: {self._spec} is not as it was recorded")
+            streams.print_message(f"specc: {self._spec} is not as it was recorded")
         if self._only:
             lines = self._of(seen[0], self._known[self._only])
-            streams.show("".join(f"{line}\n" for line in lines))
+            streams.print_output("".join(f"{line}\n" for line in lines))
         else:
             self._overview(seen)
-        return int(lost(reading))
+        return int(print_losses(reading))
 
     def _overview(self, seen: list[Any]) -> None:
         """A line for each subsystem, in the order of the specification."""
         order = {name: place for place, name in enumerate(self._known)}
         rows = []
         for one in sorted(seen, key=lambda s: (order.get(s.name, len(order)), s.name)):
-            state, by = str(one.step["state"]), clipped(one.row, _LONGEST_MESSAGE)
+            state, by = str(one.step["state"]), truncate(one.row, _LONGEST_MESSAGE)
             if fault := one.step.get("fault"):
                 by = f"fault at {_seconds(one.step['time'])}: {_clipped(fault)}"
             since = f"since {_seconds(one.since_s)}" if one.since_s is not None else ""
             rows.append(
-                (clipped(one.name, _LONGEST_NAME), clipped(state, _LONGEST_NAME), since, by)
+                (truncate(one.name, _LONGEST_NAME), truncate(state, _LONGEST_NAME), since, by)
             )
-        streams.show(streams.table(rows))
-        streams.show("".join(f"{line}\n" for line in self._violations()))
+        streams.print_output(streams.format_table(rows))
+        streams.print_output("".join(f"{line}\n" for line in self._violations()))
 
     def _violations(self) -> Iterator[str]:
         """Requirements that were violated by then: what they asked for, and what came of it."""
-        found = called("recording.moment", "violations", self._file, self._time_s)
+        found = call_runtime("recording.moment", "violations", self._file, self._time_s)
         required = {each.that: each for each in self._system.requirements}
         for that, since_s in found[:_MOST_VIOLATIONS]:
             requirement = required.get(that)
@@ -96,7 +104,7 @@ class _Answer:
                 yield f"  {self._spec} has no such requirement"
                 continue
             yield f"  because: {_clipped(requirement.because)}"
-            steps = partial(called, "recording.moment", "last_steps", self._file)
+            steps = partial(call_runtime, "recording.moment", "last_steps", self._file)
             reasons = reasons_of_violation(requirement, since_s, steps, _seconds)
             yield from (f"  {line}" for line in reasons)
         if len(found) > _MOST_VIOLATIONS:
@@ -107,7 +115,7 @@ class _Answer:
         step = one.step
         state, before = str(step["state"]), str(step.get("before"))
         at = f"{one.name} at {_seconds(step['time'])} (stamp {step['stamp']})"
-        yield f"{at}: in {clipped(state, _LONGEST_NAME)}{self._since(one)}"
+        yield f"{at}: in {truncate(state, _LONGEST_NAME)}{self._since(one)}"
         if one.row:
             yield f"  by {one.row}{self._row_at(subsystem, one.row)}"
         if fault := step.get("fault"):
@@ -115,7 +123,7 @@ class _Answer:
         if not before:
             yield "  its first period, in which no condition is asked"
         elif before not in {s.name for s in subsystem.states}:
-            yield f"  {self._spec} has no state {clipped(before, _LONGEST_NAME)}"
+            yield f"  {self._spec} has no state {truncate(before, _LONGEST_NAME)}"
         else:
             yield from self._conditions(one, subsystem, before)
         yield from self._sent(step, subsystem)
@@ -138,7 +146,7 @@ class _Answer:
             one.memory,
             _elapsed_s(one, float(subsystem.rate_hz)),
             is_exact=self._told.get("exact") == "true",
-            array=lambda value: called("stepping", "array", value),
+            array=lambda value: call_runtime("stepping", "array", value),
             folder=os.path.dirname(self._spec),
         )
         failed = bool(step.get("fault"))  # what was asked before it failed is not recorded
@@ -172,16 +180,16 @@ class _Answer:
             named = ", ".join(f"{row.condition.name} -> {row.target}" for row in rows)
             why = "not known" if cause is None else f"not asked, for {kind} did not occur"
             if rows:
-                yield f"    rows of {kind}: {why}: {clipped(named, _LONGEST_MESSAGE)}"
+                yield f"    rows of {kind}: {why}: {truncate(named, _LONGEST_MESSAGE)}"
             return
         for row in rows:
-            holds = None if taken is None else row.words == taken
-            if row.remainder:
+            holds = None if taken is None else row.label == taken
+            if row.is_otherwise:
                 others = "no other row applies" if holds else "another row applies"
                 truth = "else" if holds is None else f"{holds}, for {others}"
-                yield f"    row {row.words}: {truth}"
+                yield f"    row {row.label}: {truth}"
             else:
-                yield from self._condition(f"row {row.words}", row.condition, moment, holds)
+                yield from self._condition(f"row {row.label}", row.condition, moment, holds)
 
     def _condition(
         self, words: str, condition: Condition, moment: Moment, recorded: bool | None
@@ -219,7 +227,7 @@ class _Answer:
                 yield f"    {_seconds(begin_s):>9}  {row}{more}"
 
     def _row_at(self, subsystem: Subsystem, text: str) -> str:
-        named = (row.place for row in subsystem.transitions if row.words == text)
+        named = (row.place for row in subsystem.transitions if row.label == text)
         return next(map(self._at, named), "")
 
     def _at(self, place: Place) -> str:
@@ -240,7 +248,7 @@ def _seconds(time_s: float) -> str:
 
 
 def _clipped(text: object) -> str:
-    return clipped(" ".join(str(text).split()), _LONGEST_MESSAGE)
+    return truncate(" ".join(str(text).split()), _LONGEST_MESSAGE)
 
 
 def _elapsed_s(one: Any, rate_hz: float) -> float | None:

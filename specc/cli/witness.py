@@ -9,10 +9,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from specc.atomic_files import folder_aside
+from specc.atomic_files import temporary_folder
 from specc.cli import streams
-from specc.diagnostics.nearest import hint
-from specc.refusal import Refused, lacking, reason_of
+from specc.diagnostics.nearest import suggestion
+from specc.refusal import Refused, missing_package, reason_of
 
 if TYPE_CHECKING:
     from specc.pipeline import Result
@@ -27,10 +27,10 @@ def run_witness(options: argparse.Namespace) -> int:
     try:
         import_module("specc.tools.witness")  # steps generated code
     except ModuleNotFoundError as error:
-        raise lacking(error) from error
+        raise missing_package(error) from error
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
-        return streams.tell_of(result, options.spec)
+        return streams.print_findings(result, options.spec)
     if fault := _unknown(options, result):
         raise Refused(fault)
     return _write_all(options, result)
@@ -58,7 +58,7 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
         hint = "; `specc validate` reports errors of other kinds" if others else ""
         return _say(f"{options.spec}: there is no error that a run can show{hint}", 0)
     codes = []
-    with folder_aside() as scratch:
+    with temporary_folder() as scratch:
         generated: dict[str, SubsystemCode] = {}
         for item in found:
             name = item.subsystem
@@ -80,13 +80,13 @@ def _write(item: Refutation, script: Script | None, options: argparse.Namespace)
         spec = os.path.relpath(os.path.realpath(options.spec), os.path.realpath(path.parent))
         put(path, scenario(item, script, spec))
     except ForeignFileError:
-        return streams.refuse(
+        return streams.print_refusal(
             f"{path} is not a test for this specification and is left as it is; see `--out`"
         )
     except FormatError as error:
-        return streams.refuse(error)
+        return streams.print_refusal(error)
     except OSError as error:
-        return streams.refuse(f"{path} cannot be written: {reason_of(error)}")
+        return streams.print_refusal(f"{path} cannot be written: {reason_of(error)}")
     return _say(f"wrote {path}: {where}", 1)
 
 
@@ -110,7 +110,7 @@ def _unknown(options: argparse.Namespace, result: Result) -> str:
 
 
 def _no(what: str, name: str, known: Iterable[str]) -> str:
-    return f"no {what} called {name!r}; {hint(name, known)}"
+    return f"no {what} called {name!r}; {suggestion(name, known)}"
 
 
 def _is_asked(item: Refutation, options: argparse.Namespace) -> bool:
@@ -122,5 +122,5 @@ def _is_asked(item: Refutation, options: argparse.Namespace) -> bool:
 
 
 def _say(words: str, code: int) -> int:
-    streams.say(f"specc: {words}")
+    streams.print_message(f"specc: {words}")
     return code

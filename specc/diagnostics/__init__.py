@@ -8,13 +8,14 @@ from specc.diagnostics.diagnostic import (
     Fix,
     Related,
     TooManyFaultsError,
-    once,
+    blocks,
+    first_at_each_place,
+    merge_duplicates,
     severity_of,
-    stops,
     without_follow_ups,
 )
-from specc.diagnostics.nearest import is_slip, nearest, surely_meant
-from specc.diagnostics.renaming import renaming
+from specc.diagnostics.nearest import is_typo, nearest, sole_correction
+from specc.diagnostics.renaming import rename_fix
 
 __all__ = [
     "CommandName",
@@ -24,12 +25,13 @@ __all__ = [
     "Fix",
     "Related",
     "TooManyFaultsError",
-    "is_slip",
+    "blocks",
+    "first_at_each_place",
+    "is_typo",
+    "merge_duplicates",
     "nearest",
-    "once",
-    "renaming",
+    "rename_fix",
     "severity_of",
-    "stops",
-    "surely_meant",
+    "sole_correction",
     "without_follow_ups",
 ]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from specc.diagnostics.diagnostic import Severity, severity_of
-from specc.diagnostics.render.visible import visible_lines
+from specc.diagnostics.visible import visible_lines
 
 PAGES = Path(__file__).with_name("codes")
 

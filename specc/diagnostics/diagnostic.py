@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from specc.diagnostics.phrases import few
+from specc.diagnostics.phrases import join_some
 from specc.limits import MAX_FAULTS
 from specc.source import Place
 
@@ -90,7 +90,7 @@ def without_follow_ups(
 _MOST_NAMED = 3
 
 
-def once(found: Iterable[Diagnostic], agents: Collection[str]) -> list[Diagnostic]:
+def merge_duplicates(found: Iterable[Diagnostic], agents: Collection[str]) -> list[Diagnostic]:
     """The findings, each one about a description once, with the other agents that it is about.
 
     Findings with one code and place whose words differ only by the names of agents are one.
@@ -105,6 +105,15 @@ def once(found: Iterable[Diagnostic], agents: Collection[str]) -> list[Diagnosti
     return [_one_of(group, names) for group in groups.values()]
 
 
+def first_at_each_place(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """Of the findings at one place the first."""
+    places = set[Place]()
+    for finding in found:
+        if finding.primary not in places:
+            places.add(finding.primary)
+            yield finding
+
+
 def _one_of(group: list[Diagnostic], names: re.Pattern[str]) -> Diagnostic:
     first = group[0]
     said = set(names.findall(first.message))
@@ -113,7 +122,7 @@ def _one_of(group: list[Diagnostic], names: re.Pattern[str]) -> Diagnostic:
     )
     if not others:
         return first
-    listed = few([f"`{name}`" for name in others], _MOST_NAMED)
+    listed = join_some([f"`{name}`" for name in others], _MOST_NAMED)
     return replace(first, message=f"{first.message}; so with {listed}")
 
 
@@ -127,7 +136,7 @@ def severity_of(code: str) -> Severity:
     return "error"
 
 
-def stops(code: str, command: CommandName) -> bool:
+def blocks(code: str, command: CommandName) -> bool:
     """Whether a finding is about something that the command needs."""
     if severity_of(code) != "open":
         return severity_of(code) == "error"

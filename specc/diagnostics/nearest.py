@@ -23,32 +23,34 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
         return []
     close = get_close_matches(name.casefold(), by_folded, n=MOST)
     # In `is` for `si` half of the letters are wrong, but nothing else can be meant.
-    close += [n for n in by_folded if n not in close and _is_swap(*apart(name.casefold(), n)[1:])]
+    close += [
+        n for n in by_folded if n not in close and _is_swap(*difference(name.casefold(), n)[1:])
+    ]
     return [candidate for match in close for candidate in by_folded[match]][:MOST]
 
 
-def hint(name: str, known: Iterable[str]) -> str:
+def suggestion(name: str, known: Iterable[str]) -> str:
     """What may be meant by a name that is not known: the nearest ones, or all that there are."""
     known = list(known)
     close = " or ".join(nearest(name, known))
     return f"did you mean {close}?" if close else f"there are {', '.join(known)}"
 
 
-def surely_meant(name: str, close: Sequence[str], long_enough: int = 4) -> str:
+def sole_correction(name: str, close: Sequence[str], long_enough: int = 4) -> str:
     """The only one of the close names that is a slip of one letter away; else nothing.
 
     A slip adds, drops, changes or swaps letters, or is one of case, which alone counts in a name
     that is not long enough: there one letter is most of the meaning, as in q_d and q_c, S1 and S2.
     Numbers are no slips.
     """
-    slips = [other for other in close if _is_slip(name, other)]
+    slips = [other for other in close if _is_one_typo(name, other)]
     if len(slips) != 1:
         return ""
     long = min(len(name), len(slips[0])) >= long_enough
     return slips[0] if long or name.casefold() == slips[0].casefold() else ""
 
 
-def is_slip(name: str, known: Iterable[str]) -> bool:
+def is_typo(name: str, known: Iterable[str]) -> bool:
     """Whether a name is one letter away from a known one, so that this was meant.
 
     What is farther away may be the name of something that is not there yet. So may be a name with
@@ -63,7 +65,7 @@ def is_slip(name: str, known: Iterable[str]) -> bool:
 def _is_one_letter_off(name: str, other: str) -> bool:
     if name.casefold() == other.casefold():
         return True
-    start, one, two = apart(name, other)
+    start, one, two = difference(name, other)
     if any(char.isdigit() for char in one + two):
         return False
     if len(one) + len(two) == 1:
@@ -80,8 +82,8 @@ def _part_at(name: str, place: int) -> str:
     return next((part[0] for part in parts if part.start() <= place < part.end()), "")
 
 
-def _is_slip(one: str, other: str) -> bool:
-    _, one, other = apart(one.casefold(), other.casefold())
+def _is_one_typo(one: str, other: str) -> bool:
+    _, one, other = difference(one.casefold(), other.casefold())
     if any(char.isdigit() for char in one + other):
         return False
     return max(len(one), len(other)) <= 1 or _is_swap(one, other)
@@ -91,14 +93,14 @@ def _is_swap(one: str, other: str) -> bool:
     return len(one) == 2 and one == other[::-1]
 
 
-def apart(one: str, other: str) -> tuple[int, str, str]:
+def difference(one: str, other: str) -> tuple[int, str, str]:
     """Two names without what both begin and end with, and where what is left begins."""
-    start = common(one, other)
-    end = common(one[start:][::-1], other[start:][::-1])
+    start = common_prefix(one, other)
+    end = common_prefix(one[start:][::-1], other[start:][::-1])
     return start, one[start : len(one) - end], other[start : len(other) - end]
 
 
-def common(one: Sequence[object], other: Sequence[object]) -> int:
+def common_prefix(one: Sequence[object], other: Sequence[object]) -> int:
     """How many letters, or parts of names, both begin with."""
     pairs = zip(one, other, strict=False)
     return next((n for n, (a, b) in enumerate(pairs) if a != b), min(len(one), len(other)))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-from specc.diagnostics.nearest import common
+from specc.diagnostics.nearest import common_prefix
 
 
-def listed(names: Iterable[str], word: str) -> str:
+def join_words(names: Iterable[str], word: str) -> str:
     """`a`, `a and b`, `a, b and c`."""
     *most, last = names
     return f"{', '.join(most)} {word} {last}" if most else last
@@ -19,24 +19,24 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def few(names: Sequence[str], most: int, between: str = ", ") -> str:
+def join_some(names: Sequence[str], most: int, between: str = ", ") -> str:
     """All names; of more than so many the first ones: `a, b and 3 more`."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return between.join(names[:most]) + more
 
 
-def stem(names: Sequence[str]) -> str:
+def common_stem(names: Sequence[str]) -> str:
     """What names of copies begin with, without numbers; the first one if that is nothing."""
     first, last = min(names), max(names)
-    shared = first[: common(first, last)].rstrip("_0123456789")
+    shared = first[: common_prefix(first, last)].rstrip("_0123456789")
     return names[0] if first == last else shared or names[0]
 
 
-def clipped(text: str, most: int) -> str:
+def truncate(text: str, most: int) -> str:
     """A text, or as much of a long one as is told."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
-def ms(seconds: Fraction) -> str:
+def in_ms(seconds: Fraction) -> str:
     """A length of time in milliseconds."""
     return f"{float(1000 * seconds):.6g} ms"

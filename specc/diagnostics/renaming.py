@@ -8,19 +8,18 @@ nothing else; where the difference is in an index there is no repair.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 
-from specc.diagnostics.diagnostic import Edit, Fix
-from specc.diagnostics.nearest import apart
+from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
+from specc.reachable import grouped
 from specc.source import Place, Sources
 
-_TOKEN = re.compile(r"\{[^{}]*\}|.", re.DOTALL)
-_INDEX = r"(-?\d+|\{[^{}]*\})"
-_GOES_ON = re.compile(r"[\w{]")
+_INDEX = re.compile(r"(-?\d+|\{[^{}]*\})")
 _LONGEST = 200
 
 
-def renaming(place: Place, wrong: str, right: str) -> Fix | None:
+def rename_fix(place: Place, wrong: str, right: str) -> Fix | None:
     """The repair that writes `right` where `wrong` was read; None if there is nothing to write."""
     return Fix(f"write `{right}`", (Edit(place, right, wrong),)) if right else None
 
@@ -37,7 +36,7 @@ def as_written(fix: Fix | None, sources: Sources) -> Fix | None:
     if raw is None:
         return None
     start = edit.place.start or 0
-    found = reworded(raw[start:], edit.old, edit.text)
+    found = renamed_as_written(raw[start:], edit.old, edit.text)
     if found is None or (edit.place.start is None and len(found[0]) != len(raw)):
         return None
     old, new = found
@@ -45,45 +44,85 @@ def as_written(fix: Fix | None, sources: Sources) -> Fix | None:
     return Fix(f"write `{new}`", (Edit(place, new, old),))
 
 
-def reworded(raw: str, old: str, new: str) -> tuple[str, str] | None:
+def renamed_as_written(raw: str, old: str, new: str) -> tuple[str, str] | None:
     """What at the beginning of `raw` became `old`, and the same with the letters of `new`."""
-    tokens: list[str] = []
-    for found in _TOKEN.finditer(raw[:_LONGEST]):
-        tokens.append(found[0])
-        at = _ends(tokens, old)
-        if at is not None and not _GOES_ON.match(raw, found.end()):
-            text = _changed(tokens, at, old, new)
-            return None if text is None else ("".join(tokens), text)
+    parts = _INDEX.split(new)
+    found = re.match(_pattern(old), raw[:_LONGEST])
+    if found is None or _INDEX.split(old)[1::2] != parts[1::2]:
+        return None
+    parts[1::2] = found.groups()
+    return found[0], "".join(parts)
+
+
+def _pattern(name: str) -> str:
+    """A pattern of what files may have for a name: any number in it may be an index in braces."""
+    parts = enumerate(_INDEX.split(name))
+    texts = (rf"({re.escape(t)}|\{{[^{{}}]*\}})" if n % 2 else re.escape(t) for n, t in parts)
+    return rf"{''.join(texts)}(?![\w{{])"
+
+
+_NOT_DEFINED = ("E0101", "E0304", "E0502", "E0905")
+"""Findings about words that specifications do not define."""
+_FOR_READERS = ("let", "constants", "initial", "terminal", "error", "functions", "behaviours")
+"""Keys below which names stand that no run and no other subsystem shows."""
+
+
+def offer_both_renames(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Diagnostic]:
+    """The diagnostics, with repairs as files write them.
+
+    A name that stands nowhere but where it is defined may be misspelt there, so the help offers to
+    rename the definition. That is the repair if the other name stands at several places and no
+    other file can use the definition. If each name stands at one place, the use is repaired only
+    if the name is seen by readers alone.
+    """
+    found = [replace(d, fix=as_written(d.fix, sources)) if d.fix else d for d in diagnostics]
+    typos = grouped((typo, number) for number, d in enumerate(found) if (typo := _typo(d)))
+    for (wrong, right), numbers in typos.items():
+        if _count(right, sources) != 1 or (place := _definition(right, sources)) is None:
+            continue
+        uses = [found[number] for number in numbers]
+        if _count(wrong, sources) > 1:
+            fix = _rename_definition(place, right, wrong, uses, sources)
+        else:
+            fix = uses[0].fix if ("", *place.route)[-2] in _FOR_READERS else None
+        for number, use in zip(numbers, uses, strict=True):
+            hint = f"{use.help} or rename the definition"
+            found[number] = replace(use, help=hint, fix=fix)
+    return found
+
+
+def _typo(diagnostic: Diagnostic) -> tuple[str, str] | None:
+    """The unknown part of a name and what was probably meant, as the file writes them."""
+    if diagnostic.fix is None or diagnostic.code in _NOT_DEFINED:
+        return None
+    edit = diagnostic.fix.edits[0]
+    pairs = zip(edit.old.split("."), edit.text.split("."), strict=False)
+    return next(((old, new) for old, new in pairs if old != new), None)
+
+
+def _count(name: str, sources: Sources) -> int:
+    """How often a name stands in files."""
+    word = re.compile(rf"(?<!\w){_pattern(name)}")
+    return sum(1 for source in sources for _ in word.finditer(source.text))
+
+
+def _definition(name: str, sources: Sources) -> Place | None:
+    """The first key that is a name; one right below `x` or `y` refers to a peer."""
+    word = re.compile(_pattern(name))
+    for source in sources:
+        for route, *_ in source.nodes:
+            if word.fullmatch(str(route[-1])) and ("", *route)[-2] not in ("x", "y"):
+                return Place(source.path, route, "key")
     return None
 
 
-def _ends(tokens: list[str], old: str) -> list[int] | None:
-    """Where in `old` each token begins, and its end; None if they did not become that."""
-    if len(tokens) > len(old):
+def _rename_definition(
+    place: Place, old: str, new: str, uses: Iterable[Diagnostic], sources: Sources
+) -> Fix | None:
+    """The repair of a definition, if no other file can use it."""
+    source, key = sources.get(place.file), str(place.route[-1])
+    renamed = renamed_as_written(key, old, new)
+    is_of_system = source is not None and source.node(("system",)) is not None
+    if not (is_of_system and renamed and all(use.primary.file == place.file for use in uses)):
         return None
-    parts = (_INDEX if len(token) > 1 else f"({re.escape(token)})" for token in tokens)
-    found = re.fullmatch("".join(parts), old, re.DOTALL)
-    return None if found is None else [*(found.start(n + 1) for n in range(len(tokens))), len(old)]
-
-
-def _changed(tokens: list[str], at: list[int], old: str, new: str) -> str | None:
-    """The tokens with the letters of `new` in place of those of `old`."""
-    made, done = "", 0
-    for start, end, text in _differences(old, new):
-        if start not in at or end not in at:
-            return None
-        first, last = at.index(start), at.index(end)
-        if any(len(token) > 1 for token in tokens[first:last]):
-            return None
-        made += "".join(tokens[done:first]) + text
-        done = last
-    return made + "".join(tokens[done:])
-
-
-def _differences(old: str, new: str) -> list[tuple[int, int, str]]:
-    """Stretches of `old` with what `new` has instead: letters, or all that is not the same."""
-    if old.casefold() == new.casefold() and len(old) == len(new):
-        pairs = enumerate(zip(old, new, strict=True))
-        return [(n, n + 1, b) for n, (a, b) in pairs if a != b]
-    start, ours, theirs = apart(old, new)
-    return [(start, start + len(ours), theirs)]
+    return Fix(f"rename the definition to `{renamed[1]}`", (Edit(place, renamed[1], key),))

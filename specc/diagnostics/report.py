@@ -7,6 +7,7 @@ from functools import lru_cache
 from itertools import accumulate
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
+from specc.diagnostics.renaming import offer_both_renames
 from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.resources import is_library_part
 from specc.source import Place, Sources, Span
@@ -15,7 +16,7 @@ _RANKS: dict[Severity, int] = {"error": 0, "warning": 1, "open": 2}
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class RenderedLocation:
     """A resolved place: its span, the text of its first line, and a message for it."""
 
     span: Span
@@ -51,8 +52,8 @@ class Finding:
     """A diagnostic with the spots it speaks of; paths are relative to the working directory."""
 
     diagnostic: Diagnostic
-    primary: Spot
-    related: tuple[Spot, ...]
+    primary: RenderedLocation
+    related: tuple[RenderedLocation, ...]
     repair: Repair | None = None
 
 
@@ -93,13 +94,8 @@ def _letters(finding: Finding) -> int:
 
 def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding]:
     """Look the places of diagnostics up; equal diagnostics are kept once."""
-    if not (told := dict.fromkeys(diagnostics)):
-        return []
-    from specc.diagnostics.typo_direction import (
-        with_repairs_of_typos,  # not needed where nothing is found
-    )
-
-    return [_finding(diagnostic, sources) for diagnostic in with_repairs_of_typos(told, sources)]
+    every = offer_both_renames(dict.fromkeys(diagnostics), sources)
+    return [_finding(diagnostic, sources) for diagnostic in every]
 
 
 def report(findings: Iterable[Finding], checked: Iterable[str]) -> Report:
@@ -150,9 +146,9 @@ def _unquoted(edit: Edit) -> Place:
     return replace(place, start=0) if place.start is None else place
 
 
-def _spot(place: Place, message: str, sources: Sources) -> Spot:
+def _spot(place: Place, message: str, sources: Sources) -> RenderedLocation:
     span = sources.span(place)
-    return Spot(_shown(span), sources.line(place.file, span.line), message)
+    return RenderedLocation(_shown(span), sources.line(place.file, span.line), message)
 
 
 def _shown(span: Span) -> Span:

@@ -13,10 +13,11 @@ from functools import cache
 from pathlib import Path
 from shutil import copytree, which
 from tempfile import mkdtemp
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from specc.atomic_files import folder_aside
+from specc.atomic_files import temporary_folder
 from specc.lower import FilePlan
 from specc.resources import templates_dir
 
@@ -27,16 +28,17 @@ def emit(plans: Mapping[str, FilePlan]) -> dict[str, str]:
     Raises:
         FormatError: the formatter is missing or refuses a file.
     """
-    return formatted(filled(plans))
+    return format_files(fill_templates(plans))
 
 
-def filled(plans: Mapping[str, FilePlan]) -> dict[str, str]:
+def fill_templates(plans: Mapping[str, FilePlan]) -> dict[str, str]:
     """The templates filled in: valid Python, but neither sorted nor formatted."""
-    environment = _environment(templates_dir())
-    return {
-        path: environment.get_template(plan.template).render(plan.parts)
-        for path, plan in plans.items()
-    }
+    return {path: fill(plan.template, plan.parts) for path, plan in plans.items()}
+
+
+def fill(template: str, parts: Mapping[str, Any]) -> str:
+    """The text of one template."""
+    return _environment(templates_dir()).get_template(template).render(parts)
 
 
 @cache
@@ -65,17 +67,17 @@ class FormatError(Exception):
 
     def __init__(self, message: str, kept: Path | None = None) -> None:
         super().__init__(f"{message}\nthe generated code is kept in {kept}" if kept else message)
-        self.kept = kept
+        self.folder = kept
 
 
-def formatted(files: Mapping[str, str]) -> dict[str, str]:
+def format_files(files: Mapping[str, str]) -> dict[str, str]:
     """The files (relative path -> Python text) with sorted imports, formatted.
 
     Raises:
         FormatError: ruff is missing, or a text is not Python.
     """
     ruff = find_ruff()
-    with folder_aside() as directory:
+    with temporary_folder() as directory:
         for path, text in files.items():
             file = directory / path
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -85,9 +87,9 @@ def formatted(files: Mapping[str, str]) -> dict[str, str]:
                 [ruff, *arguments, "."], cwd=directory, capture_output=True, text=True, check=False
             )
             if run.returncode:
-                kept = copytree(directory, mkdtemp(prefix="specc-"), dirs_exist_ok=True)
+                folder = copytree(directory, mkdtemp(prefix="specc-"), dirs_exist_ok=True)
                 words = f"ruff refuses generated code: {run.stderr.strip()}"
-                raise FormatError(words, Path(kept))
+                raise FormatError(words, Path(folder))
         return {path: (directory / path).read_text(encoding="utf-8") for path in files}
 
 

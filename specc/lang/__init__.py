@@ -7,25 +7,26 @@ Types and operator signatures are read here too. Nothing here executes what a fi
 from specc.lang.builtins import RESERVED
 from specc.lang.errors import (
     FOLLOW_UP,
-    FOR_WANT_OF_CONTEXT,
-    Declared,
+    NEEDS_CONTEXT,
+    Declaration,
     ExprError,
     ExprErrors,
     Scope,
+    declarations,
+    joined_help,
     members_of,
-    of_types,
-    or_else,
 )
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.parse import CUT_SHORT, count_parts, parse, parse_syntax
-from specc.lang.peer_groups import Members, spread
 from specc.lang.show import show
-from specc.lang.signatures import parse_interface, parse_signature
+from specc.lang.syntax import Members, expand_groups
 from specc.lang.types import (
     A_SIZE,
     TYPE_WORDS,
     TypeNames,
     is_size,
+    parse_interface,
+    parse_signature,
     parse_type,
 )
 from specc.lang.typing import check, expression
@@ -34,10 +35,10 @@ __all__ = [
     "A_SIZE",
     "CUT_SHORT",
     "FOLLOW_UP",
-    "FOR_WANT_OF_CONTEXT",
+    "NEEDS_CONTEXT",
     "RESERVED",
     "TYPE_WORDS",
-    "Declared",
+    "Declaration",
     "Environment",
     "ExprError",
     "ExprErrors",
@@ -46,17 +47,17 @@ __all__ = [
     "TypeNames",
     "check",
     "count_parts",
+    "declarations",
     "evaluate",
+    "expand_groups",
     "expression",
     "is_size",
+    "joined_help",
     "members_of",
-    "of_types",
-    "or_else",
     "parse",
     "parse_interface",
     "parse_signature",
     "parse_syntax",
     "parse_type",
     "show",
-    "spread",
 ]

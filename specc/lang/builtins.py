@@ -11,11 +11,11 @@ import operator
 from collections.abc import Iterator, Sequence
 
 from specc.lang import functions as rules
-from specc.lang import ranges, results, values
+from specc.lang import ranges, values
 from specc.lang.errors import CLOCK_NAMES
+from specc.lang.functions import ArgumentChoices, BuiltinFunction, Form, exact
 from specc.lang.kinds import first_value
 from specc.lang.number_functions import NUMBER_FUNCTIONS
-from specc.lang.row import BuiltinFunction, Form, Wanted, exact
 from specc.lang.values import Value
 from specc.model import expr as m
 from specc.model.expr import Fresh, Present
@@ -36,25 +36,25 @@ def _near_form(type: Type) -> Form | str:
 # Which argument has to have which value so that the result is the one that is wanted.
 
 
-def _from_inverse(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_inverse(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`inverse(X)`."""
     yield 0, values.inverse(value)
 
 
-def _from_position(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_position(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`position(X)`."""
     rows = ((*row[:3], p) for row, p in zip(now[0], value, strict=False))
     yield 0, (*rows, (0.0, 0.0, 0.0, 1.0))
 
 
-def _from_translation(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_translation(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`translation(x, y, z)`."""
     for index, (old, new) in enumerate(zip(now, values.position(value), strict=True)):
         if old != new:
             yield index, new
 
 
-def _from_len(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_len(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """A list made longer or shorter; vectors have the length of their type."""
     of, items = types[0], now[0]
     if isinstance(of, ListOf) and value >= 0:
@@ -62,13 +62,13 @@ def _from_len(types: Sequence[Type], now: Sequence[Value], value: Value) -> Want
         yield 0, (*items, *more)[: int(value)]
 
 
-def _from_norm(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_norm(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """All of it along one axis."""
     for index in range(len(now[0]) if value >= 0 else 0):
         yield 0, tuple(float(value) * (i == index) for i in range(len(now[0])))
 
 
-def _from_near(types: Sequence[Type], now: Sequence[Value], wanted: Value) -> Wanted:
+def _from_near(types: Sequence[Type], now: Sequence[Value], wanted: Value) -> ArgumentChoices:
     """`near`, of numbers, vectors and poses."""
     a, b, tolerance, *_ = now
     for side, other in ((0, b), (1, a)):
@@ -99,27 +99,27 @@ def _distant(other: Value, side: Type, tolerance: float, wanted: bool) -> Iterat
 FUNCTIONS: dict[str, BuiltinFunction] = {
     "fresh": exact(
         "x.peer.element -> bool: a value became visible since the previous period",
-        rules.of_input("fresh(x.peer.element)", Fresh),
+        rules.input_rule("fresh(x.peer.element)", Fresh),
         python="",
     ),
     "present": exact(
         "x.peer.element -> bool: the element has received a value at least once",
-        rules.of_input("present(x.peer.element)", Present),
+        rules.input_rule("present(x.peer.element)", Present),
         python="",
     ),
     "age": exact(
         "x.peer.element -> real[s]: the time since the oldest measurement behind the value",
-        rules.lag("age", Real(SECOND)),
+        rules.lag_rule("age", Real(SECOND)),
         python="",
-        within=ranges.NOT_NEGATIVE,
-        gives_way=True,
+        bounds=ranges.NOT_NEGATIVE,
+        is_overridable=True,
     ),
     "late": exact(
         "x.peer.element -> int: periods that its sender has skipped in a row until now",
-        rules.lag("late", Int()),
+        rules.lag_rule("late", Int()),
         python="",
-        within=ranges.NOT_NEGATIVE,
-        gives_way=True,
+        bounds=ranges.NOT_NEGATIVE,
+        is_overridable=True,
     ),
     m.NEAR: exact(
         "a, b, tolerance, angle -> bool: numbers or vectors within a tolerance; two poses within a "
@@ -130,58 +130,60 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         compares=True,
         range=ranges.near,
         inverse=_from_near,
-        alike="`{}` is compared with itself",
+        same_arguments="`{}` is compared with itself",
     ),
     "all": exact(
         "test for v in list -> bool: for every item of a list or component of a vector",
-        rules.quantifier("all"),
+        rules.quantifier_rule("all"),
         python="",
     ),
     "any": exact(
         "test for v in list -> bool: for some item of a list or component of a vector",
-        rules.quantifier("any"),
+        rules.quantifier_rule("any"),
         python="",
     ),
     "argmax": exact(
         "number for v in list -> item: the item for which the number is largest",
-        rules.extreme("argmax"),
+        rules.extreme_rule("argmax"),
     ),
     "argmin": exact(
         "number for v in list -> item: the item for which the number is smallest",
-        rules.extreme("argmin"),
+        rules.extreme_rule("argmin"),
     ),
     "inverse": BuiltinFunction(
         "X -> pose: pose[B, A] of a pose[A, B]",
-        rules.of_one("inverse(X)", "takes a pose", results.turned, wanted=results.turned),
+        rules.unary_rule(
+            "inverse(X)", "takes a pose", rules.inverted_pose, wanted=rules.inverted_pose
+        ),
         value=values.inverse,
         may_fail=False,
-        shows=True,
+        propagates=True,
         inverse=_from_inverse,
     ),
     "position": exact(
         "X -> point[A]: the origin of B in A, of a pose[A, B]",
         rules.position,
         value=values.position,
-        shows=True,
-        range=ranges.unchanged,
+        propagates=True,
+        range=ranges.identity,
         inverse=_from_position,
     ),
     m.IDENTITY: exact(
         "-> pose: between the frames that the place requires",
-        rules.making_pose("identity()"),
+        rules.pose_rule("identity()"),
         value=lambda: values.translation(0.0, 0.0, 0.0),
     ),
     m.TRANSLATION: exact(
         "x, y, z -> pose: between the frames that the place requires",
-        rules.making_pose("translation(x, y, z)", *[Real(METRE)] * 3),
+        rules.pose_rule("translation(x, y, z)", *[Real(METRE)] * 3),
         value=values.translation,
-        shows=True,
+        propagates=True,
         range=ranges.union,
         inverse=_from_translation,
     ),
     m.POSE: BuiltinFunction(
         "p, q -> pose: q is a quaternion (x, y, z, w)",
-        rules.making_pose(
+        rules.pose_rule(
             "pose(position, quaternion_xyzw)", Vector(3, Real(METRE)), Vector(4, Real())
         ),
         value=values.pose,
@@ -191,19 +193,21 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
     ),
     m.LENGTH: exact(
         "list -> int: number of items",
-        rules.of_one("len(list)", "counts the items of a list", results.length, results.always),
+        rules.unary_rule(
+            "len(list)", "counts the items of a list", rules.list_length, rules.fixed_length
+        ),
         value=len,
         python="",
-        within=ranges.NOT_NEGATIVE,
+        bounds=ranges.NOT_NEGATIVE,
         inverse=_from_len,
     ),
     "norm": BuiltinFunction(
         "v -> real: length of a vector, in its unit",
-        rules.of_one("norm(vector)", "takes a vector of reals", results.real_element),
+        rules.unary_rule("norm(vector)", "takes a vector of reals", rules.real_element),
         value=lambda v: math.hypot(*v),
         may_fail=False,
-        shows=True,
-        within=ranges.NOT_NEGATIVE,
+        propagates=True,
+        bounds=ranges.NOT_NEGATIVE,
         inverse=_from_norm,
         is_costly=True,
     ),
@@ -226,6 +230,6 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
 }
 
 BUILTIN_NAMES = tuple(sorted(name for name, function in FUNCTIONS.items() if function.rule))
-_LATER = {name for name, function in FUNCTIONS.items() if function.gives_way}
+_LATER = {name for name, function in FUNCTIONS.items() if function.is_overridable}
 RESERVED = frozenset({"True", "False", "x", "y", "_", *CLOCK_NAMES, *BUILTIN_NAMES}) - _LATER
 """Names of the language; a specification gives them to nothing of its own."""

@@ -1,4 +1,4 @@
-"""What the type rules share while they go through one expression."""
+"""The context of typing one expression: scope, expected types, and the errors of a mismatch."""
 
 from __future__ import annotations
 
@@ -8,21 +8,184 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
-from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, each, one_of, origins
-from specc.lang.mismatch import fits, missing_unit, scalar_unit, way_out
+from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, alternatives, collect, origins
 from specc.lang.parse import span
-from specc.model.expr import FRAMELESS, Expr, Items, Nothing, Sure, TextLiteral, Unknown
+from specc.model.expr import (
+    FRAMELESS,
+    Builtin,
+    Expr,
+    Items,
+    Nothing,
+    Number,
+    TextLiteral,
+    Unknown,
+    Unwrap,
+    source_name,
+)
 from specc.model.types import (
     Bool,
     Enum,
+    Frame,
+    Int,
     ListOf,
     OptionalOf,
     PartialOf,
     Pose,
+    Real,
     Spatial,
     Type,
     Vector,
 )
+from specc.model.units import DIMENSIONLESS, RADIAN, Unit
+
+# Frame variables in the types of an operator's signature: binding them and filling them in.
+
+
+Bindings = dict[Frame, Frame]
+"""Frame variable, with its question mark -> actual frame."""
+
+
+def unify(pattern: Type, actual: Type, bindings: Bindings) -> bool:
+    """Whether `actual` is `pattern` for some frames; binds them. On False, nothing is bound."""
+    if pattern == actual and not has_variables(pattern):
+        return True
+    if isinstance(pattern, Vector) and isinstance(actual, Vector) and not pattern.frame:
+        return pattern == replace(actual, frame="")
+    if isinstance(pattern, (OptionalOf, PartialOf)):
+        value = actual.value if type(actual) is type(pattern) else actual
+        return unify(pattern.value, value, bindings)
+    trial = dict(bindings)
+    if not _same_shape(pattern, actual):
+        return False
+    pairs = zip(pattern.frames, actual.frames, strict=True)
+    for wanted, frame in pairs:
+        if wanted.startswith("?"):
+            wanted = trial.setdefault(wanted, frame)
+        if wanted != frame:
+            return False
+    bindings |= trial
+    return True
+
+
+def substitute(type: Type, bindings: Mapping[Frame, Frame]) -> Type:
+    """The type with frames replaced wherever `bindings` has them."""
+    return type.framed(lambda frame: bindings.get(frame, frame))
+
+
+def has_variables(type: Type) -> bool:
+    """Whether a type still names a frame variable."""
+    return any(frame.startswith("?") for frame in type.frames)
+
+
+def _same_shape(pattern: Type, actual: Type) -> bool:
+    """Whether two types differ in their frames at most, or in that a list is never empty."""
+    if isinstance(pattern, ListOf) and isinstance(actual, ListOf):
+        enough = actual.nonempty or not pattern.nonempty
+        return enough and _same_shape(pattern.element, actual.element)
+    if isinstance(pattern, OptionalOf) and isinstance(actual, OptionalOf):
+        return _same_shape(pattern.value, actual.value)
+    return pattern.framed(_any_frame) == actual.framed(_any_frame)
+
+
+def _any_frame(frame: Frame) -> Frame:
+    return frame and "?"
+
+
+# When a type serves where another is expected, and what helps when it does not.
+
+
+def fits(actual: Type, expected: Type) -> bool:
+    """Whether a value of type `actual` may stand where `expected` is expected."""
+    if isinstance(expected, (OptionalOf, PartialOf)) and type(actual) is not type(expected):
+        return fits(actual, expected.value)
+    if isinstance(expected, ListOf) and actual == ListOf(expected.element, nonempty=True):
+        return True
+    if isinstance(actual, Vector) and isinstance(expected, Vector) and not expected.frame:
+        return replace(actual, frame="") == expected
+    return actual == expected or (isinstance(actual, Int) and expected == Real())
+
+
+def scalar_unit(type: Type) -> Unit | None:
+    """The unit of a number, also of an integer; None for anything that is not one number."""
+    if isinstance(type, Real):
+        return type.unit
+    return DIMENSIONLESS if isinstance(type, Int) else None
+
+
+def mismatch_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
+    """A help line for an expression that is not of the expected type; "" if none is obvious."""
+    return (
+        _unit_help(expr, expected, text)
+        or _pose_help(expr, expected, text, scope)
+        or _shape_help(expr, expected)
+        or _operator_help(expr.type, expected, text, scope)
+    )
+
+
+def missing_unit(expr: Expr, expected: Type, text: str) -> str:
+    """What helps a bare number where a number with a unit is expected; "" for anything else."""
+    wanted = scalar_unit(expected)
+    is_bare = isinstance(expr, Number) and scalar_unit(expr.type) == DIMENSIONLESS
+    is_missing = is_bare and wanted not in (None, DIMENSIONLESS)
+    return f"a number carries its unit: `{text}[{wanted}]`" if is_missing else ""
+
+
+def _unit_help(expr: Expr, expected: Type, text: str) -> str:
+    actual, wanted = scalar_unit(expr.type), scalar_unit(expected)
+    if actual is None or wanted is None:
+        return ""
+    if missing := missing_unit(expr, expected, text):
+        return missing
+    for by, verb in ((RADIAN, "divide"), (RADIAN**-1, "multiply")):
+        if actual == wanted * by:
+            return f"an angle is not a plain number; {verb} it by `1[rad]` if it is meant as one"
+    if isinstance(expected, Int):
+        return "an `int` comes from whole numbers, `len(...)`, `floor(...)` and `round(...)`"
+    return ""
+
+
+def _pose_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
+    """Turn a pose round, or go on from it with a named pose."""
+    actual = expr.type
+    if not isinstance(actual, Pose) or not isinstance(expected, Pose):
+        return ""
+    if expected == Pose(actual.child, actual.parent):
+        inside = text.removeprefix("inverse(").removesuffix(")")
+        is_inverse = isinstance(expr, Builtin) and text.startswith("inverse(")
+        turned = inside if is_inverse else f"inverse({text})"
+        return f"`{turned}` is `{expected}`"
+    if expected.parent != actual.parent:
+        return ""
+    for name, type in scope.values():
+        if type == Pose(actual.child, expected.child):
+            return f"`{text} @ {name}` is `{expected}`"
+        if type == Pose(expected.child, actual.child):
+            return f"`{text} @ inverse({name})` is `{expected}`"
+    return ""
+
+
+def _shape_help(expr: Expr, expected: Type) -> str:
+    if isinstance(expected, Bool):
+        return "a condition is a comparison, `fresh(...)`, `present(...)` or a `bool`"
+    if isinstance(expected, ListOf) and expected.element == expr.type:
+        return "a list of one item is written `[item]`"
+    if isinstance(expr, Number) and isinstance(expected, (Vector, Spatial)):
+        return "a vector is written with all its components, e.g. `[0, 0, 0]`"
+    return ""
+
+
+def _operator_help(actual: Type, expected: Type, text: str, scope: Scope) -> str:
+    """An operator that takes the one type to the other, if there is just one."""
+    found = []
+    for operator in scope.operators.values():
+        if len(operator.parameters) != 1:
+            continue
+        bindings: dict[str, str] = {}
+        is_taken = unify(operator.parameters[0][1], actual, bindings)
+        if is_taken and substitute(operator.result, bindings) == expected:
+            found.append(source_name(operator.name))
+    return f"`{found[0]}({text})` is `{expected}`" if len(found) == 1 and actual != expected else ""
+
 
 # What may not be there, optional values and items of lists, where there has to be one.
 
@@ -32,23 +195,23 @@ def is_none(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and node.value is None
 
 
-def not_none(expr: Expr) -> Expr:
+def unwrap_optional(expr: Expr) -> Expr:
     """An expression where there has to be a value; `None` itself stays what it is."""
     if isinstance(expr.type, OptionalOf) and not isinstance(expr, Nothing):
-        return Sure(expr, type=expr.type.value, span=expr.span)
+        return Unwrap(expr, type=expr.type.value, span=expr.span)
     return expr
 
 
-def not_empty(expr: Expr) -> Expr:
+def unwrap_list(expr: Expr) -> Expr:
     """A list where there has to be an item; anything else as it is."""
     if isinstance(expr.type, ListOf) and not expr.type.nonempty and not isinstance(expr, Items):
-        return Sure(expr, type=ListOf(expr.type.element, nonempty=True), span=expr.span)
+        return Unwrap(expr, type=ListOf(expr.type.element, nonempty=True), span=expr.span)
     return expr
 
 
-def served(expr: Expr, expected: Type) -> Expr:
+def with_item_if_needed(expr: Expr, expected: Type) -> Expr:
     """An expression where `expected` may ask for a list with at least one item."""
-    return not_empty(expr) if isinstance(expected, ListOf) and expected.nonempty else expr
+    return unwrap_list(expr) if isinstance(expected, ListOf) and expected.nonempty else expr
 
 
 # What the typing rules share: the scope, the text, and how they fail and go on.
@@ -59,7 +222,7 @@ SyntaxRule = Callable[["Context", ast.expr, "Type | None"], Expr]
 
 T = TypeVar("T")
 
-_SHOWN = 40
+_MAX_QUOTED = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +242,7 @@ class Context:
 
         Where nothing else is hinted, all of its value has to be there.
         """
-        return self.whole(node, self.infer_any(node, hint), hint)
+        return self.require_complete(node, self.infer_any(node, hint), hint)
 
     def infer_any(self, node: ast.expr, hint: Type | None = None) -> Expr:
         """The typed expression, where None and missing components will do."""
@@ -89,29 +252,29 @@ class Context:
             hint = hint.value
         return self.rules[type(node)](self, node, hint)
 
-    def whole(self, node: ast.expr, expr: Expr, wanted: Type | None) -> Expr:
+    def require_complete(self, node: ast.expr, expr: Expr, wanted: Type | None) -> Expr:
         """An expression that is there, with all components, unless less is wanted."""
-        expr = expr if isinstance(wanted, OptionalOf) else not_none(expr)
+        expr = expr if isinstance(wanted, OptionalOf) else unwrap_optional(expr)
         if isinstance(expr.type, PartialOf) and not isinstance(wanted, (OptionalOf, PartialOf)):
             message = f"`{self.quote(node)}` is `{expr.type}`, which may lack components"
-            raise self.error(node, message, code="E0321").because(self.origins(expr))
+            raise self.error(node, message, code="E0321").with_origins(self.origins(expr))
         return expr
 
     def expect(self, node: ast.expr, expected: Type | None) -> Expr:
         """The typed expression, which must be of the expected type if there is one."""
         if expected is None:
             return self.infer_any(node)
-        expr = served(self.infer(node, expected), expected)
+        expr = with_item_if_needed(self.infer(node, expected), expected)
         if fits(expr.type, expected):
             return expr
         message = f"`{self.quote(node)}` is `{expr.type}`; expected `{expected}`"
-        help = way_out(expr, expected, self.quote(node), self.scope)
+        help = mismatch_help(expr, expected, self.quote(node), self.scope)
         if is_none(node):
             message, help = (
                 f"`None` is not a `{expected}`",
                 f"what may be `None` is `optional[{expected}]`",
             )
-        raise self.error(node, message, help).because(self.origins(expr), expected)
+        raise self.error(node, message, help).with_origins(self.origins(expr), expected)
 
     def truth(self, node: ast.expr) -> Expr:
         """The typed condition; one with an error in it is an unknown truth value."""
@@ -126,7 +289,7 @@ class Context:
         start, end = span(node)
         return Unknown(self.text[start:end], type=type, span=(start, end))
 
-    def inside(self, scope: Scope) -> Context:
+    def in_scope(self, scope: Scope) -> Context:
         """The same expression in the scope of a quantifier."""
         return replace(self, scope=scope)
 
@@ -134,7 +297,7 @@ class Context:
         """The text of a node as it was written, on one line and shortened."""
         start, end = span(node)
         words = " ".join(self.text[start:end].split())
-        return words if len(words) <= _SHOWN else words[: _SHOWN - 3] + "..."
+        return words if len(words) <= _MAX_QUOTED else words[: _MAX_QUOTED - 3] + "..."
 
     def origins(self, *exprs: Expr) -> list[Origin]:
         """The declarations that gave expressions their types."""
@@ -154,7 +317,7 @@ Side = tuple[ast.expr, Expr]
 """An expression as it is written and as it is typed."""
 
 
-def infer_alike(
+def infer_same_type(
     ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = None, *, optional: bool = False
 ) -> list[Expr]:
     """The typed expressions. Those without a type of their own take that of the nearest other.
@@ -164,8 +327,8 @@ def infer_alike(
     infer = ctx.infer_any if optional else ctx.infer
     typed = [i for i, node in enumerate(nodes) if not needs_context(node, ctx.scope)]
     if not typed:
-        return each(*(partial(infer, node, hint) for node in nodes))
-    own = each(*(partial(infer, nodes[i], hint) for i in typed))
+        return collect(*(partial(infer, node, hint) for node in nodes))
+    own = collect(*(partial(infer, nodes[i], hint) for i in typed))
     found = dict(zip(typed, own, strict=True))
     _choose_members(ctx, nodes, found)
 
@@ -178,7 +341,7 @@ def infer_alike(
 
     rest = [i for i in range(len(nodes)) if i not in found]
     jobs = [partial(ctx.infer, nodes[i], nearest_type(i)) for i in rest]
-    found |= zip(rest, each(*jobs), strict=True)
+    found |= zip(rest, collect(*jobs), strict=True)
     return [found[i] for i in range(len(nodes))]
 
 
@@ -216,7 +379,7 @@ def needs_context(node: ast.expr, scope: Scope) -> bool:
     return False
 
 
-def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
+def mismatch(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
     """The error of two expressions that are not of one kind."""
     sides = [f"`{ctx.quote(node)}` is `{expr.type}`" for node, expr in (left, right)]
     a, b = left[1].type, right[1].type
@@ -228,15 +391,15 @@ def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
     elif isinstance(a, (Spatial, Pose)) and type(a) is type(b):
         code, help = "E0312", "express both in the same frames first"
     elif isinstance(a, Vector) and isinstance(b, Vector) and (a.frame or b.frame):
-        code, help = _of_points(a, b)
+        code, help = _point_mismatch(a, b)
     else:
         help = _member_help(left[1], b) or _member_help(right[1], a)
     start, end = span(left[0])[0], span(right[0])[1]
     error = ExprError(f"{sides[0]} and {sides[1]}: they {verdict}", start, end, help, code)
-    return error.because(ctx.origins(left[1], right[1]))
+    return error.with_origins(ctx.origins(left[1], right[1]))
 
 
-def _of_points(a: Vector, b: Vector) -> tuple[str, str]:
+def _point_mismatch(a: Vector, b: Vector) -> tuple[str, str]:
     """Code and way out for two vectors, one of them at least a point."""
     if a.frame == b.frame:
         return "E0313", "the point between them is `p + (q - p) / 2`"
@@ -250,5 +413,5 @@ def _of_points(a: Vector, b: Vector) -> tuple[str, str]:
 
 def _member_help(side: Expr, other: Type) -> str:
     if isinstance(side, TextLiteral) and isinstance(other, Enum):
-        return f"members are written without quotes: {one_of(other.members)}"
+        return f"members are written without quotes: {alternatives(other.members)}"
     return ""

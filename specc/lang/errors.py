@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
-from specc.diagnostics.nearest import is_slip, nearest, surely_meant
+from specc.diagnostics.nearest import is_typo, nearest, sole_correction
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -21,7 +21,7 @@ from specc.model.expr import (
     LetRef,
     MemoryRef,
     Unary,
-    written,
+    source_name,
 )
 from specc.model.system import Operator
 from specc.model.types import Enum, Type
@@ -40,7 +40,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Declared:
+class Declaration:
     """The type of a name, where it is declared, and its value if it is a let or a constant."""
 
     type: Type
@@ -48,32 +48,32 @@ class Declared:
     value: Expr | None = None
 
 
-def of_types(types: Mapping[Name, Type]) -> dict[Name, Declared]:
+def declarations(types: Mapping[Name, Type]) -> dict[Name, Declaration]:
     """Names of which nothing is known but their types."""
-    return {name: Declared(type) for name, type in types.items()}
+    return {name: Declaration(type) for name, type in types.items()}
 
 
 @dataclass(frozen=True)
 class Scope:
     """The names that an expression may use. A name is looked up in the order of the fields."""
 
-    bound: Mapping[str, Declared] = field(default_factory=dict)
+    bound: Mapping[str, Declaration] = field(default_factory=dict)
     """Variables of the quantifiers around the expression."""
-    memory: Mapping[str, Declared] = field(default_factory=dict)
-    lets: Mapping[str, Declared] = field(default_factory=dict)
-    constants: Mapping[str, Declared] = field(default_factory=dict)
+    memory: Mapping[str, Declaration] = field(default_factory=dict)
+    lets: Mapping[str, Declaration] = field(default_factory=dict)
+    constants: Mapping[str, Declaration] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
     """Each with its name in the system."""
     enums: Mapping[str, tuple[Enum, ...]] = field(default_factory=dict)
     """Member -> the enums that have it; the expected type chooses among several."""
     operators: Mapping[str, Operator] = field(default_factory=dict)
-    inputs: Mapping[tuple[str, str], Declared] = field(default_factory=dict)
+    inputs: Mapping[tuple[str, str], Declaration] = field(default_factory=dict)
     """By peer and element, for `x.peer.element`."""
-    later: Collection[str] = ()
+    uninitialized: Collection[str] = ()
     """Memory and lets, which have no value yet where the expression is evaluated."""
-    below: Collection[str] = ()
+    later_constants: Collection[str] = ()
     """Constants that are computed later, or just now."""
-    lets_to_come: Collection[str] = ()
+    all_lets: Collection[str] = ()
     """All lets, of which some are looked at after this expression, which `defines` one."""
     defines: str = ""
     allow_clock: bool = False
@@ -82,12 +82,12 @@ class Scope:
 
     def binding(self, name: str, type: Type) -> Scope:
         """The scope inside a quantifier over `name`."""
-        return replace(self, bound={**self.bound, name: Declared(type)})
+        return replace(self, bound={**self.bound, name: Declaration(type)})
 
     def value(self, name: str) -> tuple[str, Type] | None:
         """Kind and type of a named value, or None: the name may still be a member or a file."""
         for kind in ("bound", "memory", "lets", "constants"):
-            found: Declared | None = getattr(self, kind).get(name)
+            found: Declaration | None = getattr(self, kind).get(name)
             if found is not None:
                 return kind, found.type
         return None
@@ -115,7 +115,7 @@ class Scope:
         """Every plain name that stands for something here."""
         clock = CLOCK_NAMES if self.allow_clock else ()
         values = [*self.bound, *self.memory, *self.lets, *self.constants]
-        others = [n for n in self.lets_to_come if n != self.defines and n not in self.lets]
+        others = [n for n in self.all_lets if n != self.defines and n not in self.lets]
         return [*values, *others, *self.files, *self.enums, *clock]
 
 
@@ -151,7 +151,7 @@ def origins(expr: Expr, scope: Scope) -> Iterator[Origin]:
             yield from _origin(scope.lets.get(name), f"`{name}` is `{expr.type}`")
         case ConstantRef(name=name):
             yield from _origin(scope.constants.get(name), f"`{name}` is `{expr.type}`")
-        case Call(operator=operator) if (name := written(operator)) in scope.operators:
+        case Call(operator=operator) if (name := source_name(operator)) in scope.operators:
             yield Origin(scope.operators[name].place, f"`{name}` returns `{expr.type}`")
         case Binary(left=left, right=right):
             yield from origins(left, scope)
@@ -162,23 +162,23 @@ def origins(expr: Expr, scope: Scope) -> Iterator[Origin]:
             yield from origins(value, scope)
 
 
-def _origin(declared: Declared | None, words: str) -> Iterator[Origin]:
+def _origin(declared: Declaration | None, words: str) -> Iterator[Origin]:
     """The declaration, if it is known; a let or constant has its type from an operator, if any."""
     if declared is None or declared.place is None:
         return
     if isinstance(declared.value, Call):
-        words += f" because `{written(declared.value.operator)}` returns it"
+        words += f" because `{source_name(declared.value.operator)}` returns it"
     yield Origin(declared.place, words)
 
 
 # What is wrong with an expression, as exceptions that carry the data of a diagnostic.
 
 
-FOR_WANT_OF_CONTEXT = ("E0231", "E0317", "E0318")
+NEEDS_CONTEXT = ("E0231", "E0317", "E0318")
 """Codes of errors that an expression would not have if its type were expected there."""
 
 
-_WAYS_OUT = {
+_DEFAULT_HELP = {
     "E0201": "declare it, e.g. under `let:` or `constants:`",
     "E0234": "only records, vectors and spatial vectors have parts",
     "E0302": "write an operator for it",
@@ -224,7 +224,7 @@ class ExprError(ExprErrors):
         self.message = message
         self.start = start
         self.end = end
-        self.help = help or _WAYS_OUT.get(code, "")
+        self.help = help or _DEFAULT_HELP.get(code, "")
         self.code = code
         self.repair = ""
         self.wrong = ""
@@ -234,31 +234,31 @@ class ExprError(ExprErrors):
 
     def with_suggestions(self, name: str, close: Sequence[str]) -> ExprError:
         """This finding, about a name between the offsets that is like the `close` ones."""
-        self.wrong, self.repair = name, surely_meant(name, close)
+        self.wrong, self.repair = name, sole_correction(name, close)
         return self
 
-    def because(self, origins: Iterable[Origin], expected: Type | None = None) -> ExprError:
+    def with_origins(self, origins: Iterable[Origin], expected: Type | None = None) -> ExprError:
         """This finding, with the places that the types in it come from."""
         self.origins = tuple(dict.fromkeys(origins))
         self.expected = expected
         return self
 
-    def not_there(self, message: str, help: str, name: str, close: Sequence[str]) -> ExprError:
+    def or_open_point(self, message: str, help: str, name: str, close: Sequence[str]) -> ExprError:
         """This finding, or an open point if the name is not a slip: it may be defined later."""
-        if not is_slip(name, close):
+        if not is_typo(name, close):
             self.code, self.message, self.repair = "O0205", message, ""
-            default = self.help in (help, *_WAYS_OUT.values())
-            self.help = help if default else or_else(help, self.help)
+            default = self.help in (help, *_DEFAULT_HELP.values())
+            self.help = help if default else joined_help(help, self.help)
         return self
 
-    def moved(self, by: int) -> ExprError:
+    def shifted(self, by: int) -> ExprError:
         """The same finding about a text that starts `by` characters earlier."""
         moved = ExprError(self.message, self.start + by, self.end + by, self.help, self.code)
         moved.wrong, moved.repair = self.wrong, self.repair
-        return moved.because(self.origins, self.expected)
+        return moved.with_origins(self.origins, self.expected)
 
 
-def unknown(
+def unknown_name(
     kind: str,
     name: str,
     known: Iterable[str],
@@ -274,35 +274,35 @@ def unknown(
     close = nearest(name, known)
     help = did_you_mean(close or other) or way
     error = ExprError(f"unknown {kind} `{name}`", *at, help, code)
-    return error.with_suggestions(name, close).not_there(
+    return error.with_suggestions(name, close).or_open_point(
         f"{kind} `{name}` is not there yet", way, name, close
     )
 
 
 def did_you_mean(close: Iterable[object]) -> str:
     """A way out by names that are close to a wrong one; "" if there are none."""
-    names = one_of(close)
+    names = alternatives(close)
     return f"did you mean {names}?" if names else ""
 
 
-def or_else(way: str, suggestion: str) -> str:
+def joined_help(way: str, suggestion: str) -> str:
     """How a part is added, and what may be meant in its place."""
     joint = ", or " if suggestion.startswith("did you mean") else "; "
     return f"{way}{joint}{suggestion}" if suggestion else way
 
 
-def one_of(names: Iterable[object]) -> str:
+def alternatives(names: Iterable[object]) -> str:
     """a; a or b; a, b or c, each in backticks: alternatives for a help line."""
     quoted = [f"`{name}`" for name in names]
     return " or ".join([", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted)
 
 
-def listed(names: Iterable[object]) -> str:
+def quoted(names: Iterable[object]) -> str:
     """Names in backticks, with commas between."""
     return ", ".join(f"`{name}`" for name in names)
 
 
-def each(*jobs: Callable[[], T]) -> list[T]:
+def collect(*jobs: Callable[[], T]) -> list[T]:
     """Results of independent jobs; if some fail, the errors of all of them at once."""
     results: list[T] = []
     errors: list[ExprError] = []

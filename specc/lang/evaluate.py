@@ -1,9 +1,14 @@
-"""What a typed expression means: a slow and obvious evaluator, the oracle of generated code.
+"""What a typed expression means: its value, and the range of its values.
 
-Numbers are finite: what overflows raises, as it is a fault of a run.
+The evaluator is slow and obvious, the oracle of generated code. Numbers are finite: what overflows
+raises, as it is a fault of a run.
 
 Values are Python's own: a vector or spatial vector is a tuple of floats, a pose a tuple of four
 rows, a list a tuple, a member of an enum its name, a missing component NaN.
+
+Proofs, exploration, checks and generated code ask for ranges; they differ in what they know of
+leaves. A truth value is a number, false before true. The range of a vector holds all its
+components, that of a pose all coordinates of its position.
 """
 
 from __future__ import annotations
@@ -14,11 +19,12 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+from specc.lang import ranges
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.signs import SIGNS
-from specc.lang.values import Value
+from specc.lang.ranges import ANY, Operation, Range
+from specc.lang.values import SIGNS, Value
 from specc.model import expr as m
-from specc.model.types import ListOf, Real, Vector
+from specc.model.types import Bool, Int, ListOf, Real, Vector
 
 
 @dataclass(frozen=True)
@@ -52,7 +58,7 @@ def _present(e: m.Present, env: Environment) -> bool:
     return (e.input.peer, e.input.element) in known
 
 
-def _go_through(env: Environment, values: Iterable[Value]) -> None:
+def _count_items(env: Environment, values: Iterable[Value]) -> None:
     """Count the components and items of values before something is made of each."""
     env.count(sum(len(value) for value in values if isinstance(value, tuple)))
 
@@ -63,7 +69,7 @@ def _arguments(args: tuple[m.Expr, ...], env: Environment) -> list[Value]:
 
 def _unary(e: m.Unary, env: Environment) -> Value:
     value = evaluate(e.operand, env)
-    _go_through(env, (value,))
+    _count_items(env, (value,))
     if e.op == "not":
         return not value
     return tuple(-v for v in value) if isinstance(value, tuple) else -value
@@ -71,15 +77,15 @@ def _unary(e: m.Unary, env: Environment) -> Value:
 
 def _binary(e: m.Binary, env: Environment) -> Value:
     left, right = evaluate(e.left, env), evaluate(e.right, env)
-    _go_through(env, (left, right))
-    return _finite(SIGNS[e.op].value(left, right))
+    _count_items(env, (left, right))
+    return _check_finite(SIGNS[e.op].value(left, right))
 
 
-def _finite(value: Value) -> Value:
+def _check_finite(value: Value) -> Value:
     """What was computed; raises OverflowError if a number, or one of its numbers, is too large."""
     if isinstance(value, tuple):
         for part in value:
-            _finite(part)
+            _check_finite(part)
     elif isinstance(value, float) and not math.isfinite(value):
         raise OverflowError("the result is too large")
     return value
@@ -87,8 +93,8 @@ def _finite(value: Value) -> Value:
 
 def _compare(e: m.Compare, env: Environment) -> bool:
     left, right = evaluate(e.left, env), evaluate(e.right, env)
-    _go_through(env, (left, right))
-    return m.COMPARED[e.op](left, right)
+    _count_items(env, (left, right))
+    return m.COMPARISONS[e.op](left, right)
 
 
 def _logic(e: m.Logic, env: Environment) -> bool:
@@ -121,11 +127,11 @@ def _extreme(kind: str, numbers: list[float], items: Sequence[Value]) -> Value:
 
 
 def _choice(e: m.Choice, env: Environment) -> Value:
-    (value,) = _placed(e, [evaluate(e.then if evaluate(e.test, env) else e.otherwise, env)])
-    return value
+    (result,) = _as_floats(e, [evaluate(e.then if evaluate(e.test, env) else e.otherwise, env)])
+    return result
 
 
-def _placed(whole: m.Expr, values: Sequence[Value]) -> Sequence[Value]:
+def _as_floats(whole: m.Expr, values: Sequence[Value]) -> Sequence[Value]:
     """What an expression chooses from: where it is a real, integers become floats."""
     if isinstance(whole.type, Real):
         return [float(value) if isinstance(value, int) else value for value in values]
@@ -138,12 +144,12 @@ def _literal(e: Any, env: Environment) -> Value:
 
 def _builtin(e: m.Builtin, env: Environment) -> Value:
     args = _arguments(e.args, env)
-    _go_through(env, args)
-    value = FUNCTIONS[e.name].value(*_placed(e, args))
-    return _finite(value) if FUNCTIONS[e.name].overflows else value
+    _count_items(env, args)
+    value = FUNCTIONS[e.name].value(*_as_floats(e, args))
+    return _check_finite(value) if FUNCTIONS[e.name].overflows else value
 
 
-def _named(kind: str, e: Any, env: Environment) -> Value:
+def _lookup(kind: str, e: Any, env: Environment) -> Value:
     return getattr(env, kind)[e.name]
 
 
@@ -155,14 +161,14 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Unused: lambda e, env: math.nan,
     m.Nothing: lambda e, env: None,
     m.IsNone: lambda e, env: evaluate(e.value, env) is None,
-    m.Sure: lambda e, env: evaluate(e.value, env),
+    m.Unwrap: lambda e, env: evaluate(e.value, env),
     m.Input: lambda e, env: env.inputs[e.peer, e.element],
-    m.MemoryRef: partial(_named, "memory"),
-    m.LetRef: partial(_named, "lets"),
-    m.ConstantRef: partial(_named, "constants"),
-    m.FileRef: partial(_named, "files"),
-    m.BoundVariable: partial(_named, "bound"),
-    m.Clock: partial(_named, "clock"),
+    m.MemoryRef: partial(_lookup, "memory"),
+    m.LetRef: partial(_lookup, "lets"),
+    m.ConstantRef: partial(_lookup, "constants"),
+    m.FileRef: partial(_lookup, "files"),
+    m.BoundVariable: partial(_lookup, "bound"),
+    m.Clock: partial(_lookup, "clock"),
     m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
     m.Present: _present,
     m.Lag: lambda e, env: env.lags[e.name, e.input.peer, e.input.element],
@@ -171,7 +177,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Unary: _unary,
     m.Binary: _binary,
     m.Compare: _compare,
-    m.Among: lambda e, env: evaluate(e.item, env) in e.members,
+    m.IsOneOf: lambda e, env: evaluate(e.item, env) in e.members,
     m.Logic: _logic,
     m.Choice: _choice,
     m.Items: _items,
@@ -179,3 +185,83 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Component: lambda e, env: evaluate(e.value, env)[e.index],
     m.Quantifier: _quantifier,
 }
+
+
+def operation_of(expr: m.Expr) -> Operation | None:
+    """How the range of an expression follows from those of its parts; None if it is not known.
+
+    Whole numbers beside reals become floats, as in generated code.
+    """
+    operation = _operation(expr)
+    is_whole = [isinstance(part.type, Int) for part in m.children(expr)]
+    if operation is None or not any(is_whole):
+        return operation
+    if isinstance(expr, m.Compare) and not all(is_whole):
+        return partial(_rounded_either_way, operation, is_whole)
+    return operation if _keeps_integers(expr) else partial(_on_floats, operation, is_whole)
+
+
+def _operation(expr: m.Expr) -> Operation | None:
+    match expr:
+        case m.Binary(op=sign):
+            return SIGNS[sign].range
+        case m.Unary(op="-"):
+            return ranges.negative
+        case m.Unary(op=word) | m.Compare(op=word) | m.Logic(op=word):
+            return ranges.CONDITIONS[word]
+        case m.Builtin(name=name):
+            return FUNCTIONS[name].range
+        case m.Items() | m.Component() | m.Unwrap():
+            return ranges.union
+    return ranges.choice if isinstance(expr, m.Choice) else None
+
+
+def _keeps_integers(expr: m.Expr) -> bool:
+    """Whether whole numbers are taken as they are: a quotient is rounded, and not what it is of."""
+    if isinstance(expr, m.Binary) and expr.op == "/":
+        return isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
+    return not any(type_.units for type_ in (expr.type, *expr.type.parts))
+
+
+def _on_floats(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
+    pairs = zip(parts, is_whole, strict=True)
+    return operation(*[ranges.as_floats(part) if whole else part for part, whole in pairs])
+
+
+def _rounded_either_way(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
+    """Of a comparison: numpy rounds a whole number beside a float, and Python does not."""
+    return ranges.union(operation(*parts), _on_floats(operation, is_whole, *parts))
+
+
+def range_of_parts(expr: m.Expr, parts: Sequence[Range]) -> Range:
+    """The range of an expression by those of its parts."""
+    if isinstance(expr, (m.Number, m.Truth)):
+        return ranges.range_of_value(expr.value)
+    static, operation = _static_range(expr), operation_of(expr)
+    if operation is None:
+        return static
+    if not isinstance(expr, m.Logic):  # generated code has operands of others in its own
+        pairs = zip(m.children(expr), parts, strict=True)
+        parts = [
+            ranges.as_integers(part) if isinstance(of.type, Int) else part for of, part in pairs
+        ]
+    return ranges.intersection(ranges.apply(operation, parts), static)
+
+
+def _static_range(expr: m.Expr) -> Range:
+    """What the values lie between whatever the parts are."""
+    if isinstance(expr.type, Bool):
+        return False, True
+    if isinstance(expr, (m.Clock, m.Lag)):
+        return ranges.NOT_NEGATIVE
+    return FUNCTIONS[expr.name].bounds if isinstance(expr, m.Builtin) else ANY
+
+
+def range_of(expr: m.Expr, known: Callable[[m.Expr], Range | None]) -> Range:
+    """The range of an expression; `known` gives that of a leaf, None for what has to be computed.
+
+    No expression is looked through: a let or a constant is a leaf.
+    """
+    if (leaf := known(expr)) is not None:
+        return leaf
+    return range_of_parts(expr, [range_of(part, known) for part in m.children(expr)])

@@ -9,14 +9,83 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
-from specc.lang.kind import Kind, Of, Python
-from specc.lang.values import Fields, Gone, Token, Value, compose, translation
+from specc.lang.values import Fields, NotRecorded, Token, Value, compose, translation
 from specc.model import expr as m
 from specc.model import types as t
+from specc.model.expr import Expr
 from specc.model.types import Type
+
+Of = Callable[[Type, Any], Any]
+"""From the type of a part and what there is of the part."""
+Sort = Literal["truth", "whole", "real", "item", "other"]
+
+
+@dataclass(frozen=True, slots=True)
+class Python:
+    """How generated code says types in some place: as annotations, contracts or forms of values."""
+
+    of: Callable[[Type], str]
+    """What it says for another type."""
+    own: Callable[[str], str]
+    """A name of the runtime."""
+    named: Callable[[Type], str]
+    """The class or alias of a type that has a name."""
+    function: Callable[[str], str] = str
+    """A function, `module:name`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A constructor of types. A column is a function of the type first, unless it is a text.
+
+    Of types that are made of others, a column says how these are put together: it is given `of`
+    for them. The defaults are right for types whose values only pass through.
+    """
+
+    # What every constructor has.
+
+    first_value: Callable[[Any, float], Value]
+    """A value to begin with, as `specc.lang.evaluate` has them: nothing, the identity, the first
+    member; where it consists of numbers, of this one."""
+    decode: Callable[[Any, Any, Of], Value]
+    """The value that data of a recording stands for; `...` for data of another type."""
+    contract: Callable[[Any, Python], str]
+    """What checks its values where they come from outside (`specc_runtime.contracts`)."""
+    form: Callable[[Any, Python], str]
+    """How its values are recorded (`specc_runtime.forms`)."""
+    annotation: Callable[[Any, Python], str] = lambda type, py: py.named(type)
+    """Its type in generated code."""
+
+    # More about values.
+
+    data: Callable[[Any, Value, Of], Any] = lambda type, value, of: str(value)
+    """What recordings have of a value."""
+    other_values: Callable[[Any, Value], Iterator[Value]] = lambda type, value: iter(())
+    """Some values beside a given one."""
+    map_parts: Callable[[Any, Value, Of], Value] = lambda type, value, of: value
+    """A value with each part as `of` gives it."""
+    literal: Callable[[Any, Value, Of], Expr | None] = lambda type, value, of: None
+    """The expression of a value; None if there is none."""
+    sort: Sort = "other"
+    """What proofs take a value for: what is true or false, a number, one of items that are told
+    apart and nothing else, or what they do not look into."""
+
+    # How it is told.
+
+    descriptions: Callable[[Any, Callable[[str], str], Callable[[Type], list[str]]], list[str]] = (
+        lambda type, frame, of: []
+    )
+    """In words, with frames as `frame` names them."""
+    words: Callable[[Any], tuple[str, ...]] = lambda type: ()
+    """Values that are words, in order."""
+    shapes: Callable[[Any], tuple[str, ...]] = lambda type: ()
+    """What a value looks like in messages of ROS, as `specc.analysis.ros2` names shapes, scalars by
+    their messages of `std_msgs`; first the one that it is published in."""
+
 
 _LONG = re.compile(r"-?([1-9][0-9]{0,4000}|0x[0-9a-f]+)", re.ASCII)
 """Whole numbers beyond 64 bits, in recordings."""
@@ -35,7 +104,7 @@ def _whole(type_: t.Int, data: Any, of: Of) -> Value:
     return data if type(data) is int else ...
 
 
-def _around(type_: Type, value: Value) -> Iterator[Value]:
+def _neighbours(type_: Type, value: Value) -> Iterator[Value]:
     return iter((value + 1, value - 1))
 
 
@@ -48,14 +117,14 @@ def _in_unit(type_: t.Real | t.Vector, *_: object) -> list[str]:
 
 def _with_another_first(type_: Type, value: Value) -> Iterator[Value]:
     for part in type_.components[:1]:
-        yield from ((first, *value[1:]) for first in others(value[0], part))
+        yield from ((first, *value[1:]) for first in other_values(value[0], part))
 
 
 def _each(type_: t.Vector | t.ListOf, value: Value, of: Of) -> Value:
     return value if type_.is_array else tuple([of(type_.element, item) for item in value])
 
 
-def _listed(type_: t.Vector | t.ListOf, value: Value, of: Of) -> list[Any]:
+def _list_of(type_: t.Vector | t.ListOf, value: Value, of: Of) -> list[Any]:
     return [of(type_.element, item) for item in value]
 
 
@@ -78,15 +147,15 @@ def _rows(type_: t.Pose, data: Any, of: Of) -> Value:
     return tuple([tuple(numbers[i : i + 4]) for i in range(0, 16, 4)])
 
 
-def _if_there(type_: t.OptionalOf, value: Value, of: Of) -> Value:
+def _unless_none(type_: t.OptionalOf, value: Value, of: Of) -> Value:
     return None if value is None else of(type_.value, value)
 
 
-def _inside(type_: t.PartialOf, value: Value, of: Of) -> Value:
+def _of_value(type_: t.PartialOf, value: Value, of: Of) -> Value:
     return of(type_.value, value)
 
 
-def _not_missing(type_: t.PartialOf, data: Any, of: Of) -> Value:
+def _without_gaps(type_: t.PartialOf, data: Any, of: Of) -> Value:
     if type(data) is not list:
         return ...
     return of(type_.value, [math.nan if item is None else item for item in data])
@@ -98,7 +167,9 @@ def _fields(type_: t.Record, value: Value, of: Of) -> dict[str, Any]:
 
 def _another_field(type_: t.Record, value: Value) -> Iterator[Value]:
     for name, part in type_.fields:
-        yield from (value.having(name, other) for other in others(getattr(value, name), part))
+        yield from (
+            value.with_field(name, other) for other in other_values(getattr(value, name), part)
+        )
 
 
 def _of_fields(type_: t.Record, data: Any, of: Of) -> Value:
@@ -127,15 +198,15 @@ def _vector_shapes(type_: t.Vector) -> tuple[str, ...]:
     return (*sized, "vector", "joints") if type_.frame else ("vector", "joints", *sized)
 
 
-def _is(kind: type) -> Callable[[Type, Any, Of], Value]:
+def _instance_of(kind: type) -> Callable[[Type, Any, Of], Value]:
     """Data of a class, which is the value."""
     return lambda type_, data, of: data if type(data) is kind else ...
 
 
 _text = partial(
     Kind,
-    first=lambda type, number: "",
-    decode=_is(str),
+    first_value=lambda type, number: "",
+    decode=_instance_of(str),
     annotation=lambda type, py: "str",
     contract=lambda type, py: py.own("as_text"),
     form=lambda type, py: py.own("TEXT"),
@@ -147,11 +218,11 @@ _text = partial(
 
 KINDS: dict[type[Type], Kind] = {
     t.Bool: Kind(
-        first=lambda type, number: False,
-        others=lambda type, value: iter((not value,)),
+        first_value=lambda type, number: False,
+        other_values=lambda type, value: iter((not value,)),
         literal=lambda type, value, of: m.Truth(value, type=type),
         data=lambda type, value, of: bool(value),
-        decode=_is(bool),
+        decode=_instance_of(bool),
         words=lambda type: ("False", "True"),
         shapes=lambda type: ("Bool",),
         annotation=lambda type, py: "bool",
@@ -160,8 +231,8 @@ KINDS: dict[type[Type], Kind] = {
         sort="truth",
     ),
     t.Int: Kind(
-        first=lambda type, number: int(number),
-        others=_around,
+        first_value=lambda type, number: int(number),
+        other_values=_neighbours,
         literal=_number,
         data=lambda type, value, of: int(value),
         decode=_whole,
@@ -172,12 +243,12 @@ KINDS: dict[type[Type], Kind] = {
         sort="whole",
     ),
     t.Real: Kind(
-        first=lambda type, number: number,
-        others=_around,
+        first_value=lambda type, number: number,
+        other_values=_neighbours,
         literal=_number,
         data=lambda type, value, of: float(value),
         decode=lambda type_, data, of: float(data) if type(data) in (float, int) else ...,
-        says=_in_unit,
+        descriptions=_in_unit,
         shapes=lambda type: ("Float64", "joints"),
         annotation=lambda type, py: "float",
         contract=lambda type, py: py.own("as_real"),
@@ -191,8 +262,8 @@ KINDS: dict[type[Type], Kind] = {
     ),
     t.File: _text(),
     t.Enum: Kind(
-        first=lambda type, number: type.members[0],
-        others=lambda type, value: (member for member in type.members if member != value),
+        first_value=lambda type, number: type.members[0],
+        other_values=lambda type, value: (member for member in type.members if member != value),
         literal=lambda type, value, of: m.Member(value, type=type),
         decode=lambda type, data, of: data if data in type.members else ...,
         words=lambda type: type.members,
@@ -202,13 +273,13 @@ KINDS: dict[type[Type], Kind] = {
         sort="item",
     ),
     t.Vector: Kind(
-        first=lambda type, number: (first_value(type.element, number),) * type.size,
-        others=_with_another_first,
-        rebuilt=_each,
+        first_value=lambda type, number: (first_value(type.element, number),) * type.size,
+        other_values=_with_another_first,
+        map_parts=_each,
         literal=_items,
-        data=_listed,
+        data=_list_of,
         decode=_components,
-        says=_in_unit,
+        descriptions=_in_unit,
         shapes=_vector_shapes,
         annotation=lambda type, py: py.own("Vector") if type.is_array else _tuple(type, py),
         contract=lambda type, py: (
@@ -223,12 +294,12 @@ KINDS: dict[type[Type], Kind] = {
         ),
     ),
     t.Spatial: Kind(
-        first=lambda type, number: (number,) * 6,
-        others=_with_another_first,
+        first_value=lambda type, number: (number,) * 6,
+        other_values=_with_another_first,
         literal=_items,
         data=lambda type, value, of: [float(number) for number in value],
         decode=_components,
-        says=lambda type, frame, of: [
+        descriptions=lambda type, frame, of: [
             f"in the axes of {frame(type.frame)}; units {type.linear} and {type.angular}"
         ],
         shapes=lambda type: tuple({str(type).partition("[")[0]} & t.SPATIAL_KINDS.keys()),
@@ -237,21 +308,23 @@ KINDS: dict[type[Type], Kind] = {
         form=lambda type, py: _call(py, "array", 6),
     ),
     t.Pose: Kind(
-        first=lambda type, number: translation(0.0, 0.0, 0.0),
-        others=lambda type, value: iter((compose(value, translation(1.0, 0.0, 0.0)),)),
+        first_value=lambda type, number: translation(0.0, 0.0, 0.0),
+        other_values=lambda type, value: iter((compose(value, translation(1.0, 0.0, 0.0)),)),
         data=lambda type, value, of: [float(number) for row in value for number in row],
         decode=_rows,
-        says=lambda type, frame, of: [f"pose of {frame(type.child)} in {frame(type.parent)}"],
+        descriptions=lambda type, frame, of: [
+            f"pose of {frame(type.child)} in {frame(type.parent)}"
+        ],
         shapes=lambda type: ("pose", "transform"),
         annotation=lambda type, py: py.own("Pose"),
         contract=lambda type, py: py.own("as_pose"),
         form=lambda type, py: _call(py, "array", 4, 4),
     ),
     t.Image: Kind(
-        first=lambda type, number: Token("image"),
+        first_value=lambda type, number: Token("image"),
         data=lambda type, value, of: [type.height, type.width, 3][: 3 if type.channels == 3 else 2],
-        decode=lambda type, data, of: Gone(),
-        says=lambda type, frame, of: ["a depth map, unit m"] * (type.channels == 1),
+        decode=lambda type, data, of: NotRecorded(),
+        descriptions=lambda type, frame, of: ["a depth map, unit m"] * (type.channels == 1),
         shapes=lambda type: ("image" if type.channels == 3 else "depth",),
         annotation=lambda type, py: py.own("Rgb" if type.channels == 3 else "Depth"),
         contract=lambda type, py: _call(
@@ -260,15 +333,15 @@ KINDS: dict[type[Type], Kind] = {
         form=lambda type, py: _call(py, "image", type.height, type.width, type.channels),
     ),
     t.ListOf: Kind(
-        first=lambda type, number: (first_value(type.element),) * type.nonempty,
-        others=lambda type, value: iter(((*value, first_value(type.element)),)),
-        rebuilt=_each,
+        first_value=lambda type, number: (first_value(type.element),) * type.nonempty,
+        other_values=lambda type, value: iter(((*value, first_value(type.element)),)),
+        map_parts=_each,
         literal=_items,
-        data=_listed,
+        data=_list_of,
         decode=lambda type_, data, of: (
             tuple([of(type_.element, item) for item in data]) if type(data) is list else ...
         ),
-        says=lambda type, frame, of: [f"each: {words}" for words in of(type.element)],
+        descriptions=lambda type, frame, of: [f"each: {words}" for words in of(type.element)],
         annotation=_tuple,
         contract=lambda type, py: _call(
             py, "as_list", py.of(type.element), *["least=1"] * type.nonempty
@@ -276,42 +349,44 @@ KINDS: dict[type[Type], Kind] = {
         form=lambda type, py: _call(py, "items", py.of(type.element)),
     ),
     t.OptionalOf: Kind(
-        first=lambda type, number: None,
-        rebuilt=_if_there,
+        first_value=lambda type, number: None,
+        map_parts=_unless_none,
         literal=lambda type, value, of: (
             m.Nothing(type=type) if value is None else of(type.value, value)
         ),
-        data=_if_there,
-        decode=_if_there,
-        says=lambda type, frame, of: ["or None", *of(type.value)],
+        data=_unless_none,
+        decode=_unless_none,
+        descriptions=lambda type, frame, of: ["or None", *of(type.value)],
         annotation=lambda type, py: f"{py.of(type.value)} | None",
         contract=lambda type, py: _call(py, "as_optional", py.of(type.value)),
         form=lambda type, py: _call(py, "optional", py.of(type.value)),
     ),
     t.PartialOf: Kind(
-        first=lambda type, number: first_value(type.value, number),
-        others=lambda type, value: others(value, type.value),
-        literal=_inside,
-        data=_inside,
-        decode=_not_missing,
-        says=lambda type, frame, of: ["or without some components", *of(type.value)],
+        first_value=lambda type, number: first_value(type.value, number),
+        other_values=lambda type, value: other_values(value, type.value),
+        literal=_of_value,
+        data=_of_value,
+        decode=_without_gaps,
+        descriptions=lambda type, frame, of: ["or without some components", *of(type.value)],
         annotation=lambda type, py: py.of(type.value),
         contract=lambda type, py: _call(py, "as_partial", len(type.value.components)),
         form=lambda type, py: py.of(type.value),
     ),
     t.Record: Kind(
-        first=lambda type, number: Fields(**{n: first_value(of, number) for n, of in type.fields}),
-        others=_another_field,
-        rebuilt=lambda type, value, of: Fields(**_fields(type, value, of)),
+        first_value=lambda type, number: Fields(
+            **{n: first_value(of, number) for n, of in type.fields}
+        ),
+        other_values=_another_field,
+        map_parts=lambda type, value, of: Fields(**_fields(type, value, of)),
         data=_fields,
         decode=_of_fields,
         contract=lambda type, py: _record(type, py, "as_record"),
         form=lambda type, py: _record(type, py, "record"),
     ),
     t.Opaque: Kind(
-        first=lambda type, number: Token(type.name),
-        others=lambda type, value: iter((Token(f"another {type.name}"),)),
-        decode=lambda type, data, of: Gone(),
+        first_value=lambda type, number: Token(type.name),
+        other_values=lambda type, value: iter((Token(f"another {type.name}"),)),
+        decode=lambda type, data, of: NotRecorded(),
         contract=lambda type, py: _call(
             py, "as_instance", py.named(type) if type.python else "object"
         ),
@@ -327,9 +402,9 @@ def kind(type_: Type) -> Kind:
 
 def first_value(type_: Type, number: float = 0.0) -> Value:
     """A value of a type: nothing, the number, the first member, the identity."""
-    return KINDS[type(type_)].first(type_, number)
+    return KINDS[type(type_)].first_value(type_, number)
 
 
-def others(value: Value, type_: Type) -> Iterator[Value]:
+def other_values(value: Value, type_: Type) -> Iterator[Value]:
     """Some values of a type beside a given one."""
-    return KINDS[type(type_)].others(type_, value)
+    return KINDS[type(type_)].other_values(type_, value)

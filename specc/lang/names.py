@@ -1,16 +1,25 @@
-"""Types of names: inputs, memory, lets, constants, and the parts of them."""
+"""Typing rules of names and literals."""
 
 from __future__ import annotations
 
 import ast
 import math
+from functools import partial
 from typing import Literal, cast
 
-from specc.diagnostics.nearest import nearest
-from specc.lang.context import Context, not_empty
-from specc.lang.errors import CLOCK_NAMES, ExprError, Scope, did_you_mean, listed, one_of
-from specc.lang.literals import quantity
+from specc.diagnostics.nearest import nearest, sole_correction
+from specc.lang.context import Context, needs_context, unwrap_list
+from specc.lang.errors import (
+    CLOCK_NAMES,
+    ExprError,
+    Scope,
+    alternatives,
+    collect,
+    did_you_mean,
+    quoted,
+)
 from specc.lang.parse import span
+from specc.limits import MAX_DEPTH
 from specc.model.expr import (
     REST,
     BoundVariable,
@@ -22,10 +31,15 @@ from specc.model.expr import (
     FieldOf,
     FileRef,
     Input,
+    Items,
     LetRef,
     Member,
     MemoryRef,
+    Nothing,
     Number,
+    TextLiteral,
+    Truth,
+    Unused,
 )
 from specc.model.types import (
     Bool,
@@ -34,12 +48,161 @@ from specc.model.types import (
     Int,
     ListOf,
     Opaque,
+    OptionalOf,
+    PartialOf,
     Pose,
     Real,
     Record,
+    Spatial,
+    Text,
     Type,
+    Vector,
+    complete_type,
 )
-from specc.model.units import RADIAN, SECOND, UNITS
+from specc.model.units import RADIAN, SECOND, UNITS, UnitError, unit_of
+
+# What is said about a text that is not a unit, and which unit was surely meant.
+
+
+_LONG_ENOUGH = 3
+_WRITTEN_OUT = {
+    "sec": "s",
+    "second": "s",
+    "meter": "m",
+    "metre": "m",
+    "degree": "deg",
+    "radian": "rad",
+    "newton": "N",
+    "hertz": "Hz",
+    "rpm": "turn/min",
+}
+
+
+def unit_error(error: UnitError, end: int, example: str) -> ExprError:
+    """The finding about a unit, whose last character stands before `end` if it does not say."""
+    word = error.name.casefold()
+    unit = _WRITTEN_OUT.get(word) or _WRITTEN_OUT.get(word.removesuffix("s"))
+    close = [unit] if unit else nearest(error.name, UNITS) if error.name else []
+    help = did_you_mean(close) or f"for example {example}"
+    end = end if error.end is None else error.end
+    found = ExprError(error.message, error.start, end, help, "E0304")
+    found.wrong, found.repair = error.name, _surely_meant(error.name)
+    return found
+
+
+def _surely_meant(name: str) -> str:
+    """The only unit that a name can be a slip of; another prefix, `mm` for `m`, is not a slip."""
+    same = [unit for unit in UNITS if unit.casefold() == name.casefold()]
+    if same:
+        # `MN` is a million newtons, not a thousandth of one.
+        mega = name.startswith("M") and same[0].startswith("m") and len(name) > 1
+        return same[0] if len(same) == 1 and not mega else ""
+    return sole_correction(name, [u for u in UNITS if u[:1] == name[:1]], _LONG_ENOUGH)
+
+
+# Typing rules of literals: numbers with and without units, truth values, texts, vectors, lists.
+
+
+def constant(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
+    """`True`, `"text"` or a bare number: of the hinted unit if it is 0, else dimensionless."""
+    value, at = node.value, span(node)
+    if value is None:
+        return _nothing(ctx, node, hint)
+    if isinstance(value, bool):
+        return Truth(value, type=Bool(), span=at)
+    if isinstance(value, str):
+        return TextLiteral(value, type=Text(), span=at)
+    assert isinstance(value, (int, float))  # the parser lets nothing else through
+    if isinstance(hint, Real) and (value == 0 or (isinstance(value, int) and hint == Real())):
+        return Number(float(value), type=hint, span=at)
+    return Number(value, type=Int() if isinstance(value, int) else Real(), span=at)
+
+
+def _nothing(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
+    """`None`, of the optional type that is hinted or whose values are."""
+    if hint is None:
+        help = "give it a place whose type is declared: memory, or an argument of an operator"
+        raise ctx.error(node, "the type of `None` is not known here", help, "E0317")
+    type = hint if isinstance(hint, OptionalOf) else OptionalOf(hint)
+    return Nothing(type=type, span=span(node))
+
+
+def quantity(ctx: Context, node: ast.Subscript) -> Expr:
+    """A number with its unit, `0.02[m/s]`, in SI."""
+    assert isinstance(node.value, ast.Constant)  # the caller looked
+    try:
+        unit = unit_of(node.slice)
+    except UnitError as error:
+        example = "`0.02[m/s]`, `30[deg]` or `2[kg*m**2]`"
+        raise unit_error(error, node.slice.end_col_offset or 0, example) from None
+    value = unit.to_si(float(node.value.value))  # type: ignore[arg-type]  # a number, see above
+    if math.isinf(value):
+        raise ctx.error(node, "the number is too large", "choose a larger unit", "E0304")
+    return Number(value, type=Real(unit.coherent()), span=span(node))
+
+
+def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
+    """`[a, b, c]`: a vector, spatial vector or list, as the hint says."""
+    kind = hint if hint is None else complete_type(hint)
+    match kind:
+        case Vector() | Spatial():
+            types = kind.components
+        case ListOf():
+            types = (kind.element,) * len(node.elts)
+            kind = ListOf(kind.element, nonempty=bool(node.elts))
+        case _:
+            return _infer_items(ctx, node)
+    wanted = kind.size if isinstance(kind, Vector) else len(types)  # which may be open
+    if len(node.elts) != wanted:
+        message = f"{len(node.elts)} items; `{kind}` has {wanted}"
+        raise ctx.error(node, message, "write exactly as many", "E0316")
+    pairs = zip(node.elts, types, strict=True)
+    found = collect(*(partial(_item, ctx, item, wanted, hint) for item, wanted in pairs))
+    if isinstance(hint, PartialOf) and any(isinstance(item, Unused) for item in found):
+        kind = hint
+    return Items(tuple(found), type=kind, span=span(node))
+
+
+def _item(ctx: Context, node: ast.expr, wanted: Type, of: Type | None) -> Expr:
+    """An item where `wanted` is expected, of a vector or list of the type `of`, if known."""
+    if not _is_dash(node):
+        return ctx.expect(node, wanted)
+    if isinstance(of, PartialOf):
+        return Unused(type=wanted, span=span(node))
+    help = "write a value"
+    if isinstance(wanted, Real) and not isinstance(of, ListOf):
+        help = f"declare the place as `partial[{of or '...'}]`, or write a number"
+    raise ctx.error(node, "`_` is not a value, and every item here needs one", help, "E0318")
+
+
+def _is_dash(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) and node.id == "_"
+
+
+def _infer_items(ctx: Context, node: ast.List) -> Items:
+    """A vector or list whose items say what they are: the first that has a type of its own."""
+    used = [item for item in node.elts if not _is_dash(item)]
+    if not used:
+        help = "give it a place whose type is declared: memory, or an argument of an operator"
+        message = f"the type of `{ctx.quote(node)}` is not known here"
+        raise ctx.error(node, message, help, "E0317")
+    decisive = next((e for e in used if not needs_context(e, ctx.scope)), used[0])
+    first = ctx.infer(decisive, Real())
+    element = first.type
+    found = collect(
+        *(
+            partial(_item, ctx, item, element, None) if item is not decisive else lambda: first
+            for item in node.elts
+        )
+    )
+    if element.extent[1] >= MAX_DEPTH:
+        message = f"lists are more than {MAX_DEPTH} levels deep"
+        raise ctx.error(node, message, "make it a record of lists", "E0016")
+    type: Type = ListOf(element, nonempty=True)
+    if isinstance(element, (Real, Int, Bool, Enum)):
+        type = Vector(len(found), element)
+    return Items(tuple(found), type=type, span=span(node))
+
 
 # Typing rules of plain names: values, files, members of enums, the clock.
 
@@ -51,7 +214,7 @@ _NODES: dict[str, type[BoundVariable | MemoryRef | LetRef | ConstantRef]] = {
     "constants": ConstantRef,
 }
 _CLOCK: dict[str, Type] = {"elapsed": Real(SECOND), "entered": Bool(), "period": Real(SECOND)}
-_FOREIGN = {"true": "True", "false": "False", "null": "", "None": "", "nan": "_", "NIL": "[]"}
+_FOREIGN_NAMES = {"true": "True", "false": "False", "null": "", "None": "", "nan": "_", "NIL": "[]"}
 
 
 def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
@@ -74,10 +237,10 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
         return Clock(which, type=_CLOCK[which], span=span(node))
     if node.id == "pi":
         return Number(math.pi, type=Real(RADIAN), span=span(node))
-    raise _unknown(ctx, node, hint)
+    raise _unknown_error(ctx, node, hint)
 
 
-def _too_early(ctx: Context, node: ast.Name) -> ExprError:
+def _uninitialized_error(ctx: Context, node: ast.Name) -> ExprError:
     message = (
         f"`{node.id}` has no value here: memory gets its initial values after this is evaluated"
     )
@@ -90,13 +253,13 @@ def _too_early(ctx: Context, node: ast.Name) -> ExprError:
 def _member(ctx: Context, node: ast.Name) -> Expr:
     enums = ctx.scope.enums[node.id]
     if len(enums) > 1:
-        message = f"`{node.id}` is a member of {one_of(enums).replace(' or ', ' and ')}"
+        message = f"`{node.id}` is a member of {alternatives(enums).replace(' or ', ' and ')}"
         help = "the expected type decides which is meant; where no type is expected, rename one"
         raise ctx.error(node, message, help, "E0231")
     return Member(node.id, type=enums[0], span=span(node))
 
 
-def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
+def _unknown_error(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
     name, scope = node.id, ctx.scope
     if name == "_":
         help = "`_` is an item where `partial[...]` is expected: `[_, _, 0, _, _, _]`"
@@ -106,7 +269,7 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
             node, "`x` is all input buffers", "name one element, `x.peer.element`", "E0203"
         )
     if name == "y":
-        return output_read(ctx, node)
+        return output_error(ctx, node)
     if name in CLOCK_NAMES:
         message = f"`{name}` has no value here: no state has been entered"
         return ctx.error(node, message, "refer to constants and operators only", "E0230")
@@ -115,29 +278,29 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
         return ctx.error(
             node, f"`{name}` is an operator", f"call it: `{name}({parameters})`", "E0202"
         )
-    if name in scope.later:
-        raise _too_early(ctx, node)
-    if name in scope.below:
+    if name in scope.uninitialized:
+        raise _uninitialized_error(ctx, node)
+    if name in scope.later_constants:
         message = f"`{name}` has no value here: a constant is computed from those above it"
         return ctx.error(node, message, "name constants above it, and operators", "E0230")
     help = _unknown_help(ctx, name)
-    near = _near(scope, name) if help.startswith("did you mean") else ()
+    near = _similar_names(scope, name) if help.startswith("did you mean") else ()
     error = ctx.error(node, f"unknown name `{name}`", help, "E0201").with_suggestions(name, near)
-    if help == f"write `{_FOREIGN.get(name)}`" and name in ("true", "false"):
-        error.repair = _FOREIGN[name]
+    if help == f"write `{_FOREIGN_NAMES.get(name)}`" and name in ("true", "false"):
+        error.repair = _FOREIGN_NAMES[name]
     if help and not near:
         return error
-    way = _way_to_declare(scope, hint)
+    way = _declaration_help(scope, hint)
     if (scope.known_peers or scope.allow_clock) and not isinstance(hint, File):
         peer = next(iter(scope.known_peers), "peer")
         way += (
             f"; a signal from elsewhere is an element of a buffer, e.g. `x.{peer}.{name}`: declare "
             "it under `x:` here and under `y:` of what sends it"
         )
-    return error.not_there(f"`{name}` is not there yet", way, name, near)
+    return error.or_open_point(f"`{name}` is not there yet", way, name, near)
 
 
-def _way_to_declare(scope: Scope, hint: Type | None) -> str:
+def _declaration_help(scope: Scope, hint: Type | None) -> str:
     """Lets depend on memory, so that nothing names one where memory has no value yet."""
     lets = scope.allow_clock or scope.known_peers
     match hint:
@@ -145,30 +308,30 @@ def _way_to_declare(scope: Scope, hint: Type | None) -> str:
             return "declare it under `files:`"
         case Enum(members=members):
             way = "declare it, e.g. under `let:`" if lets else "declare it under `constants:`"
-            return f"{way}, or write {one_of(members)}"
+            return f"{way}, or write {alternatives(members)}"
     return f"declare it{', e.g. under `let:` or' if lets else ' under'} `constants:`"
 
 
-def _near(scope: Scope, name: str) -> list[str]:
+def _similar_names(scope: Scope, name: str) -> list[str]:
     """The names that may be meant, and the truth values, unless it is one in another language."""
-    return nearest(name, (*scope.names(), *(() if name in _FOREIGN else ("True", "False"))))
+    return nearest(name, (*scope.names(), *(() if name in _FOREIGN_NAMES else ("True", "False"))))
 
 
 def _unknown_help(ctx: Context, name: str) -> str:
     scope = ctx.scope
     inputs = [f"x.{peer}.{element}" for peer, element in scope.inputs if element == name]
     if inputs:
-        return f"an input is spelt {one_of(inputs)}"
+        return f"an input is spelt {alternatives(inputs)}"
     if name in scope.known_peers:
         return f"an input is spelt `x.{name}.element`"
-    if close := _near(scope, name):
+    if close := _similar_names(scope, name):
         return did_you_mean(close)
-    if name in _FOREIGN:
-        return f"write `{_FOREIGN[name]}`" if _FOREIGN[name] else ""
+    if name in _FOREIGN_NAMES:
+        return f"write `{_FOREIGN_NAMES[name]}`" if _FOREIGN_NAMES[name] else ""
     return f"a unit is written in brackets after its number: `1[{name}]`" if name in UNITS else ""
 
 
-def output_read(ctx: Context, node: ast.expr) -> ExprError:
+def output_error(ctx: Context, node: ast.expr) -> ExprError:
     """The error of an expression that refers to an output buffer."""
     help = "keep the value in memory, or name it under `let:` and use it in both places"
     return ctx.error(node, f"`{ctx.quote(node)}` is an output: it cannot be read", help, "E0235")
@@ -181,9 +344,9 @@ def attribute(ctx: Context, node: ast.Attribute, hint: Type | None) -> Expr:
     """`x.peer.element`, `record.field` or `vector.z`."""
     match node.value:
         case ast.Name(id="y") | ast.Attribute(value=ast.Name(id="y")):
-            raise output_read(ctx, node)
+            raise output_error(ctx, node)
         case ast.Name(id="x"):
-            raise _whole_buffer(ctx, node)
+            raise _buffer_error(ctx, node)
         case ast.Attribute(value=ast.Name(id="x")):
             return input_element(ctx, node)
     value = ctx.infer(node.value)
@@ -192,7 +355,7 @@ def attribute(ctx: Context, node: ast.Attribute, hint: Type | None) -> Expr:
     names = value.type.names
     if node.attr in names:
         return _component(node, value, names.index(node.attr))
-    raise _no_part(ctx, node, value.type, names).because(ctx.origins(value))
+    raise _no_part_error(ctx, node, value.type, names).with_origins(ctx.origins(value))
 
 
 def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
@@ -201,12 +364,12 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
         return quantity(ctx, node)
     value = ctx.infer(node.value)
     if isinstance(value.type, ListOf):
-        return _of_list(ctx, node, value, value.type)
+        return _list_part(ctx, node, value, value.type)
     size = len(value.type.components)
     if not size:
         message = f"`{ctx.quote(node.value)}` is `{value.type}`, which has no components"
         error = ctx.error(node, message, "`all(...)` and `any(...)` go over a list", "E0234")
-        raise error.because(ctx.origins(value))
+        raise error.with_origins(ctx.origins(value))
     match node.slice:
         case ast.Constant(value=int(index)) if not isinstance(index, bool):
             if index < size:
@@ -219,11 +382,11 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
     raise ctx.error(node.slice, message, help, "E0234")
 
 
-def _of_list(ctx: Context, node: ast.Subscript, value: Expr, kind: ListOf) -> Expr:
+def _list_part(ctx: Context, node: ast.Subscript, value: Expr, kind: ListOf) -> Expr:
     """`v[0]`, the first item, of which there must be one; `v[2:]`, the items from the third on."""
     match node.slice:
         case ast.Constant(value=0) if node.slice.value is not False:
-            return Component(not_empty(value), 0, type=kind.element, span=span(node))
+            return Component(unwrap_list(value), 0, type=kind.element, span=span(node))
         case ast.Slice(ast.Constant(value=int(first)), None, None) if not isinstance(first, bool):
             start = Number(first, type=Int(), span=span(node.slice))
             return Builtin(REST, (value, start), type=ListOf(kind.element), span=span(node))
@@ -251,11 +414,11 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
         known = scope.known_peers
         error = _unknown_part(node.value, "there is no input buffer of ", peer, known, "E0204")
         way = f"declare it under `x:` here and under `y:` at its other end, `{peer}`"
-        raise error.not_there(f"`x.{peer}` is not there yet", way, peer, known)
+        raise error.or_open_point(f"`x.{peer}` is not there yet", way, peer, known)
     known = scope.elements(peer)
     error = _unknown_part(node, f"input buffer `x.{peer}` has no ", element, known, "E0203")
     way = f"declare it under `x: {peer}:` here and under `y:` of what sends it, `{peer}`"
-    raise error.not_there(f"`x.{peer}.{element}` is not there yet", way, element, known)
+    raise error.or_open_point(f"`x.{peer}.{element}` is not there yet", way, element, known)
 
 
 def _unknown_part(node: ast.expr, what: str, name: str, known: list[str], code: str) -> ExprError:
@@ -265,16 +428,16 @@ def _unknown_part(node: ast.expr, what: str, name: str, known: list[str], code: 
 
 
 def _suggestion(name: str, known: list[str]) -> str:
-    if meant := did_you_mean(nearest(name, known)):
-        return meant
-    return f"there {'is' if len(known) == 1 else 'are'} {listed(known)}" if known else ""
+    if suggestion := did_you_mean(nearest(name, known)):
+        return suggestion
+    return f"there {'is' if len(known) == 1 else 'are'} {quoted(known)}" if known else ""
 
 
-def _whole_buffer(ctx: Context, node: ast.Attribute) -> ExprError:
+def _buffer_error(ctx: Context, node: ast.Attribute) -> ExprError:
     known = ctx.scope.known_peers
     if node.attr not in known:
         return _unknown_part(node, "there is no input buffer of ", node.attr, known, "E0204")
-    listed = one_of(f"x.{node.attr}.{e}" for e in ctx.scope.elements(node.attr))
+    listed = alternatives(f"x.{node.attr}.{e}" for e in ctx.scope.elements(node.attr))
     message = f"`{ctx.quote(node)}` is a whole input buffer"
     return ctx.error(node, message, f"name an element: {listed}" if listed else "", "E0203")
 
@@ -284,9 +447,9 @@ def _field(ctx: Context, node: ast.Attribute, value: Expr, record: Record) -> Ex
     if type is not None:
         return FieldOf(value, node.attr, type=type, span=span(node))
     known = [name for name, _ in record.fields]
-    error = _no_part(ctx, node, record, tuple(known)).because(ctx.origins(value))
+    error = _no_part_error(ctx, node, record, tuple(known)).with_origins(ctx.origins(value))
     message = f"field `{node.attr}` of `{record}` is not there yet"
-    raise error.not_there(message, "declare it under `fields:`", node.attr, known)
+    raise error.or_open_point(message, "declare it under `fields:`", node.attr, known)
 
 
 def _component(node: ast.expr, value: Expr, index: int) -> Component:
@@ -294,7 +457,9 @@ def _component(node: ast.expr, value: Expr, index: int) -> Component:
     return Component(value, index, type=type, span=span(node))
 
 
-def _no_part(ctx: Context, node: ast.Attribute, type: Type, known: tuple[str, ...]) -> ExprError:
+def _no_part_error(
+    ctx: Context, node: ast.Attribute, type: Type, known: tuple[str, ...]
+) -> ExprError:
     message = f"`{ctx.quote(node.value)}` is `{type}`, which has no `{node.attr}`"
     help = _suggestion(node.attr, list(known))
     peer = ctx.quote(node.value)

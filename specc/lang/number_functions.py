@@ -14,9 +14,16 @@ from operator import gt, lt
 from typing import Any
 
 from specc.lang import functions as rules
-from specc.lang import ranges, results
+from specc.lang import ranges
+from specc.lang.functions import (
+    ArgumentChoices,
+    BuiltinFunction,
+    Encoding,
+    Form,
+    SolverTerms,
+    exact,
+)
 from specc.lang.ranges import ANY, Operation, Range
-from specc.lang.row import BuiltinFunction, Encoding, Form, SolverTerms, Wanted, exact
 from specc.lang.values import Value
 from specc.model import expr as m
 from specc.model.types import Int, Real, Type
@@ -135,26 +142,26 @@ def _diagonal_laws(of: SolverTerms, result: Any, *args: Any) -> Iterator[Any]:
 # Which argument has to have which value so that the result is the one that is wanted.
 
 
-def _from_abs(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_abs(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`abs(a)`."""
     if value >= 0:
         yield 0, value
         yield 0, -value
 
 
-def _from_sqrt(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_sqrt(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`sqrt(a)`."""
     if value >= 0:
         yield 0, value * value
 
 
-def _from_any(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_any(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """Each argument in turn, of a function that chooses one of them."""
     for index in range(len(now)):
         yield index, value
 
 
-def _from_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`hypot(a, b)`, by what it lies above the other one; else all of it along the first axis."""
     for index, other in ((0, now[1]), (1, now[0])):
         if value >= abs(other):
@@ -163,17 +170,17 @@ def _from_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wa
         yield 0, value
 
 
-def _from_sign(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_sign(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`sign(a)`."""
     yield 0, _typed(types[0], value * max(1, abs(now[0])))
 
 
-def _from_whole(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_whole(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`floor(a)`, `round(a)` and `float(a)`."""
     yield 0, _typed(types[0], value)
 
 
-def _from_wrapped(types: Sequence[Type], now: Sequence[Value], value: Value) -> Wanted:
+def _from_wrapped(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`wrap_angle(a)`."""
     if -math.pi <= value < math.pi:
         yield 0, value
@@ -189,27 +196,29 @@ def _typed(type_: Type, number: float) -> float:
 def _of_angle(name: str, value: Callable[[float], float]) -> BuiltinFunction:
     return BuiltinFunction(
         f"angle -> real: the {'sine' if name == 'sin' else 'cosine'} of an angle",
-        rules.of_one(
-            f"{name}(angle)", "takes an angle, `real[rad]`", results.ratio, results.no_angle
+        rules.unary_rule(
+            f"{name}(angle)", "takes an angle, `real[rad]`", rules.ratio_type, rules.angle_help
         ),
-        gives_way=True,
+        is_overridable=True,
         value=value,
         python="math",
         may_fail=False,
         overflows=False,
-        shows=True,
-        within=(-1.0, 1.0),
+        propagates=True,
+        bounds=(-1.0, 1.0),
     )
 
 
 def _to_int(name: str, says: str, value: Callable[[float], int], term: Encoding) -> BuiltinFunction:
     return exact(
         f"a -> int: {says}",
-        rules.of_one(f"{name}(a)", "takes a number without unit", results.whole, results.with_unit),
-        gives_way=True,
+        rules.unary_rule(
+            f"{name}(a)", "takes a number without unit", rules.integer_type, rules.unit_help
+        ),
+        is_overridable=True,
         value=value,
         python=value.__module__.removeprefix("builtins"),
-        folds=True,
+        is_foldable=True,
         range=_rising(value),
         term=term,
         stays_float=True,
@@ -220,51 +229,51 @@ def _to_int(name: str, says: str, value: Callable[[float], int], term: Encoding)
 NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
     "abs": exact(
         "a -> number",
-        rules.of_one(
+        rules.unary_rule(
             "abs(a)",
             "takes a number",
-            results.number,
+            rules.number_type,
             lambda type: "the length of a vector is `norm(v)`",
         ),
         value=abs,
         python="",
-        within=ranges.NOT_NEGATIVE,
+        bounds=ranges.NOT_NEGATIVE,
         range=ranges.absolute,
         is_size=True,
-        folds=True,
+        is_foldable=True,
         term=lambda of, a: of.choice(a > -a, a, -a),
         inverse=_from_abs,
     ),
     "min": exact(
         "a, b, ... -> number: numbers of one unit",
-        rules.of_numbers("a, b", 2, None),
+        rules.numbers_rule("a, b", 2, None),
         value=min,
         python="",
         range=ranges.least,
         chooses=True,
         picks=-1,
-        folds=True,
+        is_foldable=True,
         term=_least_term,
         inverse=_from_any,
-        alike="`{}` stands twice in `min`",
+        same_arguments="`{}` stands twice in `min`",
     ),
     "max": exact(
         "a, b, ... -> number: numbers of one unit",
-        rules.of_numbers("a, b", 2, None),
+        rules.numbers_rule("a, b", 2, None),
         value=max,
         python="",
         range=ranges.greatest,
         chooses=True,
         picks=1,
-        folds=True,
+        is_foldable=True,
         term=_greatest_term,
         inverse=_from_any,
-        alike="`{}` stands twice in `max`",
+        same_arguments="`{}` stands twice in `max`",
     ),
     "clamp": exact(
         "a, low, high -> number: what is nearest to a from low to high; numbers of one unit",
-        rules.of_numbers("a, low, high", 3, 3),
-        gives_way=True,
+        rules.numbers_rule("a, low, high", 3, 3),
+        is_overridable=True,
         value=lambda a, low, high: min(max(a, low), high),
         python="",
         form=lambda type: Form("min(max({}, {}), {})", "primary"),
@@ -273,33 +282,33 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         limits=(1, 2),
         term=_clamped_term,
         inverse=_from_any,
-        folds=True,
-        alike="`{}` stands twice in `clamp`",
+        is_foldable=True,
+        same_arguments="`{}` stands twice in `clamp`",
     ),
     "hypot": BuiltinFunction(
         "a, b -> real: length of the diagonal of a rectangle, in the unit of its sides",
-        rules.of_numbers("a, b", 2, 2, is_real=True),
-        gives_way=True,
+        rules.numbers_rule("a, b", 2, 2, is_real=True),
+        is_overridable=True,
         value=math.hypot,
         python="math",
         may_fail=False,
-        shows=True,
-        within=ranges.NOT_NEGATIVE,
+        propagates=True,
+        bounds=ranges.NOT_NEGATIVE,
         range=_diagonal,
         laws=_diagonal_laws,
         inverse=_from_hypot,
     ),
     "sign": exact(
         "a -> int: -1, 0 or 1",
-        rules.of_one("sign(a)", "takes a number", results.of_sign),
-        gives_way=True,
+        rules.unary_rule("sign(a)", "takes a number", rules.sign_type),
+        is_overridable=True,
         value=sign,
-        within=(-1, 1),
+        bounds=(-1, 1),
         range=_signs,
         term=_sign_term,
         stays_float=True,
         inverse=_from_sign,
-        folds=True,
+        is_foldable=True,
     ),
     "floor": _to_int(
         "floor", "the greatest whole number that is not greater", math.floor, _floor_term
@@ -307,26 +316,29 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
     "round": _to_int("round", "the nearest whole number; the even one of two", round, _round_term),
     "wrap_angle": exact(
         "angle -> real[rad]: the same direction from -pi to just below pi",
-        rules.of_one(
-            "wrap_angle(angle)", "takes an angle, `real[rad]`", results.angle, results.no_angle
+        rules.unary_rule(
+            "wrap_angle(angle)",
+            "takes an angle, `real[rad]`",
+            rules.angle_type,
+            rules.angle_help,
         ),
-        gives_way=True,
+        is_overridable=True,
         value=wrap_angle,
-        within=ranges.DIRECTIONS,
+        bounds=ranges.DIRECTIONS,
         range=_wrapped,
         term=_wrapped_term,
         inverse=_from_wrapped,
-        folds=True,
+        is_foldable=True,
     ),
     "sqrt": BuiltinFunction(
         "a -> real: half the powers of the unit",
-        rules.of_one("sqrt(a)", "takes a number", results.root, wanted=lambda hint: Real()),
+        rules.unary_rule("sqrt(a)", "takes a number", rules.root_type, wanted=lambda hint: Real()),
         value=math.sqrt,
         python="math",
         overflows=False,
-        shows=True,
-        folds=True,
-        within=ranges.NOT_NEGATIVE,
+        propagates=True,
+        is_foldable=True,
+        bounds=ranges.NOT_NEGATIVE,
         range=_root,
         inverse=_from_sqrt,
     ),
@@ -334,14 +346,14 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
     "cos": _of_angle("cos", math.cos),
     "atan2": BuiltinFunction(
         "y, x -> real[rad]: the angle from the first axis to the point (x, y), from -pi to pi",
-        rules.of_numbers("y, x", 2, 2, result=Real(RADIAN)),
+        rules.numbers_rule("y, x", 2, 2, result=Real(RADIAN)),
         value=math.atan2,
         python="math",
-        within=ranges.HALF_TURNS,
-        alike="both coordinates of this angle are `{}`",
+        bounds=ranges.HALF_TURNS,
+        same_arguments="both coordinates of this angle are `{}`",
         may_fail=False,
         overflows=False,
-        gives_way=True,
+        is_overridable=True,
     ),
     m.FLOAT: BuiltinFunction(
         "n -> real: what an integer in the place of a real becomes",
@@ -359,6 +371,6 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         None,
         rounds=False,
         overflows=False,
-        range=ranges.unchanged,
+        range=ranges.identity,
     ),
 }

@@ -12,7 +12,7 @@ import warnings
 from functools import lru_cache
 
 from specc.lang.errors import FOLLOW_UP, ExprError
-from specc.limits import DESCRIBE_LESS, OUT_OF_PARTS, left, spend
+from specc.limits import DESCRIBE_LESS, OUT_OF_PARTS, remaining, spend
 
 LONGEST = 10_000
 DEEPEST = 64
@@ -25,7 +25,7 @@ _LANGUAGE = frozenset({
     ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.MatMult,
     ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq, ast.In, ast.NotIn, ast.Is, ast.IsNot,
 })  # fmt: skip
-_REFUSED = {
+_UNSUPPORTED = {
     ast.Tuple: ("a tuple", "write a vector or a list in square brackets"),
     ast.Dict: ("a dict", "a record comes from an operator"),
     ast.Lambda: ("a lambda", "name the value under `let:` or write an operator"),
@@ -75,11 +75,11 @@ _HINTS = (
 
 _NUMBER = re.compile("0|[1-9][0-9]{0,14}")
 """Texts that need no parser; many are such."""
-_SHORT, _KEPT = 200, 1_000
+_MAX_CACHED_TEXT, _CACHED = 200, 1_000
 """Characters of a text whose tree is kept, and how many are: an editor reads most of them again."""
 
 # A byte of the command line that is no UTF-8 arrives as half of a surrogate pair.
-_FOREIGN = re.compile("[\0\ud800-\udfff]")
+_UNENCODABLE = re.compile("[\0\ud800-\udfff]")
 
 
 def parse(text: str, *, own: bool = False) -> ast.expr:
@@ -88,18 +88,18 @@ def parse(text: str, *, own: bool = False) -> ast.expr:
     Its parts count as parts of the run. It is the caller's `own` to change, or nobody's.
     """
     count_parts(0, 0, len(text))  # where nothing is left, nothing more is read
-    tree, nodes = _parsed(text) if own else _read(text)
+    tree, nodes = _parse_uncached(text) if own else _read(text)
     count_parts(len(nodes), 0, len(text))
     for node in nodes:
         if type(node) not in _LANGUAGE:
-            raise _refusal(node, nodes)
+            raise _unsupported_error(node, nodes)
     return tree
 
 
 def count_parts(parts: int, start: int, end: int) -> None:
     """Count what is about to be given a meaning; raises `ExprError` for all from the first on."""
     if not spend("parts", parts):
-        is_first = left("parts") + parts >= 0
+        is_first = remaining("parts") + parts >= 0
         code = "E0017" if is_first else FOLLOW_UP
         raise ExprError(OUT_OF_PARTS, start, end, DESCRIBE_LESS, code)
 
@@ -111,15 +111,15 @@ def parse_syntax(text: str) -> ast.expr:
 
 def _read(text: str) -> tuple[ast.expr, list[ast.AST]]:
     """The tree and all its nodes, parents first; nobody changes them."""
-    return _known(text) if len(text) <= _SHORT else _parsed(text)
+    return _parsed_cached(text) if len(text) <= _MAX_CACHED_TEXT else _parse_uncached(text)
 
 
-def _parsed(text: str) -> tuple[ast.expr, list[ast.AST]]:
+def _parse_uncached(text: str) -> tuple[ast.expr, list[ast.AST]]:
     if _NUMBER.fullmatch(text):
-        alone = ast.Constant(
+        constant = ast.Constant(
             int(text), lineno=1, col_offset=0, end_lineno=1, end_col_offset=len(text)
         )
-        return alone, [alone]
+        return constant, [constant]
     if len(text) > LONGEST:
         message = f"the expression has {len(text)} characters; at most {LONGEST} are read"
         raise ExprError(message, LONGEST, len(text), "split it with `let:`", "E0303")
@@ -127,7 +127,7 @@ def _parsed(text: str) -> tuple[ast.expr, list[ast.AST]]:
     lead = len(line) - len(line.lstrip(" \t\f"))
     if lead == len(line):
         raise ExprError("the expression is empty", 0, len(text), "write a value", "E0301")
-    if foreign := _FOREIGN.search(line):
+    if foreign := _UNENCODABLE.search(line):
         message = "the text has a character that no expression has"
         raise ExprError(message, *foreign.span(), "delete it", "E0301")
     tree = _python_tree(text, line[lead:], lead)
@@ -143,7 +143,7 @@ def _parsed(text: str) -> tuple[ast.expr, list[ast.AST]]:
     return tree, nodes
 
 
-_known = lru_cache(_KEPT)(_parsed)
+_parsed_cached = lru_cache(_CACHED)(_parse_uncached)
 
 
 def _python_tree(text: str, line: str, lead: int) -> ast.expr:
@@ -262,8 +262,8 @@ def _refuse_comment(constants: list[ast.Constant], line: str) -> None:
             raise ExprError("an expression has no comments", place, len(line), help, "E0301")
 
 
-def _refusal(node: ast.AST, nodes: list[ast.AST]) -> ExprError:
-    what, help = _REFUSED.get(type(node), (type(node).__name__.lower(), ""))
+def _unsupported_error(node: ast.AST, nodes: list[ast.AST]) -> ExprError:
+    what, help = _UNSUPPORTED.get(type(node), (type(node).__name__.lower(), ""))
     if isinstance(node, ast.expr):
         return ExprError(f"{what} is not in the language", *span(node), help, "E0302")
     owner = next(n for n in nodes if isinstance(n, ast.expr) and node in _children(n))

@@ -25,13 +25,13 @@ HALF_TURNS: Range = (-math.nextafter(math.pi, 4.0), math.nextafter(math.pi, 4.0)
 """Half a turn in both directions, to one of the two floats that are next to it."""
 
 
-def of_float(a: Range) -> Range:
+def as_floats(a: Range) -> Range:
     """Of the real numbers that the whole ones in a range become."""
     low, high = _within_floats(a)
     return float(low), float(high)
 
 
-def whole(a: Range) -> Range:
+def as_integers(a: Range) -> Range:
     """The range with ends that are whole numbers, of which sums are exact."""
     low, high = (end if math.isinf(end) else int(end) for end in _within_floats(a))
     return low, high
@@ -46,12 +46,12 @@ def _within_floats(a: Range) -> Range:
     )
 
 
-def of_value(value: float) -> Range:
+def range_of_value(value: float) -> Range:
     """Of one known number."""
     return _within_floats((value, value))
 
 
-def computed(operation: Operation, parts: Iterable[Range]) -> Range:
+def apply(operation: Operation, parts: Iterable[Range]) -> Range:
     """What an operation gives; anything where it fails in some cases."""
     try:
         low, high = operation(*parts)
@@ -60,7 +60,7 @@ def computed(operation: Operation, parts: Iterable[Range]) -> Range:
         return ANY
 
 
-def both(a: Range, b: Range) -> Range:
+def intersection(a: Range, b: Range) -> Range:
     """What lies in two ranges."""
     return max(a[0], b[0]), min(a[1], b[1])
 
@@ -70,12 +70,12 @@ def union(*of: Range) -> Range:
     return least(*of)[0], greatest(*of)[1]
 
 
-def unchanged(a: Range) -> Range:
+def identity(a: Range) -> Range:
     """`a`."""
     return a
 
 
-def _spanned(*ends: float) -> Range:
+def _hull(*ends: float) -> Range:
     return ANY if any(map(math.isnan, ends)) else (min(ends), max(ends))
 
 
@@ -86,23 +86,23 @@ def negative(a: Range) -> Range:
 
 def sum_of(a: Range, b: Range) -> Range:
     """`a + b`."""
-    return _spanned(a[0] + b[0], a[1] + b[1])
+    return _hull(a[0] + b[0], a[1] + b[1])
 
 
 def product(a: Range, b: Range) -> Range:
     """`a * b`."""
-    return _spanned(*(x * y for x in a for y in b))
+    return _hull(*(x * y for x in a for y in b))
 
 
 def quotient(a: Range, b: Range) -> Range:
     """`a / b`."""
-    return ANY if b[0] <= 0 <= b[1] else _spanned(*(x / y for x in a for y in b))
+    return ANY if b[0] <= 0 <= b[1] else _hull(*(x / y for x in a for y in b))
 
 
 def absolute(a: Range) -> Range:
     """`abs(a)`."""
     low, high = a
-    return _spanned(abs(low), abs(high)) if low > 0 or high < 0 else (0, max(-low, high))
+    return _hull(abs(low), abs(high)) if low > 0 or high < 0 else (0, max(-low, high))
 
 
 def power(a: Range, b: Range) -> Range:
@@ -111,7 +111,7 @@ def power(a: Range, b: Range) -> Range:
     if b[0] != b[1] or (a[0] <= 0 and (exponent < 0 or exponent != int(exponent))):
         return ANY
     ends = [_powers(x, exponent) for x in (absolute(a) if exponent % 2 == 0 else a)]
-    return _spanned(*(end for pair in ends for end in pair))
+    return _hull(*(end for pair in ends for end in pair))
 
 
 def _powers(base: float, exponent: float) -> Range:
@@ -143,7 +143,7 @@ def choice(test: Range, then: Range, otherwise: Range) -> Range:
     """`then if test else otherwise`."""
     if test[0] == test[1]:
         return then if test[0] else otherwise
-    return _spanned(*then, *otherwise)
+    return _hull(*then, *otherwise)
 
 
 def least(*of: Range) -> Range:
@@ -158,7 +158,7 @@ def greatest(*of: Range) -> Range:
 
 def difference(a: Range, b: Range) -> Range:
     """`a - b`."""
-    return _spanned(a[0] - b[1], a[1] - b[0])
+    return _hull(a[0] - b[1], a[1] - b[0])
 
 
 def near(a: Range, b: Range, limit: Range) -> Range:

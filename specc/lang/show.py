@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.row import Form
-from specc.lang.signs import SIGNS
+from specc.lang.functions import Form
+from specc.lang.values import SIGNS
 from specc.model import expr as m
 from specc.model.types import Enum, Int, Real, Spatial
 from specc.model.units import DIMENSIONLESS
@@ -63,7 +63,7 @@ def _number(expr: m.Number) -> tuple[str, int]:
 def _unary(expr: m.Unary) -> tuple[str, int]:
     if expr.op == "-":
         return f"-{_within(expr.operand, _NEGATION)}", _NEGATION
-    if isinstance(expr.operand, m.Among):
+    if isinstance(expr.operand, m.IsOneOf):
         return _among(expr.operand, "not in")
     if isinstance(expr.operand, m.IsNone):
         return _is_none(expr.operand, "is not")
@@ -80,7 +80,7 @@ def _compare(expr: m.Compare) -> tuple[str, int]:
     return f"{_within(expr.left, _SUM)} {expr.op} {_within(expr.right, _SUM)}", _COMPARISON
 
 
-def _among(expr: m.Among, word: str = "in") -> tuple[str, int]:
+def _among(expr: m.IsOneOf, word: str = "in") -> tuple[str, int]:
     assert isinstance(expr.item.type, Enum)  # typing guarantees it
     members = ", ".join(name for name in expr.item.type.members if name in expr.members)
     return f"{_within(expr.item, _SUM)} {word} {{{members}}}", _COMPARISON
@@ -120,9 +120,9 @@ _PRINTERS: dict[type, Callable[[Any], tuple[str, int]]] = {
     m.Unary: _unary,
     m.Binary: _binary,
     m.Compare: _compare,
-    m.Among: _among,
+    m.IsOneOf: _among,
     m.IsNone: _is_none,
-    m.Sure: lambda e: _print(e.value),
+    m.Unwrap: lambda e: _print(e.value),
     m.Logic: _logic,
     m.Choice: _choice,
 }
@@ -136,13 +136,13 @@ _ATOMS: dict[type, Callable[[Any], str]] = {
     m.MemoryRef: lambda e: e.name,
     m.LetRef: lambda e: e.name,
     m.ConstantRef: lambda e: e.name,
-    m.FileRef: lambda e: m.written(e.name),
+    m.FileRef: lambda e: m.source_name(e.name),
     m.BoundVariable: lambda e: e.name,
     m.Clock: lambda e: e.name,
     m.Fresh: lambda e: f"fresh({show(e.input)})",
     m.Present: lambda e: f"present({show(e.input)})",
     m.Lag: lambda e: f"{e.name}({show(e.input)})",
-    m.Call: lambda e: f"{m.written(e.operator)}({_listed(e.args)})",
+    m.Call: lambda e: f"{m.source_name(e.operator)}({_listed(e.args)})",
     m.Builtin: lambda e: f"{e.name}({_listed(e.args)})",
     m.Items: lambda e: f"[{_listed(e.items)}]",
     m.FieldOf: lambda e: f"{_within(e.value, _ATOM)}.{e.name}",

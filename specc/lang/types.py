@@ -1,19 +1,21 @@
-"""Texts of types: `vector[6, rad]`, `pose[B, E]`, `enum[u, c]`, `list[Object[K]]`, `Motors`."""
+"""Texts of types, signatures and interfaces: `vector[6, rad]`, `(q: Motors) -> pose[B, E]`."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from specc.diagnostics.nearest import nearest
 from specc.lang.builtins import RESERVED
-from specc.lang.errors import ExprError, did_you_mean, unknown
-from specc.lang.literals import unit_error
-from specc.lang.parse import parse_syntax, span
+from specc.lang.errors import ExprError, did_you_mean, unknown_name
+from specc.lang.names import unit_error
+from specc.lang.parse import LONGEST, parse_syntax, span
 from specc.model import types as t
+from specc.model.types import Type
 from specc.model.units import UNITS, Unit, UnitError, unit_of
 
 MakeType = Callable[[tuple[t.Frame, ...]], t.Type]
@@ -43,15 +45,15 @@ _USAGE = {
     "partial": "partial[wrench[E]]",
 }
 
-SPELT = {**dict.fromkeys(_PLAIN, ""), **_USAGE}
+SYNTAX = {**dict.fromkeys(_PLAIN, ""), **_USAGE}
 """The types of the language, with how those that take something are spelt."""
-TYPE_WORDS = frozenset(SPELT) - {"point"}
+TYPE_WORDS = frozenset(SYNTAX) - {"point"}
 """Names of the language; a specification gives them to no type of its own.
 
 Version 1 had no points: a type of that name is the one that is meant.
 """
 
-_FOREIGN = {
+_FOREIGN_TYPES = {
     **dict.fromkeys(("float", "double", "float32", "float64", "number"), "real"),
     **dict.fromkeys(("string", "str"), "text"),
     **dict.fromkeys(("integer", "int32", "int64", "uint8"), "int"),
@@ -79,11 +81,11 @@ def parse_type(text: str, names: TypeNames) -> t.Type:
     try:
         tree = parse_syntax(text)
     except ExprError as error:
-        raise _about_types(error) from None
+        raise _as_type_error(error) from None
     return TypeReader(names).type(tree)
 
 
-def _about_types(error: ExprError) -> ExprError:
+def _as_type_error(error: ExprError) -> ExprError:
     """What is said about an expression, said about a type."""
     if error.code == "E0303":
         message = error.message.replace("expression", "type")
@@ -93,7 +95,7 @@ def _about_types(error: ExprError) -> ExprError:
     return ExprError("this is not a type", error.start, error.end, help, "E0306")
 
 
-def applied(node: ast.expr) -> tuple[str, list[ast.expr]]:
+def name_and_arguments(node: ast.expr) -> tuple[str, list[ast.expr]]:
     """A name and what it has in brackets, as in `pose[B, E]`; no name if it is anything else."""
     match node:
         case ast.Name(id=name):
@@ -113,7 +115,7 @@ class TypeReader:
 
     def type(self, node: ast.expr) -> t.Type:
         """The type that a tree spells."""
-        name, args = applied(node)
+        name, args = name_and_arguments(node)
         if not name:
             raise self._error(node, "this is not a type", f"for example `{_USAGE['vector']}`")
         is_plain = isinstance(node, ast.Name)
@@ -151,13 +153,13 @@ class TypeReader:
         help = f"for example `{_USAGE['image']}`"
         raise self._error(node, "an image has 3 channels, a depth map 1", help)
 
-    def _present(self, node: ast.expr) -> t.Type:
+    def _non_optional(self, node: ast.expr) -> t.Type:
         value = self.type(node)
         if isinstance(value, t.OptionalOf):
             raise self._error(node, f"{value} may be None already", "leave one optional[...] out")
         return value
 
-    def _complete(self, node: ast.expr) -> t.Type:
+    def _partial_base(self, node: ast.expr) -> t.Type:
         value = self.type(node)
         match value:
             case t.Spatial() | t.Vector(element=t.Real(), frame=""):
@@ -167,7 +169,7 @@ class TypeReader:
 
     def _element(self, node: ast.expr) -> t.Real | t.Enum | t.Int | t.Bool:
         name = node.id if isinstance(node, ast.Name) else ""
-        if name in self.names.types or name in _PLAIN or applied(node)[0] == "enum":
+        if name in self.names.types or name in _PLAIN or name_and_arguments(node)[0] == "enum":
             type = self.type(node)
             if isinstance(type, (t.Real, t.Enum, t.Int, t.Bool)):
                 return type
@@ -195,7 +197,9 @@ class TypeReader:
             return known[node.id]
         if self.names.variables_allowed:
             return f"?{node.id}"
-        raise unknown("frame", node.id, known, "declare it under `frames:`", span(node), "E0209")
+        raise unknown_name(
+            "frame", node.id, known, "declare it under `frames:`", span(node), "E0209"
+        )
 
     def _size(self, node: ast.expr) -> int:
         match node:
@@ -238,8 +242,8 @@ class TypeReader:
         known = [*self.names.types, *_PLAIN, *_USAGE]
         start = span(node)[0]
         at = start, start + len(name)
-        ours = [ours for word, ours in _FOREIGN.items() if word == name.lower()]
-        return unknown("type", name, known, "declare it under `types:`", at, "E0233", ours)
+        ours = [ours for word, ours in _FOREIGN_TYPES.items() if word == name.lower()]
+        return unknown_name("type", name, known, "declare it under `types:`", at, "E0233", ours)
 
     def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
         return ExprError(message, *span(node), help, "E0306")
@@ -293,6 +297,247 @@ _READERS: dict[TypeArgument, Callable[[TypeReader, ast.expr], Any]] = {
     "unit": TypeReader._unit,
     "element": TypeReader._element,
     "type": TypeReader.type,
-    "present": TypeReader._present,
-    "complete": TypeReader._complete,
+    "present": TypeReader._non_optional,
+    "complete": TypeReader._partial_base,
 }
+
+
+# Signatures of operators: `(q: vector[6, rad], arm: Arm) -> pose[B, E]`.
+
+
+_EXAMPLE = "for example `(q: vector[6, rad]) -> pose[B, E]`"
+_MARKS = re.compile(r"[\[\](){},]")
+
+
+class Signature(NamedTuple):
+    """Named parameters and the result; frame variables start with a question mark."""
+
+    parameters: tuple[tuple[str, Type], ...]
+    result: Type
+
+
+def parse_signature(text: str, names: TypeNames) -> Signature:
+    """The signature that a text spells; raises `ExprError` with offsets into it."""
+    stretches, (start, end) = signature_parts(text)
+    parameters: dict[str, Type] = {}
+    for first, last in stretches:
+        name, type = _parameter(text, first, last, names)
+        if name in parameters:
+            raise _error(f"parameter `{name}` stands twice", first, last)
+        parameters[name] = type
+    result = _type(text, start, end, names)
+    _check_variables(parameters, result, start, end)
+    return Signature(tuple(parameters.items()), result)
+
+
+def signature_parts(text: str) -> tuple[list[tuple[int, int]], tuple[int, int]]:
+    """Where the parameters of a signature stand and where its result; raises `ExprError`."""
+    if len(text) > LONGEST:
+        message = f"the signature has {len(text)} characters; at most {LONGEST} are read"
+        raise _error(message, LONGEST, len(text))
+    opening = len(text) - len(text.lstrip())
+    closing = _closing(text, opening)
+    arrow = closing + 1 + len(text[closing + 1 :]) - len(text[closing + 1 :].lstrip())
+    if not text.startswith("->", arrow):
+        raise _error("a signature has its result after `->`", arrow, len(text))
+    return list(_separated(text, opening + 1, closing)), (arrow + 2, len(text))
+
+
+def _error(message: str, start: int, end: int) -> ExprError:
+    return ExprError(message, min(start, end), end, _EXAMPLE, "E0307")
+
+
+def _closing(text: str, opening: int) -> int:
+    """Where the bracket that opens a signature is closed."""
+    if not text.startswith("(", opening):
+        raise _error("a signature starts with its parameters in brackets", opening, len(text))
+    for place, _, depth in _levels(text, opening, len(text)):
+        if depth == 0:
+            return place
+    raise _error("the bracket is not closed", opening, len(text))
+
+
+def _levels(text: str, start: int, end: int) -> Iterator[tuple[int, str, int]]:
+    """Every bracket and comma with the number of brackets that are open behind it."""
+    depth = 0
+    for found in _MARKS.finditer(text, start, end):
+        char = found[0]
+        depth += (char in "[({") - (char in "])}")
+        yield found.start(), char, depth
+
+
+def _separated(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
+    """The stretches between commas that stand in no bracket."""
+    if not text[start:end].strip():
+        return
+    for place, char, depth in _levels(text, start, end):
+        if char == "," and depth == 0:
+            yield start, place
+            start = place + 1
+    yield start, end
+
+
+def _parameter(text: str, start: int, end: int, names: TypeNames) -> tuple[str, Type]:
+    name, colon, _ = text[start:end].partition(":")
+    if not colon or not name.strip().isidentifier():
+        raise _error("a parameter is a name, a colon and a type", start, end)
+    return name.strip(), _type(text, start + len(name) + 1, end, names)
+
+
+def _type(text: str, start: int, end: int, names: TypeNames) -> Type:
+    try:
+        return parse_type(text[start:end], names)
+    except ExprError as error:
+        raise error.shifted(start) from None
+
+
+def _check_variables(parameters: dict[str, Type], result: Type, start: int, end: int) -> None:
+    given = {frame for type in parameters.values() for frame in type.frames}
+    for frame in result.frames:
+        if frame.startswith("?") and frame not in given:
+            message = f"frame `{frame[1:]}` is neither declared nor in a parameter"
+            help = "declare it under `frames:`, or use it in the type of a parameter"
+            raise ExprError(message, start, end, help, "E0308")
+
+
+# What a buffer names: an interface with its frames and types, `Report[W, Status]`.
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceUse:
+    """The name of an interface, with the frames and types that it is given."""
+
+    name: str
+    frames: tuple[t.Frame, ...]
+    types: tuple[Type, ...]
+
+
+def parse_interface(
+    text: str,
+    names: TypeNames,
+    interfaces: Mapping[str, tuple[Sequence[str], Sequence[str]]],
+) -> InterfaceUse:
+    """The use of an interface that a text spells; raises `ExprError` with offsets into it.
+
+    `interfaces` says which frames and types each one takes.
+    """
+    try:
+        tree = parse_syntax(text)
+    except ExprError as error:
+        raise ExprError(_NO_INTERFACE, error.start, error.end, _INTERFACE, "E0237") from None
+    name, args = name_and_arguments(tree)
+    if not name:
+        raise ExprError(_NO_INTERFACE, 0, len(text), _INTERFACE, "E0237")
+    if name not in interfaces:
+        start = span(tree)[0]
+        at = start, start + len(name)
+        way = "declare it under `interfaces:`"
+        raise unknown_name("interface", name, interfaces, way, at, "E0236")
+    frames, types = interfaces[name]
+    if len(args) != len(frames) + len(types):
+        usage = ", ".join((*frames, *types))
+        takes = f"takes {usage}" if usage else "takes nothing in brackets"
+        help = f"write `{name}[{usage}]` with frames and types of yours"
+        help = help if usage else f"write `{name}`"
+        raise ExprError(f"interface `{name}` {takes}", *span(tree), help, "E0237")
+    reader = TypeReader(names)
+    given = (reader.frame(arg) for arg in args[: len(frames)])
+    return InterfaceUse(name, tuple(given), tuple(map(reader.type, args[len(frames) :])))
+
+
+_NO_INTERFACE = "this is not the name of an interface"
+_INTERFACE = "for example `Report` or `Report[W]`; or write the elements: `{status: bool}`"
+
+
+NameKind = Literal["type", "interface", "frame", "argument", "size"]
+
+
+@dataclass(frozen=True, slots=True)
+class NameMention:
+    """A name in a text, by its position; an argument of an interface is a frame or a type."""
+
+    kind: NameKind
+    name: str
+    start: int
+    end: int
+
+
+TextForm = Literal["type", "signature", "interface"]
+
+
+def names_of(form: TextForm, text: str, types: Collection[str]) -> Iterator[NameMention]:
+    """The names in the text of a type, of a signature or of an interface with its arguments."""
+    return _READ[form](text, types)
+
+
+def names_of_type(text: str, types: Collection[str]) -> Iterator[NameMention]:
+    """The names in the text of a type; `types` tells type names from units.
+
+    A text that cannot be read has none, here and below.
+    """
+    tree = _tree(text)
+    if tree is not None:
+        yield from _in_type(tree, types)
+
+
+def names_of_signature(text: str, types: Collection[str]) -> Iterator[NameMention]:
+    """The names in the types of a signature."""
+    try:
+        parts, (start, end) = signature_parts(text)
+    except ExprError:
+        return
+    typed = [(text.find(":", first, last) + 1, last) for first, last in parts]
+    for first, last in (*typed, (start, end)):
+        for found in names_of_type(text[first:last], types):
+            yield NameMention(found.kind, found.name, found.start + first, found.end + first)
+
+
+def names_of_interface(text: str, types: Collection[str]) -> Iterator[NameMention]:
+    """The interface that a buffer names, and the frames and types that it is given."""
+    tree = _tree(text)
+    name, items = name_and_arguments(tree) if tree is not None else ("", [])
+    if tree is not None and name:
+        yield _head_mention("interface", tree, name)
+    for item in items:
+        if isinstance(item, ast.Name):
+            yield _mention("argument", item)
+        else:
+            yield from _in_type(item, types)
+
+
+_READ = {"type": names_of_type, "signature": names_of_signature, "interface": names_of_interface}
+
+
+def _tree(text: str) -> ast.expr | None:
+    try:
+        return parse_syntax(text)
+    except ExprError:
+        return None
+
+
+def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[NameMention]:
+    name, items = name_and_arguments(node)
+    if name in types:
+        yield _head_mention("type", node, name)
+        yield from (m for item in items for m in _plain_mention("frame", item))
+    elif name in SHAPES:
+        for taken, item in zip(SHAPES[name].takes, items, strict=False):
+            if taken == "frame" or taken == "size":
+                yield from _plain_mention(taken, item)
+            else:
+                yield from _in_type(item, types)
+
+
+def _head_mention(kind: NameKind, node: ast.expr, name: str) -> NameMention:
+    """The name with which a text begins."""
+    start = span(node)[0]
+    return NameMention(kind, name, start, start + len(name))
+
+
+def _plain_mention(kind: NameKind, node: ast.expr) -> Iterator[NameMention]:
+    if isinstance(node, ast.Name):
+        yield _mention(kind, node)
+
+
+def _mention(kind: NameKind, node: ast.Name) -> NameMention:
+    return NameMention(kind, node.id, *span(node))

@@ -5,27 +5,29 @@ from __future__ import annotations
 import ast
 from typing import Any
 
-from specc.lang import arithmetic, functions, literals, logic, names
+from specc.lang import functions, names, operators
 from specc.lang.builtins import BUILTIN_NAMES, FUNCTIONS, RESERVED
-from specc.lang.context import Context, needs_context, served
+from specc.lang.context import (
+    Bindings,
+    Context,
+    fits,
+    has_variables,
+    mismatch_help,
+    needs_context,
+    substitute,
+    unify,
+    with_item_if_needed,
+)
 from specc.lang.errors import (
-    FOR_WANT_OF_CONTEXT,
+    NEEDS_CONTEXT,
     ExprError,
     ExprErrors,
     Origin,
     Scope,
-    unknown,
-)
-from specc.lang.mismatch import (
-    Bindings,
-    fits,
-    has_variables,
-    substitute,
-    unify,
-    way_out,
+    unknown_name,
 )
 from specc.lang.parse import parse, span
-from specc.model.expr import Call, Expr, Unknown, written
+from specc.model.expr import Call, Expr, Unknown, source_name
 from specc.model.system import Operator
 from specc.model.types import Type
 
@@ -42,34 +44,34 @@ def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         raise ctx.error(node.keywords[0], message, "leave the name out", "E0302")
     name = node.func.id
     function, operator = FUNCTIONS.get(name), ctx.scope.operators.get(name)
-    if function and function.rule and not (operator and function.gives_way):
+    if function and function.rule and not (operator and function.is_overridable):
         return function.rule(ctx, node, hint)
     if operator is None:
-        raise _unknown(ctx, node.func)
-    return _Application(ctx, node, operator, hint).typed()
+        raise _unknown_operator(ctx, node.func)
+    return _OperatorCall(ctx, node, operator, hint).check()
 
 
-def _unknown(ctx: Context, func: ast.Name) -> ExprError:
+def _unknown_operator(ctx: Context, func: ast.Name) -> ExprError:
     if ctx.scope.value(func.id):
         message = f"`{func.id}` is not an operator"
         return ctx.error(func, message, "a value is not called; leave the brackets out", "E0202")
     known, way = [*ctx.scope.operators, *BUILTIN_NAMES], "declare it under `operators:`"
-    return unknown("operator", func.id, known, way, span(func), "E0202")
+    return unknown_name("operator", func.id, known, way, span(func), "E0202")
 
 
-class _Application:
+class _OperatorCall:
     """One call of an operator. Arguments with a type of their own come first: they bind frames."""
 
     def __init__(self, ctx: Context, node: ast.Call, operator: Operator, hint: Type | None) -> None:
         self.ctx = ctx
         self.node = node
         self.operator = operator
-        self.name = written(operator.name)
+        self.name = source_name(operator.name)
         self.hint = hint
         self.bindings: Bindings = {}
-        self.misfits = False
+        self.has_mismatch = False
 
-    def typed(self) -> Expr:
+    def check(self) -> Expr:
         parameters, args = self.operator.parameters, self.node.args
         if len(args) != len(parameters):
             raise ExprErrors([self._wrong_number(), *self._inner_errors()])
@@ -77,22 +79,22 @@ class _Application:
         found: dict[int, Expr] = {}
         errors: list[ExprError] = []
         for index in order:
-            if errors and self._waits(args[index], parameters[index][1]):
+            if errors and self._needs_frames(args[index], parameters[index][1]):
                 continue
             try:
                 found[index] = self._argument(args[index], *parameters[index])
             except ExprErrors as failure:
                 errors += failure.errors
         if errors:
-            return self._failed(found, ExprErrors(errors))
+            return self._recover(found, ExprErrors(errors))
         ordered = tuple(found[i] for i in range(len(args)))
         result = substitute(self.operator.result, self.bindings)
         return Call(self.operator.name, ordered, type=result, span=span(self.node))
 
-    def _failed(self, found: dict[int, Expr], failure: ExprErrors) -> Expr:
+    def _recover(self, found: dict[int, Expr], failure: ExprErrors) -> Expr:
         """A call of this operator was meant if each argument is wrong in itself, if at all."""
         result = substitute(self.operator.result, self.bindings)
-        if self.misfits or has_variables(result):
+        if self.has_mismatch or has_variables(result):
             raise failure
         self.ctx.errors.extend(failure.errors)
         wanted = [substitute(pattern, self.bindings) for _, pattern in self.operator.parameters]
@@ -110,33 +112,33 @@ class _Application:
             try:
                 self.ctx.infer_any(node)
             except ExprErrors as failure:
-                found += (e for e in failure.errors if e.code not in FOR_WANT_OF_CONTEXT)
+                found += (e for e in failure.errors if e.code not in NEEDS_CONTEXT)
         return found
 
-    def _waits(self, node: ast.expr, pattern: Type) -> bool:
+    def _needs_frames(self, node: ast.expr, pattern: Type) -> bool:
         """Whether an argument has its frames from others; if those failed, it would fail too."""
         open_frames = has_variables(substitute(pattern, self.bindings))
         return open_frames and needs_context(node, self.ctx.scope)
 
     def _argument(self, node: ast.expr, name: str, pattern: Type) -> Expr:
         wanted = substitute(pattern, self.bindings)
-        if self.hint is not None and self._waits(node, pattern):
+        if self.hint is not None and self._needs_frames(node, pattern):
             unify(self.operator.result, self.hint, self.bindings)
             wanted = substitute(pattern, self.bindings)
-        expr = served(self._inferred(node, wanted), wanted)
+        expr = with_item_if_needed(self._inferred(node, wanted), wanted)
         if fits(expr.type, wanted) or unify(wanted, expr.type, self.bindings):
             return expr
-        self.misfits = True
+        self.has_mismatch = True
         quoted = self.ctx.quote(node)
         message = f"`{quoted}` is `{expr.type}`; `{self.name}` takes `{name}: {wanted}`"
-        help = way_out(expr, wanted, quoted, self.ctx.scope) or self._bound_frames(pattern)
+        help = mismatch_help(expr, wanted, quoted, self.ctx.scope) or self._bound_frames(pattern)
         taken = Origin(self.operator.place, f"`{self.name}` takes `{name}: {pattern}`")
         error = self.ctx.error(node, message, help, "E0315")
-        raise error.because([*self.ctx.origins(expr), taken])
+        raise error.with_origins([*self.ctx.origins(expr), taken])
 
     def _inferred(self, node: ast.expr, wanted: Type) -> Expr:
         hint = None if has_variables(wanted) else wanted
-        return self.ctx.whole(node, self.ctx.infer_any(node, hint), wanted)
+        return self.ctx.require_complete(node, self.ctx.infer_any(node, hint), wanted)
 
     def _bound_frames(self, pattern: Type) -> str:
         bound = [f for f in dict.fromkeys(pattern.frames) if f in self.bindings]
@@ -148,7 +150,7 @@ class _Application:
         usage = f"{name}({', '.join(f'{p}: {t}' for p, t in parameters)})"
         message = f"`{name}` takes {_count(len(parameters))}, not {len(self.node.args)}"
         error = self.ctx.error(self.node, message, f"it is called as `{usage}`", "E0314")
-        return error.because([Origin(self.operator.place, f"`{name}` is declared here")])
+        return error.with_origins([Origin(self.operator.place, f"`{name}` is declared here")])
 
 
 def _count(number: int) -> str:
@@ -160,17 +162,17 @@ def _count(number: int) -> str:
 
 # A rule takes its own kind of node, which the key of the table guarantees.
 _RULES: dict[type[ast.expr], Any] = {
-    ast.Constant: literals.constant,
-    ast.List: literals.items,
+    ast.Constant: names.constant,
+    ast.List: names.items,
     ast.Name: names.name,
     ast.Attribute: names.attribute,
     ast.Subscript: names.subscript,
-    ast.BinOp: arithmetic.binary,
-    ast.UnaryOp: arithmetic.unary,
-    ast.BoolOp: logic.boolean,
-    ast.Compare: logic.comparison,
-    ast.IfExp: logic.choice,
-    ast.Set: logic.unexpected_set,
+    ast.BinOp: operators.binary,
+    ast.UnaryOp: operators.unary,
+    ast.BoolOp: operators.boolean,
+    ast.Compare: operators.comparison,
+    ast.IfExp: operators.choice,
+    ast.Set: operators.unexpected_set,
     ast.Call: call,
     ast.GeneratorExp: functions.stray_generator,
 }

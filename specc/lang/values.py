@@ -1,4 +1,4 @@
-"""Values as plain Python has them: what the language computes, how they are written, when alike.
+"""Values as plain Python has them, and what each operator sign does with them.
 
 A vector is a tuple, a pose a tuple of rows; for some values Python has no class.
 """
@@ -7,7 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any
+from dataclasses import dataclass
+from functools import partial
+from operator import add, mul, sub, truediv
+from typing import Any, Literal
+
+from specc.lang import ranges
+from specc.lang.ranges import Operation
 
 Value = Any
 
@@ -28,7 +34,7 @@ def _combination(row: PoseRow, rows: PoseRows) -> PoseRow:
     return w, x, y, z
 
 
-def moved(X_AB: PoseRows, p_B: Floats) -> Floats:
+def transform_point(X_AB: PoseRows, p_B: Floats) -> Floats:
     """The point p in A, metres."""
     return tuple(sum(row[k] * p_B[k] for k in range(3)) + row[3] for row in X_AB[:3])
 
@@ -130,7 +136,7 @@ class Token:
         return f"Token({self.name!r})"
 
 
-class Gone:
+class NotRecorded:
     """An image, or a value that only operators look into, of which nothing is recorded."""
 
 
@@ -152,7 +158,7 @@ class Fields:
     def __repr__(self) -> str:
         return f"Fields({', '.join(f'{name}={literal_of(value)}' for name, value in self)})"
 
-    def having(self, name: str, value: Value) -> Fields:
+    def with_field(self, name: str, value: Value) -> Fields:
         """The same record with another value of one field."""
         return Fields(**{**self.__dict__, name: value})
 
@@ -170,13 +176,106 @@ def literal_of(value: Value) -> str:
     return repr(value)
 
 
-def alike(a: Value, b: Value) -> bool:
+def is_close(a: Value, b: Value) -> bool:
     """Whether two values are the same but for rounding; NaN is like NaN."""
     if isinstance(a, tuple) and isinstance(b, tuple):
-        return len(a) == len(b) and all(map(alike, a, b))
+        return len(a) == len(b) and all(map(is_close, a, b))
     if isinstance(a, Fields) and isinstance(b, Fields):
-        return alike(tuple(a), tuple(b))
+        return is_close(tuple(a), tuple(b))
     if isinstance(a, float) and isinstance(b, (int, float)):
         both_nan = math.isnan(a) and math.isnan(b)
         return both_nan or math.isclose(a, b, rel_tol=_RELATIVE, abs_tol=_ABSOLUTE)
     return bool(a == b)
+
+
+_MOST_BITS = 1 << 16
+"""Of a whole number; a run could hold larger ones, no design needs them."""
+
+
+Inverse = Callable[[Any, Any], Any]
+"""From the wanted result and the other side; None if there is no such value."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """An operator between two values."""
+
+    binds: Literal["sum", "product", "power"]
+    """How tightly it binds its operands."""
+    value: Callable[[Any, Any], Any]
+    """What it computes on plain Python values, and on terms of the solver but for a division of
+    whole numbers. Raises OverflowError for whole numbers that no design needs."""
+    inverse: tuple[Inverse | None, Inverse | None]
+    """What the left side, and the right one, may be so that the result is a wanted one."""
+    range: Operation | None = None
+    """The least and greatest value of the result by those of the operands."""
+    commutes: bool = False
+    may_fail: bool = False
+    """Whether it raises for some numbers, so that it is computed only where it is needed."""
+    propagates: int = 2
+    """In how many operands, from the left, a number that is not finite makes the result so."""
+
+
+def _apply_pose(X: Any, to: Any) -> Any:
+    return compose(X, to) if _is_pose(to) else transform_point(X, to)
+
+
+def _is_pose(value: Any) -> bool:
+    return isinstance(value[0], tuple)
+
+
+def _factor_before(value: Any, X: Any) -> Any:
+    return compose(value, inverse(X)) if _is_pose(value) else None
+
+
+def _times(a: Any, b: Any) -> Any:
+    return _is_bounded(a, b, 1) and a * b
+
+
+def _power(a: Any, b: Any) -> Any:
+    return _is_bounded(a, a, abs(b)) and a**b
+
+
+def _is_bounded(a: Any, b: Any, times: int) -> bool:
+    whole = isinstance(a, int) and isinstance(b, int)
+    if whole and max(a.bit_length(), b.bit_length()) * (times + 1) > _MOST_BITS:
+        raise OverflowError("the result is too large")
+    return True
+
+
+def _subtrahend(value: Any, left: Any) -> Any:
+    return elementwise(sub, left, value)
+
+
+def _divided(value: Any, by: Any) -> Any:
+    return elementwise(truediv, value, by) if _is_number(by) and by else None
+
+
+def _dividend(value: Any, by: Any) -> Any:
+    return elementwise(mul, value, by) if _is_number(by) else None
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+_added, _subtracted = partial(elementwise, add), partial(elementwise, sub)
+_multiplied = partial(elementwise, _times)
+
+SIGNS = {
+    "+": Sign("sum", _added, (_subtracted, _subtracted), ranges.sum_of, commutes=True),
+    "-": Sign("sum", _subtracted, (_added, _subtrahend), ranges.difference),
+    "*": Sign("product", _multiplied, (_divided, _divided), ranges.product, commutes=True),
+    "/": Sign(
+        "product",
+        partial(elementwise, truediv),
+        (_dividend, None),
+        ranges.quotient,
+        may_fail=True,
+        propagates=1,
+    ),
+    "**": Sign("power", _power, (None, None), ranges.power, may_fail=True, propagates=1),
+    "@": Sign(
+        "product", _apply_pose, (_factor_before, lambda value, X: _apply_pose(inverse(X), value))
+    ),
+}

@@ -3,6 +3,6 @@
 from specc.lower.flow import Proofs
 from specc.lower.names import FilePlan
 from specc.lower.system import lower
-from specc.lower.table import TooLarge
+from specc.lower.terms import TooLarge
 
 __all__ = ["FilePlan", "Proofs", "TooLarge", "lower"]

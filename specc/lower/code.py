@@ -7,9 +7,8 @@ from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, Literal
 
 from specc.analysis.plant import bindable
-from specc.lower.annotations import plain
-from specc.model.binding import Binding
-from specc.model.system import Operator, Plant, System
+from specc.lower.module import frameless
+from specc.model.system import Binding, Operator, Plant, System
 from specc.model.task import Task
 from specc.model.types import Opaque, Record, Type
 from specc.source import Place
@@ -30,25 +29,27 @@ class PythonObject:
 
     def __str__(self) -> str:
         words = f"{self.python} as {self.part} {self.name}".strip()
-        return words + (f" ({_shown(self.signature)})" if self.signature else "")
+        return words + (f" ({_signature_text(self.signature)})" if self.signature else "")
 
 
-def _shown(signature: tuple[tuple[str, Type], ...]) -> str:
+def _signature_text(signature: tuple[tuple[str, Type], ...]) -> str:
     return ", ".join(f"{name}: {type_}" if name else f"-> {type_}" for name, type_ in signature)
 
 
 def named_code(system: System) -> frozenset[PythonObject]:
     """All Python that a resolved system names, wherever it is in it."""
-    return frozenset(named for part in _parts(system) for named in _named(part, system))
+    return frozenset(
+        named for part in _records(system) for named in _objects_named_by(part, system)
+    )
 
 
-def _named(part: object, system: System) -> Iterator[PythonObject]:
+def _objects_named_by(part: object, system: System) -> Iterator[PythonObject]:
     match part:
         case Operator(python=python, name=name, parameters=parameters, result=result) if python:
             yield PythonObject(python, "operator", name, (*parameters, ("", result)))
         case Record(python=python, name=name, fields=inside) if python:
             yield PythonObject(
-                python, "type", name, tuple((n, plain(type_)) for n, type_ in inside)
+                python, "type", name, tuple((n, frameless(type_)) for n, type_ in inside)
             )
         case Opaque(python=python, name=name, codec=codec):
             yield from [PythonObject(python, "type", name)] if python else []
@@ -70,7 +71,7 @@ def _named(part: object, system: System) -> Iterator[PythonObject]:
 _CODEC = "encode", "decode"
 
 
-def _parts(whole: object) -> Iterator[object]:
+def _records(whole: object) -> Iterator[object]:
     """All records in it, each once: what a system may name some day is found as well."""
     seen, waiting = set[int](), [whole]
     while waiting:

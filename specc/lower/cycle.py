@@ -1,21 +1,260 @@
-"""The methods of a generated class: step, first period, one for each state and behaviour."""
+"""The methods of a generated class, line by line: step, first period, states and behaviours."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from itertools import chain
 
-from specc.lower.flow import Activity, Check, Enter, Flow, FlowRow, Flows, Proofs, Rows, surely
+from specc.lang.builtins import FUNCTIONS
+from specc.lower.flow import (
+    Activity,
+    Check,
+    Computation,
+    Enter,
+    Flow,
+    FlowRow,
+    Flows,
+    Proofs,
+    Rows,
+    must_evaluate,
+)
 from specc.lower.module import Module
-from specc.lower.names import SETTLE, MethodPlan, docstring, literal, traced
-from specc.lower.table import TermTable
-from specc.lower.terms import NONE, Term, TermSet, in_order
-from specc.lower.writer import Writer
-from specc.model.fsm import Condition
+from specc.lower.names import FINALISE, MethodPlan, comment, docstring, literal, with_trace
+from specc.lower.nodes import PRIMARY, Emitted, Emitter
+from specc.lower.terms import NONE, Term, TermSet, TermTable, by_order, unevaluated
+from specc.model import expr as e
+from specc.model.fsm import Behaviour, Condition, Trace
 from specc.model.system import Memory, Subsystem
-from specc.model.trace import Trace
+from specc.model.types import Pose
 from specc.reachable import reachable
+
+# Simultaneous assignment in sequence: in which order memory may change within a period.
+
+
+def memory_order(
+    works: Iterable[Computation], known: Collection[Term]
+) -> tuple[list[Computation], list[Computation]]:
+    """Memory elements to compute beforehand, and the rest in an order in which they may change.
+
+    An assignment that needs an old value comes before the one that changes it. Only where elements
+    need each other's old values, one of them must be computed beforehand. The terms `known` have a
+    local already.
+    """
+    reads = {work: _reads(work.value, known) for work in works if not work.assignment.peer}
+    before: list[Computation] = []
+    ordered: list[Computation] = []
+    while reads:
+        free = (work for work in reads if not _is_still_read(work, reads))
+        work = next(free, None)
+        if work is not None:
+            ordered.append(work)
+        else:
+            work = next(iter(reads))
+            before.append(work)
+        del reads[work]
+    return before, ordered
+
+
+def _is_still_read(work: Computation, reads: dict[Computation, frozenset[str]]) -> bool:
+    name = work.assignment.name
+    return any(name in reads for other, reads in reads.items() if other is not work)
+
+
+def _reads(term: Term, known: Collection[Term]) -> frozenset[str]:
+    """Memory elements that a value still reads when the terms `known` have a local."""
+    leaves = (part for part in unevaluated((term,), known) if not part.args)
+    return frozenset[str]().union(*(leaf.memory for leaf in leaves))
+
+
+# Which values get a local.
+
+
+def reused_terms(terms: Iterable[Term]) -> TermSet:
+    """Terms that call operators, or cost as much, and stand in several places of a method."""
+    places = Counter(terms)
+    for term in reversed(by_order(unevaluated(places, ()))):
+        times = 1 if term.is_worth_local else places[term]
+        for place, arg in enumerate(term.args):
+            in_loop = isinstance(term.node, e.Quantifier) and place
+            places[arg] += 2 if in_loop else min(times, 2)
+    again = (term for term in places if term.is_worth_local and places[term] > 1)
+    return frozenset(term for term in again if any(part.is_costly for part in term.maybe_evaluated))
+
+
+# Methods of a subsystem, line by line: values, initial memory, behaviours, monitors.
+
+
+INDENT = "    "
+WIDTH = 88
+"""Room for a statement and its comment in a method of a class."""
+
+
+class Writer:
+    """Writes the body of one method, which evaluates the terms `asked`.
+
+    A value that is needed again has a local: it is assigned where it is evaluated in any case;
+    behind a guard a function computes it when it is first asked for.
+    """
+
+    def __init__(self, module: Module, table: TermTable, terms: Iterable[Term] = ()) -> None:
+        self.module = module
+        self.nodes = Emitter(module, table)
+        self.reused = reused_terms(terms)
+        self._lines: list[str] = []
+        self._depth = 0
+        self._locals: dict[str, dict[Term, str]] = {"": {}, "get_": {}}
+
+    def body(self) -> tuple[str, ...]:
+        """What was written, after the buffers that it needs."""
+        touched = [name for name in ("x", "y", "memory") if name in self.nodes.used_buffers]
+        return (*(f"{name} = self.{name}" for name in touched), *self._lines)
+
+    def write(self, line: str) -> None:
+        """One more line."""
+        self._lines.append(INDENT * self._depth + line)
+
+    @contextmanager
+    def block(self, line: str) -> Iterator[None]:
+        """Lines under `line`; locals that get their value there have none behind it."""
+        self.write(line)
+        known = self.nodes.known
+        self.nodes.known = dict(known)
+        self._depth += 1
+        yield
+        self._depth -= 1
+        self.nodes.known = known
+
+    def local(self, term: Term, prefix: str = "") -> str:
+        """The local of a term: its let's name, else its operator's in small letters."""
+        names = self._locals[prefix]
+        if term not in names:
+            names[term] = self.nodes.names.new(
+                prefix + (term.let.name if term.let else _local_hint(term))
+            )
+        return names[term]
+
+    def emit(self, term: Term) -> str:
+        """A value in the statement that comes next; what it may need again stands before it."""
+        for part in by_order(unevaluated((term,), self.nodes.known)):
+            if part in self.reused and part is not term:
+                self.defer(part)
+        return self.nodes.emit(term).text
+
+    def defer(self, term: Term) -> None:
+        """A function for a term whose value may be needed."""
+        if term not in self.nodes.known:
+            name = self.local(term, "get_")
+            keep = self.module.imports.runtime_name("cache")
+            self.write(
+                _with_let_trace(f"{name} = {keep}(lambda: {self.nodes.emit(term).text})", term)
+            )
+            self.nodes.known[term] = Emitted(f"{name}()", PRIMARY)
+
+    def assign(self, terms: Iterable[Term]) -> None:
+        """Locals for terms whose evaluation is due here, with those they are made of."""
+        due = set(terms)
+        wanted = due | self._shared_parts(due)
+        hint = self.nodes.name_hint
+        for term in by_order(wanted - self.nodes.known.keys()):
+            name = self.nodes.name_hint = self.local(term)
+            self.write(_with_let_trace(f"{name} = {self.emit(term)}", term))
+            self.nodes.known[term] = Emitted(name)
+        self.nodes.name_hint = hint
+
+    def _shared_parts(self, terms: Iterable[Term]) -> set[Term]:
+        """What an evaluation of `terms` needs in any case and gets a local for."""
+        parts = must_evaluate(terms, self.nodes.known)
+        return {part for part in parts if part.let or part in self.reused}
+
+    def constant_conditions(self, behaviour: Behaviour) -> None:
+        """Say where conditions come from that need no test."""
+        for cause, condition in behaviour.endings:
+            test = self.nodes.table.of(condition.when).node
+            if isinstance(test, e.Truth) and condition.trace:
+                outcome = "always" if test.value else "never"
+                self.write(
+                    f"# {comment(f'{cause} {outcome}: {condition.name}', str(condition.trace))}"
+                )
+
+    def initial(self, item: Memory, term: Term) -> None:
+        """The initial value of a memory element."""
+        self.nodes.name_hint = f"initial_{item.name}"
+        self.assign(self._shared_parts((term,)))
+        value = self.emit(term)
+        self.nodes.used_buffers.add("memory")
+        self.write(with_trace(f"memory.{self.module.memory[item.name]} = {value}", item.trace))
+
+    def monitors(self, violated: list[Term]) -> None:
+        """Report axioms that do not hold, from the first period on that evaluates conditions."""
+        self.nodes.periods = "(self._periods + 1)"
+        if not violated:
+            return
+        with self.block("if self.state:"):
+            for index, term in enumerate(violated):
+                self.nodes.name_hint = f"axiom_{index}"
+                with self.block(f"if {self.emit(term)}:"):
+                    self.write(f"self.violated({index})")
+
+    def activity(self, activity: Activity, taken: tuple[Term, ...]) -> tuple[str, ...]:
+        """Outputs, then memory: all values are computed before the first memory changes."""
+        parameters = tuple(self._parameter(term, activity) for term in taken)
+        self.assign(self._shared_parts(work.value for work in activity.computations))
+        values = [term for term, spelled in self.nodes.known.items() if spelled.rank != PRIMARY]
+        before, after = memory_order(activity.computations, values)
+        names = {work: self.nodes.names.new(f"next_{work.assignment.name}") for work in before}
+        outputs = [work for work in activity.computations if work.assignment.peer]
+        for work in (*outputs, *before, *after):
+            self.nodes.name_hint = f"{work.function.name}_{work.assignment.name}"
+            value = self.emit(work.value)
+            trace = work.assignment.trace or work.function.trace
+            self.write(with_trace(f"{names.get(work) or self.target(work)} = {value}", trace))
+        for work, name in names.items():
+            self.write(f"{self.target(work)} = {name}")
+        return parameters
+
+    def _parameter(self, term: Term, activity: Activity) -> str:
+        annotation = self.module.annotations.of(term.type)
+        if term in activity.must_evaluate:
+            self.nodes.known[term] = Emitted(self.local(term))
+            return f"{self.local(term)}: {annotation}"
+        name = self.local(term, "get_")
+        self.nodes.known[term] = Emitted(f"{name}()", PRIMARY)
+        return f"{name}: Callable[[], {annotation}]"
+
+    def target(self, work: Computation) -> str:
+        """What a value is assigned to."""
+        assignment = work.assignment
+        if assignment.peer:
+            self.nodes.used_buffers.add("y")
+            return f"y.{self.module.outputs[assignment.peer, assignment.name]}"
+        self.nodes.used_buffers.add("memory")
+        return f"memory.{self.module.memory[assignment.name]}"
+
+
+def _with_let_trace(line: str, term: Term) -> str:
+    """`line` with the source of the let it computes, and with its title if there is room."""
+    if term.let is None:
+        return line
+    full = with_trace(line, term.let.trace, term.let.title)
+    return full if len(full) <= WIDTH else with_trace(line, term.let.trace)
+
+
+def _local_hint(term: Term) -> str:
+    match term.node:
+        case e.Call(operator=operator):
+            return e.source_name(operator).lower()
+        case e.Builtin(name=name) if FUNCTIONS[name].rule is None:
+            return _local_hint(term.args[0])
+        case e.Builtin(name=name):
+            return f"{name}_value"
+        case e.Binary() | e.Unary():
+            return "pose_value" if isinstance(term.type, Pose) else "value"
+        case e.Logic() | e.Quantifier():
+            return "holds"
+    return "value"
+
 
 # The work cycle of a state, line by line: conditions, rows, and the call of a behaviour.
 
@@ -37,29 +276,31 @@ class CycleWriter(Writer):
             case Check():
                 self._check(flow)
             case Rows(is_proved=True):
-                self._proved(flow)
+                self._proved_rows(flow)
             case Rows():
-                self._undecided(flow)
+                self._tested_rows(flow)
 
     def _test(self, test: Term, due: TermSet) -> str:
         """A test, after locals for those of the terms `due` that it needs."""
-        needed = test.perhaps & self.again | {t for t in test.perhaps - {test} if t.let}
+        needed = test.maybe_evaluated & self.reused | {
+            t for t in test.maybe_evaluated - {test} if t.let
+        }
         self.assign(due & needed)
         return self.emit(test)
 
     def _check(self, check: Check) -> None:
-        self.nodes.hint = check.condition.name
-        test = self._test(check.test, check.surely(self.nodes.known))
+        self.nodes.name_hint = check.condition.name
+        test = self._test(check.test, check.must_evaluate(self.nodes.known))
         with self.block(_condition(f"if {test}:", check.condition)):
             self.flow(check.rows)
         self.flow(check.otherwise)
 
-    def _proved(self, flow: Rows) -> None:
+    def _proved_rows(self, flow: Rows) -> None:
         tested, last, keyword = flow.tested, flow.rows[-1], "if"
         for row in tested:
-            self.nodes.hint = row.transition.condition.name
+            self.nodes.name_hint = row.transition.condition.name
             written = len(self._lines)
-            test = self._test(row.test, surely((row.test,), self.nodes.known))
+            test = self._test(row.test, must_evaluate((row.test,), self.nodes.known))
             keyword = keyword if written == len(self._lines) else "if"
             self._row(f"{keyword} {test}:", row)
             keyword = "elif"
@@ -75,49 +316,49 @@ class CycleWriter(Writer):
         with self.block(_condition(line, condition, row.transition.trace)):
             self.enter(row.enter)
 
-    def _undecided(self, flow: Rows) -> None:
+    def _tested_rows(self, flow: Rows) -> None:
         """All rows are tested; the first whose test holds is taken once it is the only one."""
         cause = literal(flow.cause)
         if not flow.rows:
             self.write(f"raise self.undecided({cause}, [])")
             return
-        held: list[str] = []
+        names: list[str] = []
         for row in flow.rows:
-            self.nodes.hint = row.transition.condition.name
-            test = self._test(row.test, surely((row.test,), self.nodes.known))
-            held.append(self.nodes.names.new(row.transition.condition.name))
+            self.nodes.name_hint = row.transition.condition.name
+            test = self._test(row.test, must_evaluate((row.test,), self.nodes.known))
+            names.append(self.nodes.names.new(row.transition.condition.name))
             trace = row.transition.condition.trace or row.transition.trace
-            self.write(traced(f"{held[-1]} = {test}", trace))
-        self._decided(flow, held)
+            self.write(with_trace(f"{names[-1]} = {test}", trace))
+        self._take_only_row(flow, names)
 
-    def _decided(self, flow: Rows, held: list[str]) -> None:
+    def _take_only_row(self, flow: Rows, names: list[str]) -> None:
         *tested, last = flow.rows
-        one, enabled = f"not {held[0]}", "[]"
+        one, enabled = f"not {names[0]}", "[]"
         if tested:
-            by_row = (f"{r.enter.row}: {name}" for r, name in zip(flow.rows, held, strict=True))
+            by_row = (f"{r.enter.row}: {name}" for r, name in zip(flow.rows, names, strict=True))
             self.write(f"holds = {{{', '.join(by_row)}}}")
             one, enabled = "sum(holds.values()) != 1", "[row for row in holds if holds[row]]"
         with self.block(f"if {one}:"):
             self.write(f"raise self.undecided({literal(flow.cause)}, {enabled})")
-        for row, name in zip(tested, held, strict=False):
+        for row, name in zip(tested, names, strict=False):
             with self.block(f"if {name}:"):
                 self.enter(row.enter)
         self.enter(last.enter)
 
-    def first(self, items: list[tuple[Memory, Term]], enter: Enter) -> None:
+    def first_period(self, items: list[tuple[Memory, Term]], enter: Enter) -> None:
         """The first period: initial memory, what depends on nothing else, the first behaviour."""
-        self.nodes.is_settled = False
+        self.nodes.may_hoist = False
         for item, term in items:
             self.initial(item, term)
-        self.nodes.is_settled = True
+        self.nodes.may_hoist = True
         place = len(self._lines)
         self.enter(enter)
-        if self.module.settled:
-            self._lines.insert(place, f"self.{SETTLE}()")
+        if self.module.hoisted:
+            self._lines.insert(place, f"self.{FINALISE}()")
 
-    def settle(self) -> None:
+    def finalise(self) -> None:
         """What depends on nothing but the initial memory."""
-        self._lines += self.nodes.settling()
+        self._lines += self.nodes.hoisted_assignments()
 
     def enter(self, enter: Enter) -> None:
         """One run of a behaviour, at the end of a period."""
@@ -135,7 +376,7 @@ class CycleWriter(Writer):
                 self.write(f"self.state, self._work = {state}, self.{method}")
             if enter.target in self.clocked:
                 self.write("self._periods = 0")
-        if enter.activity.works:
+        if enter.activity.computations:
             self.assign(enter.needed)
             arguments = [self._argument(term, enter) for term in enter.arguments]
             method = self.module.behaviour_methods[enter.activity.behaviour.name]
@@ -150,7 +391,7 @@ class CycleWriter(Writer):
 
 
 def _condition(line: str, condition: Condition, trace: Trace = NO_TRACE) -> str:
-    return traced(line, condition.trace or trace, condition.name)
+    return with_trace(line, condition.trace or trace, condition.name)
 
 
 # The methods of a generated class: step, first period, one for each state and each behaviour.
@@ -167,31 +408,31 @@ class Methods:
         self._table = table
         flows = Flows(subsystem, table, proofs)
         self._activities = flows.activities
-        self._first = flows.first()
-        self._flows = {state.name: flows.of_state(state.name) for state in subsystem.states}
-        self.clocked = frozenset(s.name for s in subsystem.states if self._asks_clock(s.name))
+        self._first = flows.first_period()
+        self._flows = {state.name: flows.state_flow(state.name) for state in subsystem.states}
+        self.clocked = frozenset(s.name for s in subsystem.states if self._reads_clock(s.name))
         """States whose behaviour or conditions ask for the time since their start."""
-        self._enters = [(self._first, NONE), *chain(*(f.enters() for f in self._flows.values()))]
-        self._taken = self._parameters()
+        self._enters = [(self._first, NONE), *chain(*(f.entries() for f in self._flows.values()))]
+        self._arguments = self._parameters()
         for enter, _ in self._enters:
-            enter.arguments = self._taken[enter.activity.behaviour.name]
+            enter.arguments = self._arguments[enter.activity.behaviour.name]
 
     def plans(self) -> tuple[MethodPlan, ...]:
         """The methods in the order in which a reader needs them."""
         states = [self._state(state.name) for state in self._subsystem.states]
-        behaviours = [self._behaviour(a) for a in self._activities.values() if a.works]
+        behaviours = [self._behaviour(a) for a in self._activities.values() if a.computations]
         # What the others ask for is known last.
         start = self._start()
-        return (self._step(), start, *self._settle(), *states, *behaviours)
+        return (self._step(), start, *self._finalise(), *states, *behaviours)
 
-    def _asks_clock(self, state: str) -> bool:
+    def _reads_clock(self, state: str) -> bool:
         behaviour = self._subsystem.state(state).behaviour
-        asked = [work.value for work in self._activities[behaviour.name].works]
-        asked += [self._table.of(condition.when) for _, condition in behaviour.endings]
+        terms = [work.value for work in self._activities[behaviour.name].computations]
+        terms += [self._table.of(condition.when) for _, condition in behaviour.endings]
         rows = (*self._subsystem.rows(state, "terminal"), *self._subsystem.rows(state, "error"))
-        asked += [self._table.of(row.condition.when) for _, row in rows]
-        asked += [self._table.of(axiom.that) for axiom in self._subsystem.axioms]
-        return any(term.reads_clock for term in asked)
+        terms += [self._table.of(row.condition.when) for _, row in rows]
+        terms += [self._table.of(axiom.that) for axiom in self._subsystem.axioms]
+        return any(term.reads_clock for term in terms)
 
     def _parameters(self) -> dict[str, tuple[Term, ...]]:
         """For every behaviour, what conditions that lead to it may have computed already."""
@@ -203,12 +444,12 @@ class Methods:
             name: parameters(activity, offered[name]) for name, activity in self._activities.items()
         }
 
-    def _writer(self, *asked: Term) -> CycleWriter:
-        return CycleWriter(self._module, self._table, asked)
+    def _writer(self, *terms: Term) -> CycleWriter:
+        return CycleWriter(self._module, self._table, terms)
 
     def _state(self, state: str) -> MethodPlan:
         flow, declared = self._flows[state], self._subsystem.state(state)
-        writer = self._writer(*flow.evaluated)
+        writer = self._writer(*flow.evaluated_terms)
         writer.clocked = self.clocked
         if state in self.clocked:
             writer.write("self._periods += 1")
@@ -219,8 +460,8 @@ class Methods:
 
     def _behaviour(self, activity: Activity) -> MethodPlan:
         behaviour = activity.behaviour
-        writer = self._writer(*(work.value for work in activity.works))
-        parameters = writer.activity(activity, self._taken[behaviour.name])
+        writer = self._writer(*(work.value for work in activity.computations))
+        parameters = writer.activity(activity, self._arguments[behaviour.name])
         title = behaviour.title or behaviour.name.replace("_", " ").capitalize()
         name = self._module.behaviour_methods[behaviour.name]
         doc = docstring(title, str(behaviour.trace))
@@ -230,16 +471,16 @@ class Methods:
         items = [(item, self._table.of(item.init, item.type)) for item in self._subsystem.memory]
         writer = self._writer(*(term for _, term in items), *self._first.arguments)
         writer.clocked = self.clocked
-        writer.first(items, self._first)
+        writer.first_period(items, self._first)
         doc = "First period: initial memory and the behaviour of the initial state."
         return MethodPlan("_start", (), "int", doc, writer.body())
 
-    def _settle(self) -> Iterator[MethodPlan]:
-        if self._module.settled:
+    def _finalise(self) -> Iterator[MethodPlan]:
+        if self._module.hoisted:
             writer = self._writer()
-            writer.settle()
+            writer.finalise()
             doc = "Put together once what no behaviour changes any more."
-            yield MethodPlan(SETTLE, (), "None", doc, writer.body())
+            yield MethodPlan(FINALISE, (), "None", doc, writer.body())
 
     def _step(self) -> MethodPlan:
         writer = self._writer()
@@ -253,10 +494,10 @@ class Methods:
 def parameters(activity: Activity, offered: TermSet) -> tuple[Term, ...]:
     """The terms that a behaviour takes from its callers: the largest of those they offer."""
 
-    def is_taken(term: Term) -> bool:
+    def is_passed(term: Term) -> bool:
         return term in offered and term.is_costly
 
     found = reachable(
-        (work.value for work in activity.works), lambda t: () if is_taken(t) else t.args
+        (work.value for work in activity.computations), lambda t: () if is_passed(t) else t.args
     )
-    return tuple(in_order(filter(is_taken, found)))
+    return tuple(by_order(filter(is_passed, found)))

@@ -6,8 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from specc.lower.table import TermTable
-from specc.lower.terms import NONE, Term, TermSet, in_order, unknown
+from specc.lower.terms import NONE, Term, TermSet, TermTable, by_order, unevaluated
 from specc.model.expr import Choice, Logic, Quantifier, Truth
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
 from specc.model.system import Subsystem
@@ -20,20 +19,20 @@ from specc.model.types import Type, Vector
 # condition, a term of the behaviour behind it: if it fails, the fault is one of the state entered.
 
 
-def surely(terms: Iterable[Term], known: Collection[Term]) -> TermSet:
+def must_evaluate(terms: Iterable[Term], known: Collection[Term]) -> TermSet:
     """Terms worth keeping that an evaluation of all `terms` evaluates in any case.
 
     The values of the terms `known` are there already.
     """
     terms = tuple(terms)
     found = dict.fromkeys(known, NONE)
-    for term in in_order(unknown(terms, known)):
-        itself = frozenset({term}) if term.is_kept else NONE
-        found[term] = itself | _of_parts(term, [found[arg] for arg in term.args])
+    for term in by_order(unevaluated(terms, known)):
+        itself = frozenset({term}) if term.is_worth_local else NONE
+        found[term] = itself | _must_evaluate_in(term, [found[arg] for arg in term.args])
     return NONE.union(*(found[term] for term in terms))
 
 
-def _of_parts(term: Term, found: list[TermSet]) -> TermSet:
+def _must_evaluate_in(term: Term, found: list[TermSet]) -> TermSet:
     match term.node:
         case Logic():
             return found[0]
@@ -68,7 +67,7 @@ NOTHING_PROVED: Proofs = _NothingProved()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Work:
+class Computation:
     """A value that a behaviour computes, and the function that asks for it."""
 
     function: Function
@@ -81,9 +80,9 @@ class Activity:
     """What a behaviour computes: `works` in order of execution, outputs before memory."""
 
     behaviour: Behaviour
-    works: tuple[Work, ...]
+    computations: tuple[Computation, ...]
 
-    surely: TermSet
+    must_evaluate: TermSet
     """Terms that it evaluates in any case."""
 
 
@@ -104,18 +103,18 @@ class Enter:
     @property
     def needed(self) -> tuple[Term, ...]:
         """Arguments that the behaviour needs in any case."""
-        return tuple(term for term in self.arguments if term in self.activity.surely)
+        return tuple(term for term in self.arguments if term in self.activity.must_evaluate)
 
-    def surely(self, _: Collection[Term]) -> TermSet:
+    def must_evaluate(self, _: Collection[Term]) -> TermSet:
         """No terms: nothing is evaluated before the state is entered."""
         return NONE
 
-    def enters(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
+    def entries(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
         """All ways in which the period can end, and what may be evaluated on them."""
         yield self, before
 
     @property
-    def evaluated(self) -> tuple[Term, ...]:
+    def evaluated_terms(self) -> tuple[Term, ...]:
         """What is evaluated, as often as it stands somewhere."""
         return self.arguments
 
@@ -145,26 +144,26 @@ class Rows:
             return self.rows
         *most, last = self.rows
         certain = isinstance(last.test.node, Truth)
-        rounded = any(row.test.rests_on_rounding for row in self.rows)
+        rounded = any(row.test.depends_on_rounding for row in self.rows)
         return self.rows if rounded and not certain else tuple(most)
 
-    def surely(self, known: Collection[Term]) -> TermSet:
+    def must_evaluate(self, known: Collection[Term]) -> TermSet:
         """Terms that are evaluated in any case before a state is entered."""
         tested = self.tested[:1] if self.is_proved else self.rows
-        return surely((row.test for row in tested), known)
+        return must_evaluate((row.test for row in tested), known)
 
-    def enters(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
+    def entries(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
         """All ways in which the period can end, and what may be evaluated on them."""
-        tests = [row.test.perhaps for row in self.tested]
+        tests = [row.test.maybe_evaluated for row in self.tested]
         for index, row in enumerate(self.rows):
-            asked = tests[: index + 1] if self.is_proved else tests
-            yield row.enter, before.union(*asked)
+            tests_before = tests[: index + 1] if self.is_proved else tests
+            yield row.enter, before.union(*tests_before)
 
     @property
-    def evaluated(self) -> tuple[Term, ...]:
+    def evaluated_terms(self) -> tuple[Term, ...]:
         """What is evaluated, as often as it stands somewhere."""
-        taken = (term for row in self.rows for term in row.enter.arguments)
-        return (*(row.test for row in self.tested), *taken)
+        arguments = (term for row in self.rows for term in row.enter.arguments)
+        return (*(row.test for row in self.tested), *arguments)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -176,21 +175,21 @@ class Check:
     rows: Rows
     otherwise: Flow
 
-    def surely(self, known: Collection[Term]) -> TermSet:
+    def must_evaluate(self, known: Collection[Term]) -> TermSet:
         """Terms that are evaluated in any case from here on, before a state is entered."""
-        behind = self.rows.surely(known) & self.otherwise.surely(known)
-        return surely((self.test,), known) | behind
+        both = self.rows.must_evaluate(known) & self.otherwise.must_evaluate(known)
+        return must_evaluate((self.test,), known) | both
 
-    def enters(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
+    def entries(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
         """All ways in which the period can end, and what may be evaluated on them."""
-        before |= self.test.perhaps
-        yield from self.rows.enters(before)
-        yield from self.otherwise.enters(before)
+        before |= self.test.maybe_evaluated
+        yield from self.rows.entries(before)
+        yield from self.otherwise.entries(before)
 
     @property
-    def evaluated(self) -> tuple[Term, ...]:
+    def evaluated_terms(self) -> tuple[Term, ...]:
         """What is evaluated, as often as it stands somewhere."""
-        return (self.test, *self.rows.evaluated, *self.otherwise.evaluated)
+        return (self.test, *self.rows.evaluated_terms, *self.otherwise.evaluated_terms)
 
 
 Flow = Check | Rows | Enter
@@ -206,11 +205,11 @@ class Flows:
         types = _target_types(subsystem)
         self.activities = {b.name: _activity(b, table, types) for b in subsystem.behaviours}
 
-    def first(self) -> Enter:
+    def first_period(self) -> Enter:
         """The first period: the behaviour of the initial state, no conditions."""
         return self._enter(self._subsystem.initial_state, is_entry=True)
 
-    def of_state(self, state: str) -> Flow:
+    def state_flow(self, state: str) -> Flow:
         """The work cycle of a state: error has priority over the terminal condition (2.4)."""
         behaviour = self._subsystem.state(state).behaviour
         return self._check(state, behaviour.endings)
@@ -234,10 +233,10 @@ class Flows:
             enter = self._enter(transition.target, index, is_entry=True, is_same_state=same)
             rows.append(FlowRow(test, transition, enter))
         is_proved = is_proved or (len(rows) == 1 and rows[0].test is self._table.truth(True))
-        if is_proved and rows and _is_rest(self._table, rows):
+        if is_proved and rows and _is_complement(self._table, rows):
             rows[-1] = replace(rows[-1], test=self._table.truth(True))
         if is_proved:
-            rows = _possible(rows)
+            rows = _feasible_rows(rows)
         return Rows(cause, tuple(rows), is_proved and bool(rows))
 
     def _enter(
@@ -247,7 +246,7 @@ class Flows:
         return Enter(self.activities[behaviour.name], state, row, is_entry, is_same_state)
 
 
-def _is_rest(table: TermTable, rows: list[FlowRow]) -> bool:
+def _is_complement(table: TermTable, rows: list[FlowRow]) -> bool:
     """Whether the last row, by its form, says that none of the others holds."""
     *others, last = (row.test for row in rows)
     parts = (part for test in others for part in (test, *_operands(test, "or")))
@@ -258,15 +257,15 @@ def _operands(term: Term, op: str) -> tuple[Term, ...]:
     return term.args if isinstance(term.node, Logic) and term.node.op == op else (term,)
 
 
-def _possible(rows: list[FlowRow]) -> list[FlowRow]:
+def _feasible_rows(rows: list[FlowRow]) -> list[FlowRow]:
     """Proved rows without those that cannot hold here, up to the one that must."""
-    kept: list[FlowRow] = []
+    feasible: list[FlowRow] = []
     for row in rows:
         if not isinstance(row.test.node, Truth):
-            kept.append(row)
+            feasible.append(row)
         elif row.test.node.value:
-            return [*kept, row]
-    return kept
+            return [*feasible, row]
+    return feasible
 
 
 def _target_types(subsystem: Subsystem) -> dict[tuple[str, str], Type]:
@@ -279,10 +278,10 @@ def _activity(
     behaviour: Behaviour, table: TermTable, types: dict[tuple[str, str], Type]
 ) -> Activity:
     works = [
-        Work(function, item, table.of(item.value, types.get((item.peer, item.name))))
+        Computation(function, item, table.of(item.value, types.get((item.peer, item.name))))
         for function in behaviour.functions
         for item in function.assignments
     ]
-    needed = surely((work.value for work in works), ())
+    needed = must_evaluate((work.value for work in works), ())
     in_sequence = tuple(sorted(works, key=lambda work: not work.assignment.peer))
     return Activity(behaviour, in_sequence, needed)

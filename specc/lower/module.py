@@ -1,51 +1,184 @@
-"""What the methods of one generated module share; its constants."""
+"""What one generated module needs: annotations, contracts, constants, names, layouts."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from types import MappingProxyType
 
 from specc.analysis.reads import nodes
+from specc.lang.kinds import Python, kind
 from specc.lang.show import show
-from specc.lower.annotations import Annotations, Contracts, PythonTypes
 from specc.lower.names import (
     OWN_ATTRIBUTES,
     OWN_NAMES,
     ConstantPlan,
+    FilePlan,
     Functions,
     Imports,
     NamedPlan,
     Namespace,
     identifier,
-    joined,
+    in_docstring,
     literal,
+    pair_names,
 )
 from specc.lower.terms import Term
 from specc.model import expr as e
-from specc.model.system import Constant, Device, Subsystem, System
-from specc.model.types import Type
+from specc.model.system import (
+    PLANT,
+    Constant,
+    Device,
+    Element,
+    Memory,
+    Subsystem,
+    System,
+    types_used,
+)
+from specc.model.types import Enum, Image, Opaque, Record, Type
 from specc.reachable import grouped, reachable
+
+# The named types of a system, found in everything that has a type.
+
+
+def named_types(system: System) -> tuple[tuple[str, Type], ...]:
+    """Name and type of every enum and record in use, in the order of their declaration."""
+    found: dict[Type, tuple[str, Type]] = {}
+    for type_ in types_used(system):
+        if name := getattr(type_, "name", ""):
+            found.setdefault(frameless(type_), (name, type_))
+    order = {named.name: index for index, named in enumerate(system.types)}
+    # Of several with one name, each in another file, the first in the system keeps it.
+    return tuple(sorted(found.values(), key=lambda t: (order.get(t[0], len(order)), t[0])))
+
+
+# Annotations: the Python type of every type of the language.
+
+
+class PythonTypes:
+    """Names of the system's own types, the same in all its modules."""
+
+    def __init__(self, types: tuple[tuple[str, Type], ...]) -> None:
+        names = Namespace(OWN_NAMES)
+        self.names: dict[Type, str] = {}
+        self.declared: list[tuple[str, Type]] = []
+        for name, type_ in types:
+            if isinstance(type_, Opaque) and not type_.python:
+                continue  # the types of its values are not known
+            if frameless(type_) not in self.names:
+                self.names[frameless(type_)] = names.new(name)
+                if not getattr(type_, "python", ""):
+                    self.declared.append((self.names[frameless(type_)], type_))
+
+
+def frameless(type_: Type) -> Type:
+    """A type without frames: Python does not tell `Object[K]` from `Object[B]`."""
+    return type_.framed(lambda frame: "")
+
+
+class Annotations:
+    """Annotations for one module; what they need is imported."""
+
+    def __init__(self, imports: Imports, names: PythonTypes, own_module: str = ".types") -> None:
+        self._imports = imports
+        self._names = names
+        self._own_module = own_module
+
+    def of(self, type_: Type) -> str:
+        """The annotation of a type."""
+        return kind(type_).annotation(
+            type_, Python(self.of, self._imports.runtime_name, self._named)
+        )
+
+    def _named(self, type_: Type) -> str:
+        name = self._names.names.get(frameless(type_))
+        python = getattr(type_, "python", "")
+        if python:
+            module, _, attribute = python.partition(":")
+            return self._imports.add(module, attribute, name or identifier(attribute))
+        if name is not None:
+            return self._imports.add(self._own_module, name) if self._own_module else name
+        if isinstance(type_, Enum):
+            self._imports.runtime_name("Literal")
+            return literal_type(type_)
+        if isinstance(type_, Opaque):
+            return self._imports.runtime_name("Any")
+        raise TypeError(f"no annotation for {type_!r}")
+
+
+def literal_type(enum: Enum) -> str:
+    """`Literal["u", "c"]`."""
+    return f"Literal[{', '.join(map(literal, enum.members))}]"
+
+
+# Contracts: how generated code checks what comes from outside against its declared type.
+
+
+_HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+
+
+def _is_replaceable(type_: Type) -> bool:
+    """Whether something else may represent a value: an image, or what has a class."""
+    return isinstance(type_, Image) or hasattr(type_, "python")
+
+
+class Contracts:
+    """Contracts for one module; those of enums and records get a name there, in `plans`."""
+
+    def __init__(
+        self,
+        imports: Imports,
+        annotations: Annotations,
+        new_name: Callable[[str], str],
+        *,
+        stand_ins: bool = False,
+    ) -> None:
+        """`stand_ins`: images and what has a class are represented by something else."""
+        self._stand_ins = stand_ins
+        self.plans: list[NamedPlan] = []
+        self._names: dict[Type, str] = {}
+        self._imports = imports
+        self._python = Python(self.of, imports.runtime_name, annotations.of)
+        self._new_name = new_name
+
+    def of(self, type_: Type) -> str:
+        """The contract of a type, as an expression."""
+        if self._stand_ins and _is_replaceable(type_):
+            return self._imports.runtime_name("as_any")
+        if not isinstance(type_, Enum | Record):
+            return kind(type_).contract(type_, self._python)
+        key = frameless(type_)  # frames do not show in values
+        if key not in self._names:
+            value = kind(type_).contract(type_, self._python)
+            words = _HUMP.sub("_", type_.name or "one_of").lower()
+            self._names[key] = self._new_name(f"as_{words}")
+            self.plans.append(NamedPlan(self._names[key], value))
+        return self._names[key]
+
 
 # Constants of a module: declared ones, and literal arrays that need not be built every period.
 
 
-def computed(constants: dict[str, Constant], given: Collection[str] = ()) -> frozenset[str]:
+def computed_constants(
+    constants: dict[str, Constant], parameters: Collection[str] = ()
+) -> frozenset[str]:
     """Constants whose value an operator or a file gives, or that are `given`: known when the system
     is built.
     """
     users = grouped(
-        (used, name) for name, c in constants.items() for used in e.constants_in(c.value)
+        (used, name) for name, c in constants.items() for used in e.constant_names(c.value)
     )
     outside = (
         name
         for name, constant in constants.items()
         if any(isinstance(node, (e.Call, e.FileRef)) for node in e.walk(constant.value))
     )
-    return frozenset(reachable((*given, *outside), lambda name: users.get(name, ())))
+    return frozenset(reachable((*parameters, *outside), lambda name: users.get(name, ())))
 
 
-def shared_name(value: e.Expr) -> str:
+def literal_name(value: e.Expr) -> str:
     """Name of a literal array that says what it holds, whatever it is for; "" if there is none."""
     match value:
         case e.Items(items=items) if items and all(isinstance(item, e.Unused) for item in items):
@@ -78,7 +211,7 @@ class Module:
         types: PythonTypes,
         *,
         stand_ins: bool = False,
-        given: Collection[str] = (),
+        parameters: Collection[str] = (),
     ) -> None:
         """`given` are the parameters that the class gets when it is made."""
         self.imports = Imports()
@@ -87,13 +220,13 @@ class Module:
         self.uses_files = False
         declared = {c.name: c for c in (*system.constants, *part.constants)}
         self._declared: dict[str, Constant] = declared
-        self.computed = computed(declared, given)
+        self.computed = computed_constants(declared, parameters)
         arguments = Namespace(("self", "files", "name"))
-        self.given = {name: arguments.new(name) for name in given}
+        self.parameters = {name: arguments.new(name) for name in parameters}
         """Parameter of the specification -> argument of the class."""
         self._operators = {operator.name: operator for operator in system.operators}
-        self._names = Namespace((*OWN_NAMES, *types.of.values()))
-        self._aliases = {name: self._names.new(e.written(name)) for name in self._operators}
+        self._names = Namespace((*OWN_NAMES, *types.names.values()))
+        self._aliases = {name: self._names.new(e.source_name(name)) for name in self._operators}
         self.attributes = methods = Namespace(OWN_ATTRIBUTES)
         self._constant_names = {
             name: methods.new(name) if name in self.computed else self._names.new(name.upper())
@@ -104,10 +237,10 @@ class Module:
         )
         self.operators: dict[str, NamedPlan] = {}
         self._functions = Functions(self.imports, self._names)
-        self.settled: dict[Term, str] = {}
+        self.hoisted: dict[Term, str] = {}
         """Attributes for arrays that stay as they are once the first period is over."""
         self.memory = memory_names(part)
-        self.beside_inputs: set[tuple[str, str, str]] = set()
+        self.input_properties: set[tuple[str, str, str]] = set()
         """`fresh`, `present`, `age` or `late`, peer, element: what is asked of inputs."""
         if isinstance(part, Subsystem):
             self.rate_hz = part.rate_hz
@@ -118,7 +251,7 @@ class Module:
             }
             self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in part.behaviours}
 
-    def parts(self) -> dict[str, object]:
+    def plan_parts(self) -> dict[str, object]:
         """What all that was asked for needs in the module."""
         constants = self.constants.values()
         return {
@@ -131,7 +264,7 @@ class Module:
         }
 
     @property
-    def parts_are_needed(self) -> bool:
+    def has_content(self) -> bool:
         """Whether anything but imports was asked for."""
         return bool(self.constants or self.operators or self.uses_files or self.contracts.plans)
 
@@ -139,7 +272,7 @@ class Module:
         """Names for the inside of a method."""
         return self._names.inner()
 
-    def new(self, wanted: str) -> str:
+    def new_name(self, wanted: str) -> str:
         """A name at the top of the module."""
         return self._names.new(wanted)
 
@@ -147,9 +280,9 @@ class Module:
         """`x.c_T_d`."""
         return f"x.{self.inputs[source.peer, source.element]}"
 
-    def beside(self, kind: str, source: e.Input) -> str:
+    def input_property(self, kind: str, source: e.Input) -> str:
         """`x.fresh_c_T_d`; the buffer gets that slot."""
-        self.beside_inputs.add((kind, source.peer, source.element))
+        self.input_properties.add((kind, source.peer, source.element))
         return f"x.{kind}_{self.inputs[source.peer, source.element]}"
 
     def operator(self, name: str) -> str:
@@ -161,9 +294,9 @@ class Module:
     def _checked(self, name: str) -> str:
         operator = self._operators[name]
         function = self._functions.use(operator.python)
-        parts = [literal(e.written(name)), function, self.contracts.of(operator.result)]
+        parts = [literal(e.source_name(name)), function, self.contracts.of(operator.result)]
         parts += [literal(said) for said in (str(operator.result), str(operator.trace)) if said]
-        return f"{self.imports.own('operator')}({', '.join(parts)})"
+        return f"{self.imports.runtime_name('operator')}({', '.join(parts)})"
 
     def file(self, name: str) -> str:
         """The path of a file of the specification."""
@@ -182,7 +315,7 @@ class Module:
 def buffer_names(pairs: Collection[tuple[str, str]]) -> dict[tuple[str, str], str]:
     """Attribute of every element of the input or output buffers, `<peer>_<element>`."""
     kinds = "fresh", "present", *e.LAGS
-    return joined(pairs, {f"{kind}_{identifier('_'.join(p))}" for p in pairs for kind in kinds})
+    return pair_names(pairs, {f"{kind}_{identifier('_'.join(p))}" for p in pairs for kind in kinds})
 
 
 def memory_names(part: Subsystem | Device) -> dict[str, str]:
@@ -201,3 +334,95 @@ def lag_slots(
     """
     asked = (node for node in nodes(subsystem) if isinstance(node, e.Lag))
     return {show(lag): (f"{lag.name}_{inputs[lag.input.key]}", lag.type) for lag in asked}
+
+
+class _Forms:
+    """Forms for the module; those of records get a name there, in `plans`."""
+
+    def __init__(self, types: PythonTypes, names: Namespace) -> None:
+        self.imports = Imports()
+        self.plans: list[NamedPlan] = []
+        self._python = Python(
+            self.of,
+            lambda name: f"forms.{name}",
+            Annotations(self.imports, types).of,
+            Functions(self.imports, names).use,
+        )
+        self._names = names
+        self._known: dict[str, str] = {}
+
+    def of(self, type_: Type) -> str:
+        """The form of a type, as an expression."""
+        text = kind(type_).form(type_, self._python)
+        if not isinstance(type_, Record):
+            return text
+        if text not in self._known:
+            self._known[text] = self._names.new(identifier(type_.name).upper())
+            self.plans.append(NamedPlan(self._known[text], text))
+        return self._known[text]
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    groups: tuple[tuple[str, tuple[str, ...]], ...]
+    ends: tuple[tuple[str, str], ...]
+
+
+def layouts_plan(system: System, types: PythonTypes) -> FilePlan:
+    """The module of layouts; subsystems of one kind share theirs."""
+    names = Namespace((*OWN_NAMES, *types.names.values()))
+    forms = _Forms(types, names)
+    known: dict[_Layout, str] = {}
+    owners = []
+    for subsystem in system.subsystems:
+        layout = _layout(system, subsystem, types, forms)
+        if layout not in known:
+            known[layout] = names.new(identifier(subsystem.qualified_name).upper())
+        owners.append((literal(subsystem.qualified_name), known[layout]))
+    if system.plant and system.plant.observed:
+        observed = (((item.name,), f"{PLANT}.{item.name}", item) for item in system.plant.observed)
+        groups = ("x", ()), ("y", tuple(_elements(observed, forms))), ("memory", ())
+        layout = _Layout(groups, ())
+        known[layout] = names.new(PLANT.upper())
+        owners.append((literal(PLANT), known[layout]))
+    parts = {
+        "imports": forms.imports.lines,
+        "records": forms.plans,
+        "layouts": tuple((name, layout) for layout, name in known.items()),
+        "subsystems": tuple(owners),
+    }
+    return FilePlan("layouts.py.j2", parts)
+
+
+def _layout(system: System, subsystem: Subsystem, types: PythonTypes, forms: _Forms) -> _Layout:
+    methods = Module(system, subsystem, types).state_methods
+    memory = memory_names(subsystem)
+    memory_elements = (((item.name,), memory[item.name], item) for item in subsystem.memory)
+    groups = (
+        ("x", tuple(_elements(_buffer(subsystem.inputs), forms))),
+        ("y", tuple(_elements(_buffer(subsystem.outputs), forms))),
+        ("memory", tuple(_elements(memory_elements, forms))),
+    )
+    ends = (
+        (
+            literal(s.name),
+            literal((*(c.name for _, c in s.behaviour.endings[::-1]), methods[s.name])),
+        )
+        for s in subsystem.states
+    )
+    return _Layout(groups, tuple(ends))
+
+
+_NamedElement = tuple[tuple[str, ...], str, Element | Memory]
+
+
+def _buffer(elements: dict[tuple[str, str], Element]) -> Iterator[_NamedElement]:
+    attributes = buffer_names(elements)
+    return ((name, attributes[name], element) for name, element in elements.items())
+
+
+def _elements(named: Iterable[_NamedElement], forms: _Forms) -> Iterator[str]:
+    for name, attribute, item in named:
+        description = ", ".join(filter(None, (str(item.type), in_docstring(item.title))))
+        texts = (literal(attribute), literal(name), forms.of(item.type), literal(description))
+        yield ", ".join(texts)

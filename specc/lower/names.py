@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from specc.lang.builtins import FUNCTIONS
-from specc.model.trace import Trace
+from specc.model.fsm import Trace
 
 # Texts of a specification inside Python: they can end neither a docstring nor a comment.
 
@@ -27,10 +27,10 @@ def in_docstring(text: str) -> str:
 
 def docstring(*parts: str) -> str:
     """The parts that are not empty as one sentence, for the inside of a docstring."""
-    said = ", ".join(part for part in map(in_docstring, parts) if part)
-    if not said:
+    sentence = ", ".join(part for part in map(in_docstring, parts) if part)
+    if not sentence:
         return ""
-    return said if said[-1] in ".!?" else f"{said}."
+    return sentence if sentence[-1] in ".!?" else f"{sentence}."
 
 
 def comment(*parts: str) -> str:
@@ -38,10 +38,10 @@ def comment(*parts: str) -> str:
     return ", ".join(part for part in (one_line(p).replace("#", "") for p in parts) if part)
 
 
-def traced(line: str, trace: Trace, *before: str) -> str:
+def with_trace(line: str, trace: Trace, *before: str) -> str:
     """`line` with a comment of what stands `before` and where it comes from."""
-    said = comment(*before, str(trace))
-    return f"{line}  # {said}" if said else line
+    text = comment(*before, str(trace))
+    return f"{line}  # {text}" if text else line
 
 
 def literal(value: object) -> str:
@@ -90,18 +90,18 @@ _IMPORTED = {
     ".triggers": ("SystemTriggers",),
 }  # fmt: skip
 """What generated modules import by names that no specification gives."""
-_HOMES = {name: module for module, names in _IMPORTED.items() for name in names} | {
+_MODULE_OF = {name: module for module, names in _IMPORTED.items() for name in names} | {
     name: function.python for name, function in FUNCTIONS.items() if function.python
 }
 _DEFINED = (
     "Inputs", "LAYOUTS", "Memory", "Outputs", "PERIOD", "Samples", "Values", "annotations", "base",
     "build", "files", "holds", "memory", "row", "self", "x", "y",
 )  # fmt: skip
-OWN_NAMES = frozenset((*dir(builtins), *_HOMES, *_DEFINED))
+OWN_NAMES = frozenset((*dir(builtins), *_MODULE_OF, *_DEFINED))
 """What generated modules have without any name of a specification."""
 OWN_ATTRIBUTES = ("abc_impl", "files", "periods", "settle", "start", "work")
 """Private attributes that every generated class may have, without their underscore."""
-SETTLE = "_settle"
+FINALISE = "_settle"
 """Puts together once what no behaviour changes any more; a run may go on from another, too."""
 _WORD = re.compile(r"[A-Za-z0-9]+")
 
@@ -124,23 +124,23 @@ def identifier(text: str) -> str:
 class Namespace:
     """Hands out names that differ from each other and from those already taken."""
 
-    def __init__(self, taken: Iterable[str] = (), outer: Namespace | None = None) -> None:
-        self._taken = set(taken)
+    def __init__(self, reserved: Iterable[str] = (), outer: Namespace | None = None) -> None:
+        self._names = set(reserved)
         self._outer = outer
-        self._inside: set[str] = set()
+        self._inner_names: set[str] = set()
         """Names of inner scopes, which would hide a later one of this scope."""
 
     def new(self, wanted: str) -> str:
         """`wanted` made safe, with a number behind it if that name is taken."""
         base = identifier(wanted)
         name, count = base, 1
-        while name in self._inside or self._has(name):
+        while name in self._inner_names or self._has(name):
             count += 1
             name = f"{base}_{count}"
-        self._taken.add(name)
+        self._names.add(name)
         outer = self._outer
         while outer is not None:
-            outer._inside.add(name)
+            outer._inner_names.add(name)
             outer = outer._outer
         return name
 
@@ -149,11 +149,11 @@ class Namespace:
         return Namespace(outer=self)
 
     def _has(self, name: str) -> bool:
-        return name in self._taken or (self._outer is not None and self._outer._has(name))
+        return name in self._names or (self._outer is not None and self._outer._has(name))
 
 
-def joined(
-    pairs: Iterable[tuple[str, str]], taken: Iterable[str] = ()
+def pair_names(
+    pairs: Iterable[tuple[str, str]], reserved: Iterable[str] = ()
 ) -> dict[tuple[str, str], str]:
     """A name for every pair, `<first>_<second>`.
 
@@ -162,7 +162,7 @@ def joined(
     """
     short = {pair: identifier("_".join(pair)) for pair in pairs}
     uses = Counter(short.values())
-    names = Namespace(taken)
+    names = Namespace(reserved)
     return {
         pair: names.new(name if uses[name] == 1 else "__".join(pair))
         for pair, name in short.items()
@@ -194,9 +194,9 @@ class Imports:
         self._lines[f"from {module} import {name}{renamed}"] = None
         return alias
 
-    def own(self, name: str) -> str:
+    def runtime_name(self, name: str) -> str:
         """Import one of the names that are reserved for generated code; raises KeyError."""
-        return self.add(_HOMES[name], name)
+        return self.add(_MODULE_OF[name], name)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -277,6 +277,6 @@ def call(name: str, arguments: Iterable[str]) -> str:
     return f"{name}({', '.join(arguments)})"
 
 
-def given(arguments: Mapping[str, object]) -> Iterator[str]:
+def keyword_arguments(arguments: Mapping[str, object]) -> Iterator[str]:
     """Named arguments, but those that say nothing."""
     return (f"{name}={literal(value)}" for name, value in arguments.items() if value)

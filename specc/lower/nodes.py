@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.row import Form
-from specc.lang.signs import SIGNS
-from specc.lower.module import Module, shared_name
+from specc.lang.functions import Form
+from specc.lang.values import SIGNS
+from specc.lower.module import Module, literal_name
 from specc.lower.names import ConstantPlan, Namespace, comment, literal
-from specc.lower.table import LARGEST, TermTable, TooLarge
-from specc.lower.terms import Term
+from specc.lower.terms import MAX_TERMS, Term, TermTable, TooLarge
 from specc.model import expr as e
 from specc.model.system import Constant
 from specc.model.types import (
@@ -24,7 +23,7 @@ from specc.model.types import (
     Pose,
     Type,
     Vector,
-    whole,
+    complete_type,
 )
 
 # Python for one node of an expression over the Python of its operands, with its rank.
@@ -36,84 +35,86 @@ _RANKS = {"": CHOICE, "compare": COMPARE, "sum": SUM, "product": PRODUCT, "prima
 
 
 @dataclass(frozen=True, slots=True)
-class Spelled:
+class Emitted:
     """Python text of an expression and how tightly it binds."""
 
     text: str
     rank: int = ATOM
 
-    def at(self, rank: int) -> str:
+    def bracketed(self, rank: int) -> str:
         """The text for a place that needs at least `rank`."""
         return self.text if self.rank >= rank else f"({self.text})"
 
     def __format__(self, binding: str) -> str:
         """The text for a place in a form, which says how tightly it has to bind."""
-        return self.at(_RANKS[binding])
+        return self.bracketed(_RANKS[binding])
 
 
-def number(value: float, type_: Type) -> Spelled:
+def number(value: float, type_: Type) -> Emitted:
     """A literal; reals get a point. Infinity has no literal in Python."""
     if not math.isfinite(value):
-        return Spelled(f'float("{float(value)}")', PRIMARY)
+        return Emitted(f'float("{float(value)}")', PRIMARY)
     text = str(int(value)) if isinstance(type_, Int) else repr(float(value))
-    return Spelled(text, SIGN if text.startswith("-") else ATOM)
+    return Emitted(text, SIGN if text.startswith("-") else ATOM)
 
 
-def call(function: str, *args: Spelled) -> Spelled:
+def call(function: str, *args: Emitted) -> Emitted:
     """A call with its arguments."""
-    return Spelled(f"{function}({', '.join(arg.text for arg in args)})", PRIMARY)
+    return Emitted(f"{function}({', '.join(arg.text for arg in args)})", PRIMARY)
 
 
-def sign(operand: Spelled) -> Spelled:
+def sign(operand: Emitted) -> Emitted:
     """The negative; two signs never stand side by side."""
     rank = SIGN if operand.rank != SIGN else ATOM
-    return Spelled(f"-{operand.at(rank)}", SIGN)
+    return Emitted(f"-{operand.bracketed(rank)}", SIGN)
 
 
-def negation(operand: Spelled) -> Spelled:
+def negation(operand: Emitted) -> Emitted:
     """`not`."""
-    return Spelled(f"not {operand.at(NOT)}", NOT)
+    return Emitted(f"not {operand.bracketed(NOT)}", NOT)
 
 
-def binary(op: str, left: Spelled, right: Spelled) -> Spelled:
+def binary(op: str, left: Emitted, right: Emitted) -> Emitted:
     """Arithmetic between two operands."""
     if op == "**":
-        return Spelled(f"{left.at(PRIMARY)} ** {right.at(SIGN)}", POWER)
+        return Emitted(f"{left.bracketed(PRIMARY)} ** {right.bracketed(SIGN)}", POWER)
     rank = _RANKS[SIGNS[op].binds]
-    return Spelled(f"{left.at(rank)} {op} {right.at(rank + 1)}", rank)
+    return Emitted(f"{left.bracketed(rank)} {op} {right.bracketed(rank + 1)}", rank)
 
 
-def compare(op: str, left: Spelled, right: Spelled) -> Spelled:
+def compare(op: str, left: Emitted, right: Emitted) -> Emitted:
     """One comparison, never a chain."""
-    return Spelled(f"{left.at(SUM)} {op} {right.at(SUM)}", COMPARE)
+    return Emitted(f"{left.bracketed(SUM)} {op} {right.bracketed(SUM)}", COMPARE)
 
 
-def logic(op: str, operands: list[Spelled]) -> Spelled:
+def logic(op: str, operands: list[Emitted]) -> Emitted:
     """`and`/`or`; an `and` inside an `or` keeps its brackets, for the reader."""
-    return Spelled(f" {op} ".join(o.at(NOT) for o in operands), AND if op == "and" else OR)
+    return Emitted(f" {op} ".join(o.bracketed(NOT) for o in operands), AND if op == "and" else OR)
 
 
-def choice(test: Spelled, then: Spelled, otherwise: Spelled) -> Spelled:
+def choice(test: Emitted, then: Emitted, otherwise: Emitted) -> Emitted:
     """`then if test else otherwise`."""
-    return Spelled(f"{then.at(OR)} if {test.at(OR)} else {otherwise.at(CHOICE)}", CHOICE)
+    return Emitted(
+        f"{then.bracketed(OR)} if {test.bracketed(OR)} else {otherwise.bracketed(CHOICE)}", CHOICE
+    )
 
 
-def among(item: Spelled, members: frozenset[str], type_: Type, *, negated: bool) -> Spelled:
+def member_test(item: Emitted, members: frozenset[str], type_: Type, *, negated: bool) -> Emitted:
     """Whether an item is one of some members, which come in the order of their declaration."""
     order = type_.members if isinstance(type_, Enum) else ()
     names = [literal(member) for member in order if member in members]
     if not names:
-        return Spelled(str(negated))
+        return Emitted(str(negated))
     if len(names) == 1:
-        return compare("!=" if negated else "==", item, Spelled(names[0]))
+        return compare("!=" if negated else "==", item, Emitted(names[0]))
     verb = "not in" if negated else "in"
-    return Spelled(f"{item.at(SUM)} {verb} {{{', '.join(names)}}}", COMPARE)
+    return Emitted(f"{item.bracketed(SUM)} {verb} {{{', '.join(names)}}}", COMPARE)
 
 
-def component(value: Spelled, index: int, of: Type) -> Spelled:
+def component(value: Emitted, index: int, of: Type) -> Emitted:
     """One component: a number of Python's, not one of numpy's."""
     end = f"[{index}]" if is_tuple(of) else f".item({index})"
-    return Spelled(value.at(PRIMARY) + end, PRIMARY)
+    return Emitted(value.bracketed(PRIMARY) + end, PRIMARY)
 
 
 def is_tuple(type_: Type) -> bool:
@@ -121,16 +122,16 @@ def is_tuple(type_: Type) -> bool:
     return isinstance(type_, (Vector, ListOf)) and not type_.is_array
 
 
-def items(operands: list[Spelled]) -> Spelled:
+def items(operands: list[Emitted]) -> Emitted:
     """A tuple."""
     inside = ", ".join(o.text for o in operands)
-    return Spelled(f"({inside},)" if len(operands) == 1 else f"({inside})")
+    return Emitted(f"({inside},)" if len(operands) == 1 else f"({inside})")
 
 
 # Python for single nodes of expressions over that of their operands; constants of a module.
 
 
-class Nodes:
+class Emitter:
     """Spells terms for one method; `touched` has the buffers that it needs.
 
     `hoists`: literal arrays become constants of the module, settled ones attributes.
@@ -141,71 +142,71 @@ class Nodes:
         self.table = table
         self.hoists = hoists
         self.names: Namespace = module.local_names()
-        self.known: dict[Term, Spelled] = {}
+        self.known: dict[Term, Emitted] = {}
         """Terms that need not be computed here, and what stands for them."""
-        self.touched: set[str] = set()
-        self.hint = ""
+        self.used_buffers: set[str] = set()
+        self.name_hint = ""
         """What a literal array would be called that is a constant of the module."""
         self.periods = "self._periods"
-        self.is_settled = True
+        self.may_hoist = True
         """Whether memory that no function changes has its value for good."""
         self._visits = 0
         self._bound: dict[str, str] = {}
         """Variables of quantifiers and what they are called in Python."""
 
-    def value(self, term: Term) -> Spelled:
+    def emit(self, term: Term) -> Emitted:
         """Python for a term."""
         self._visits += 1
-        if self._visits > LARGEST:
+        if self._visits > MAX_TERMS:
             raise TooLarge
         if term in self.known:
             return self.known[term]
         if self.hoists and term.type.is_array:
             if term.is_constant and not isinstance(term.node, e.ConstantRef):
-                return Spelled(self.array(term))
-            if term.is_settled and term.args and self.is_settled:
-                return Spelled(self.hoisted(term), PRIMARY)
+                return Emitted(self.array(term))
+            if term.is_invariant and term.args and self.may_hoist:
+                return Emitted(self.hoisted(term), PRIMARY)
         match term.node:
             case e.Quantifier() as node:
                 return self._quantifier(node, term)
             case e.Unary(op="not"):
                 return self._negation(term.args[0])
-        args = [self.value(arg) for arg in term.args]
+        args = [self.emit(arg) for arg in term.args]
         return _RULES[type(term.node)](self, term.node, args, term)
 
-    def _quantifier(self, node: e.Quantifier, term: Term) -> Spelled:
+    def _quantifier(self, node: e.Quantifier, term: Term) -> Emitted:
         over, body = term.args
         match node.body:
             case e.Compare("==", e.BoundVariable(node.variable), e.Member() as member) if (
                 node.kind == "any"
             ):
-                return compare("in", Spelled(literal(member.name)), self.value(over))
+                return compare("in", Emitted(literal(member.name)), self.emit(over))
         if node.kind in ("argmax", "argmin"):
-            pairs = self.each(node, over, lambda item: f"({self.value(body).text}, {item})")
-            return call(self.module.imports.own(node.kind), Spelled(pairs))
-        return call(node.kind, Spelled(self.each(node, over, lambda _: self.value(body).text)))
+            pairs = self.generator(node, over, lambda item: f"({self.emit(body).text}, {item})")
+            return call(self.module.imports.runtime_name(node.kind), Emitted(pairs))
+        return call(node.kind, Emitted(self.generator(node, over, lambda _: self.emit(body).text)))
 
-    def each(self, node: e.Quantifier, over: Term, body: Callable[[str], str]) -> str:
+    def generator(self, node: e.Quantifier, over: Term, body: Callable[[str], str]) -> str:
         """A generator over items; `body` spells what it gives of one, by the name of the item.
 
         Items of an array are those of a list of Python's numbers.
         """
-        items, outer = self.value(over), dict(self._bound)
+        items, outer = self.emit(over), dict(self._bound)
         item = self._bound[node.variable] = self.names.inner().new(node.variable)
         text = body(item)
         self._bound = outer
         listed = "" if is_tuple(over.type) else ".tolist()"
-        return f"{text} for {item} in {items.at(PRIMARY)}{listed}"
+        return f"{text} for {item} in {items.bracketed(PRIMARY)}{listed}"
 
-    def _negation(self, arg: Term) -> Spelled:
+    def _negation(self, arg: Term) -> Emitted:
         if arg not in self.known:
             match arg.node:
-                case e.Among(members=members):
+                case e.IsOneOf(members=members):
                     item = arg.args[0]
-                    return among(self.value(item), members, item.type, negated=True)
+                    return member_test(self.emit(item), members, item.type, negated=True)
                 case e.IsNone():
-                    return compare("is not", self.value(arg.args[0]), Spelled("None"))
-        return negation(self.value(arg))
+                    return compare("is not", self.emit(arg.args[0]), Emitted("None"))
+        return negation(self.emit(arg))
 
     def constant(self, name: str) -> str:
         """A declared constant; it and those it needs are added to the module or its class."""
@@ -213,103 +214,105 @@ class Nodes:
         is_computed = name in self.module.computed
         if name not in self.module.constants:
             constant = self.module.declared(name)
-            if name in self.module.given:
-                self._receive(name, own, constant)
+            if name in self.module.parameters:
+                self._add_parameter(name, own, constant)
                 return f"self._{own}"
             term = self.table.of(constant.value)
-            self._define(name, own, term, constant.title, is_computed=is_computed)
+            self._add_constant(name, own, term, constant.title, is_computed=is_computed)
         return f"self._{own}" if is_computed else own
 
-    def _receive(self, name: str, own: str, constant: Constant) -> None:
+    def _add_parameter(self, name: str, own: str, constant: Constant) -> None:
         """An attribute for a parameter that the class is given."""
         type_ = constant.value.type
         self.module.constants[name] = ConstantPlan(
             name=own,
             annotation=self.module.annotations.of(type_),
-            value=self.module.given[name],
+            value=self.module.parameters[name],
             comment=comment(_unit(type_), constant.title),
             is_computed=True,
         )
 
     def array(self, term: Term) -> str:
         """A constant for a literal array."""
-        shared = shared_name(term.node)
+        shared = literal_name(term.node)
         key = shared or term
         if key not in self.module.constants:
-            name = self.module.new(shared or self.hint.upper())
-            self._define(key, name, term, "")
+            name = self.module.new_name(shared or self.name_hint.upper())
+            self._add_constant(key, name, term, "")
         return self.module.constants[key].name
 
     def hoisted(self, term: Term) -> str:
         """An attribute for an array that stays as it is once the first period is over."""
-        if term not in self.module.settled:
+        if term not in self.module.hoisted:
             part = f"_{term.node.name}" if isinstance(term.node, e.Builtin) else ""
-            self.module.settled[term] = f"_{self.module.attributes.new(self.hint + part)}"
-        return f"self.{self.module.settled[term]}"
+            self.module.hoisted[term] = f"_{self.module.attributes.new(self.name_hint + part)}"
+        return f"self.{self.module.hoisted[term]}"
 
-    def settling(self) -> list[str]:
+    def hoisted_assignments(self) -> list[str]:
         """Statements that give those attributes their value."""
-        nodes = Nodes(self.module, self.table, hoists=False)
-        nodes.touched = self.touched
+        nodes = Emitter(self.module, self.table, hoists=False)
+        nodes.used_buffers = self.used_buffers
         return [
-            f"self.{name}: {self.module.annotations.of(term.type)} = {nodes.value(term).text}"
-            for term, name in self.module.settled.items()
+            f"self.{name}: {self.module.annotations.of(term.type)} = {nodes.emit(term).text}"
+            for term, name in self.module.hoisted.items()
         ]
 
-    def _input(self, node: e.Input | e.Fresh | e.Present | e.Lag) -> Spelled:
-        self.touched.add("x")
+    def _input(self, node: e.Input | e.Fresh | e.Present | e.Lag) -> Emitted:
+        self.used_buffers.add("x")
         if isinstance(node, e.Input):
-            return Spelled(self.module.input(node), PRIMARY)
+            return Emitted(self.module.input(node), PRIMARY)
         kind = node.name if isinstance(node, e.Lag) else type(node).__name__.lower()
-        return Spelled(self.module.beside(kind, node.input), PRIMARY)
+        return Emitted(self.module.input_property(kind, node.input), PRIMARY)
 
-    def _memory(self, node: e.MemoryRef) -> Spelled:
-        self.touched.add("memory")
-        return Spelled(f"memory.{self.module.memory[node.name]}", PRIMARY)
+    def _memory(self, node: e.MemoryRef) -> Emitted:
+        self.used_buffers.add("memory")
+        return Emitted(f"memory.{self.module.memory[node.name]}", PRIMARY)
 
-    def _items(self, args: list[Spelled], term: Term) -> Spelled:
+    def _items(self, args: list[Emitted], term: Term) -> Emitted:
         if is_tuple(term.type):
             return items(args)
-        return call(self.module.imports.own("vector"), *args)
+        return call(self.module.imports.runtime_name("vector"), *args)
 
-    def _sure(self, args: list[Spelled], term: Term) -> Spelled:
+    def _unwrap(self, args: list[Emitted], term: Term) -> Emitted:
         if isinstance(term.args[0].type, OptionalOf):
-            return call(self.module.imports.own("some"), args[0])
+            return call(self.module.imports.runtime_name("some"), args[0])
         return args[0]
 
-    def _clock(self, name: str) -> Spelled:
+    def _clock(self, name: str) -> Emitted:
         if name == "period":
-            return Spelled("PERIOD")
+            return Emitted("PERIOD")
         if name == "entered":
-            return Spelled(f"{self.periods} == 0", COMPARE)
+            return Emitted(f"{self.periods} == 0", COMPARE)
         # A quotient of whole numbers is the decimal that the specification compares with, where a
         # multiple of the period may be off by a rounding error: 3 * 0.1 > 0.3.
         rate = self.module.rate_hz
         times = f" * {rate.denominator}" if rate.denominator > 1 else ""
-        return Spelled(f"{self.periods}{times} / {rate.numerator}", PRODUCT)
+        return Emitted(f"{self.periods}{times} / {rate.numerator}", PRODUCT)
 
-    def _binary(self, node: e.Binary, args: list[Spelled]) -> Spelled:
+    def _binary(self, node: e.Binary, args: list[Emitted]) -> Emitted:
         if node.op == "@":
             function = "moved" if isinstance(node.type, Vector) else "composed"
-            return call(self.module.imports.own(function), *args)
+            return call(self.module.imports.runtime_name(function), *args)
         return binary(node.op, *args)
 
-    def _builtin(self, name: str, args: list[Spelled], term: Term) -> Spelled:
-        if name == e.FINITE and not term.args[0].overflows:
-            return call(self.module.imports.own("read_only"), *args)
+    def _builtin(self, name: str, args: list[Emitted], term: Term) -> Emitted:
+        if name == e.FINITE and not term.args[0].may_overflow:
+            return call(self.module.imports.runtime_name("read_only"), *args)
         function = FUNCTIONS[name]
         form = function.form(term.args[0].type) if args else ""
         if isinstance(form, Form):
-            return Spelled(form.text.format(*args), _RANKS[form.binding])
-        return call(self.module.imports.own(form or name) if function.python else name, *args)
+            return Emitted(form.text.format(*args), _RANKS[form.binding])
+        return call(
+            self.module.imports.runtime_name(form or name) if function.python else name, *args
+        )
 
-    def _define(
+    def _add_constant(
         self, key: object, name: str, term: Term, title: str, *, is_computed: bool = False
     ) -> None:
-        text = Nodes(self.module, self.table, hoists=False).value(term).text
-        is_frozen = isinstance(term.node, (e.Items, e.ConstantRef)) or shared_name(term.node)
+        text = Emitter(self.module, self.table, hoists=False).emit(term).text
+        is_frozen = isinstance(term.node, (e.Items, e.ConstantRef)) or literal_name(term.node)
         if term.type.is_array and not is_frozen:
-            text = f"{self.module.imports.own('read_only')}({text})"
+            text = f"{self.module.imports.runtime_name('read_only')}({text})"
         self.module.constants[key] = ConstantPlan(
             name=name,
             annotation=self.module.annotations.of(term.type) if is_computed else "",
@@ -319,38 +322,38 @@ class Nodes:
         )
 
 
-_Rule = Callable[[Nodes, Any, list[Spelled], Term], Spelled]
+_Rule = Callable[[Emitter, Any, list[Emitted], Term], Emitted]
 _RULES: dict[type[e.Node], _Rule] = {
     e.Number: lambda nodes, node, args, term: number(node.value, node.type),
-    e.Truth: lambda nodes, node, args, term: Spelled(str(node.value)),
-    e.TextLiteral: lambda nodes, node, args, term: Spelled(literal(node.value)),
-    e.Member: lambda nodes, node, args, term: Spelled(literal(node.name)),
-    e.Unused: lambda nodes, node, args, term: Spelled(nodes.module.imports.own("nan")),
-    e.Nothing: lambda nodes, node, args, term: Spelled("None"),
+    e.Truth: lambda nodes, node, args, term: Emitted(str(node.value)),
+    e.TextLiteral: lambda nodes, node, args, term: Emitted(literal(node.value)),
+    e.Member: lambda nodes, node, args, term: Emitted(literal(node.name)),
+    e.Unused: lambda nodes, node, args, term: Emitted(nodes.module.imports.runtime_name("nan")),
+    e.Nothing: lambda nodes, node, args, term: Emitted("None"),
     e.Input: lambda nodes, node, args, term: nodes._input(node),
     e.Fresh: lambda nodes, node, args, term: nodes._input(node),
     e.Present: lambda nodes, node, args, term: nodes._input(node),
     e.Lag: lambda nodes, node, args, term: nodes._input(node),
     e.MemoryRef: lambda nodes, node, args, term: nodes._memory(node),
-    e.ConstantRef: lambda nodes, node, args, term: Spelled(nodes.constant(node.name), PRIMARY),
-    e.FileRef: lambda nodes, node, args, term: Spelled(nodes.module.file(node.name), PRIMARY),
-    e.BoundVariable: lambda nodes, node, args, term: Spelled(nodes._bound[node.name], PRIMARY),
+    e.ConstantRef: lambda nodes, node, args, term: Emitted(nodes.constant(node.name), PRIMARY),
+    e.FileRef: lambda nodes, node, args, term: Emitted(nodes.module.file(node.name), PRIMARY),
+    e.BoundVariable: lambda nodes, node, args, term: Emitted(nodes._bound[node.name], PRIMARY),
     e.Clock: lambda nodes, node, args, term: nodes._clock(node.name),
     e.Call: lambda nodes, node, args, term: call(nodes.module.operator(node.operator), *args),
     e.Builtin: lambda nodes, node, args, term: nodes._builtin(node.name, args, term),
     e.Unary: lambda nodes, node, args, term: sign(args[0]),
     e.Binary: lambda nodes, node, args, term: nodes._binary(node, args),
     e.Compare: lambda nodes, node, args, term: compare(node.op, *args),
-    e.IsNone: lambda nodes, node, args, term: compare("is", args[0], Spelled("None")),
-    e.Sure: lambda nodes, node, args, term: nodes._sure(args, term),
-    e.Among: lambda nodes, node, args, term: among(
+    e.IsNone: lambda nodes, node, args, term: compare("is", args[0], Emitted("None")),
+    e.Unwrap: lambda nodes, node, args, term: nodes._unwrap(args, term),
+    e.IsOneOf: lambda nodes, node, args, term: member_test(
         args[0], node.members, term.args[0].type, negated=False
     ),
     e.Logic: lambda nodes, node, args, term: logic(node.op, args),
     e.Choice: lambda nodes, node, args, term: choice(*args),
     e.Items: lambda nodes, node, args, term: nodes._items(args, term),
-    e.FieldOf: lambda nodes, node, args, term: Spelled(
-        f"{args[0].at(PRIMARY)}.{node.name}", PRIMARY
+    e.FieldOf: lambda nodes, node, args, term: Emitted(
+        f"{args[0].bracketed(PRIMARY)}.{node.name}", PRIMARY
     ),
     e.Component: lambda nodes, node, args, term: component(args[0], node.index, term.args[0].type),
 }
@@ -360,5 +363,5 @@ _RULES: dict[type[e.Node], _Rule] = {
 def _unit(type_: Type) -> str:
     if isinstance(type_, Pose):
         return str(type_)
-    units = " and ".join(map(str, whole(type_).units))
+    units = " and ".join(map(str, complete_type(type_).units))
     return "" if units == "1" else units

@@ -1,26 +1,32 @@
-"""The requirements of a system to the plan of their module."""
+"""What a run watches: the requirements of a system, and how old values may be."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from specc.analysis.dataflow import Ages, InputNode, ReadEdge
+from specc.analysis.reads import nodes
 from specc.lang import show
-from specc.lower.annotations import PythonTypes
-from specc.lower.module import Module, buffer_names, memory_names
+from specc.lower.module import Module, PythonTypes, buffer_names, memory_names
 from specc.lower.names import (
     AttributePlan,
     FilePlan,
+    Imports,
     MethodPlan,
     Namespace,
+    call,
     comment,
     docstring,
+    keyword_arguments,
     literal,
 )
-from specc.lower.nodes import OR, Nodes
-from specc.lower.table import TermTable, term_table
+from specc.lower.nodes import OR, Emitter
+from specc.lower.terms import TermTable, term_table
 from specc.model import expr as e
-from specc.model.binding import PLANT
+from specc.model.expr import Lag
+from specc.model.fsm import Trace
 from specc.model.requirement import (
     Reading,
     Requirement,
@@ -29,21 +35,21 @@ from specc.model.requirement import (
     TickCondition,
     antecedent,
 )
-from specc.model.system import Device, Element, System
-from specc.model.trace import Trace
+from specc.model.system import PLANT, Device, Element, Subsystem, System
 from specc.model.types import Int, Real
+from specc.reachable import grouped, reachable
 from specc.source import Place
 
 REQUIREMENTS, TRIGGERS = "SystemRequirements", "SystemTriggers"
 
 
-_REQUIRED = {
+_REQUIREMENTS = {
     "class_name": REQUIREMENTS,
     "what": "what is required of every run",
     "about": "What every run is watched for",
     "readers": "the requirements",
 }
-_TRIGGERING = {
+_TRIGGERS = {
     "class_name": TRIGGERS,
     "what": "what disturbances wait for",
     "about": "What disturbances wait for",
@@ -59,9 +65,9 @@ class RequirementPlan:
     because: str
     formula: str
     reads: str
-    lasts: bool
+    holds_always: bool
     name: str
-    asked: str
+    trigger: str
     """Of when it asks something of a run; empty where it does at every tick."""
 
 
@@ -72,25 +78,25 @@ def requirements_plan(
     required = system.triggers if triggers else system.requirements
     readings = {r.name: r for item in required for r in item.readings}
     # To expressions, what requirements read is as the memory of a device that reports all of it.
-    read = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
-    watch = Device("", "", "real_receptor", "", (), read, Trace(), Place(""))
-    module = Module(system, watch, types)
+    elements = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
+    device = Device("", "", "real_receptor", "", (), elements, Trace(), Place(""))
+    module = Module(system, device, types)
     module.memory = _attributes(readings)
-    writer = _FormulaWriter(module, term_table(system, watch, module.computed), tick_s)
+    writer = _FormulaWriter(module, term_table(system, device, module.computed), tick_s)
     plans = tuple(writer.plan(item) for item in required)
     values = tuple(_value(module, reading) for reading in readings.values())
-    module.imports.own("Reading")
-    module.imports.own("Requirement")
-    module.imports.own("Requirements")
+    module.imports.runtime_name("Reading")
+    module.imports.runtime_name("Requirement")
+    module.imports.runtime_name("Requirements")
     parts = {
-        **(_TRIGGERING if triggers else _REQUIRED),
+        **(_TRIGGERS if triggers else _REQUIREMENTS),
         "values": values,
         "slots": literal(tuple(item.name for item in values)),
         "readings": tuple(_reading(system, module, reading) for reading in readings.values()),
         "requirements": plans,
-        "atoms": writer.made,
+        "atoms": writer.atoms,
         "methods": writer.methods,
-        **module.parts(),
+        **module.plan_parts(),
     }
     return FilePlan("requirements.py.j2", parts)
 
@@ -102,24 +108,24 @@ def _attributes(readings: dict[str, Reading]) -> dict[str, str]:
 
 def _value(module: Module, reading: Reading) -> AttributePlan:
     annotation = "str" if reading.kind == "state" else module.annotations.of(reading.type)
-    said = reading.name if reading.kind == "state" else f"{reading.name}: {reading.type}"
-    return AttributePlan(module.memory[reading.name], annotation, comment(said))
+    text = reading.name if reading.kind == "state" else f"{reading.name}: {reading.type}"
+    return AttributePlan(module.memory[reading.name], annotation, comment(text))
 
 
 def _reading(system: System, module: Module, reading: Reading) -> str:
     """A call of `Reading`."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
-    said = [module.memory[reading.name], reading.subsystem or PLANT, reading.kind]
+    words = [module.memory[reading.name], reading.subsystem or PLANT, reading.kind]
     if reading.kind == "observed":
-        said.append(f"{PLANT}.{reading.element[0]}")
+        words.append(f"{PLANT}.{reading.element[0]}")
     elif reading.kind == "memory":
-        said.append(memory_names(subsystems[reading.subsystem])[reading.element[0]])
+        words.append(memory_names(subsystems[reading.subsystem])[reading.element[0]])
     elif reading.kind != "state":
         owner = subsystems[reading.subsystem]
         ends = owner.outputs if reading.kind == "sent" else owner.inputs
         peer, element = reading.element
-        said.append(buffer_names(ends)[peer, element])
-    arguments = [literal(text) for text in said]
+        words.append(buffer_names(ends)[peer, element])
+    arguments = [literal(text) for text in words]
     if reading.initial:
         reader, peer, element = reading.initial
         attribute = buffer_names(subsystems[reader].inputs)[peer, element]
@@ -137,7 +143,7 @@ class _FormulaWriter:
     table: TermTable
     tick_s: Fraction
     methods: list[MethodPlan] = field(default_factory=list)
-    made: list[tuple[str, str]] = field(default_factory=list)
+    atoms: list[tuple[str, str]] = field(default_factory=list)
     """Attribute of each atom, and the arguments that make it."""
     _atoms: dict[e.Expr, str] = field(default_factory=dict)
     """Of the conditions in one requirement, each once."""
@@ -153,7 +159,7 @@ class _FormulaWriter:
             literal(item.because),
             formula,
             f"{{{', '.join(pairs)}}}",
-            item.lasts,
+            item.holds_always,
             literal(item.name) if item.name else "",
             "" if premise is None else self._formula(premise),
         )
@@ -163,7 +169,7 @@ class _FormulaWriter:
             if formula.that not in self._atoms:
                 self._atoms[formula.that] = f"self.{self._atom(formula.that)}"
             return self._atoms[formula.that]
-        name = self.module.imports.own(formula.op.capitalize())
+        name = self.module.imports.runtime_name(formula.op.capitalize())
         operands = [self._formula(operand) for operand in formula.operands]
         if isinstance(formula, Temporal) and formula.op != "since":
             operands.insert(0, str(formula.span_s // self.tick_s))
@@ -172,42 +178,44 @@ class _FormulaWriter:
     def _atom(self, that: e.Expr) -> str:
         """A method that judges a condition; returns the attribute with its atom."""
         number = len(self.methods) + 1
-        judged = self.module.imports.own("judged")
-        self.module.imports.own("Judgement")
-        self.module.imports.own("Atom")
-        nodes = Nodes(self.module, self.table)
-        nodes.hint = f"atom_{number}"
-        nodes.is_settled = False  # there is no first period that would put arrays together
-        texts = [nodes.value(self.table.of(that)).text]
+        judge = self.module.imports.runtime_name("judged")
+        self.module.imports.runtime_name("Judgement")
+        self.module.imports.runtime_name("Atom")
+        nodes = Emitter(self.module, self.table)
+        nodes.name_hint = f"atom_{number}"
+        nodes.may_hoist = False  # there is no first period that would put arrays together
+        texts = [nodes.emit(self.table.of(that)).text]
         if _compares(that):
             lazily = "" if isinstance(that, e.Compare) else "lambda: "
             texts.append(lazily + self._margin(nodes, that))
-        lines = ["memory = self.values"] if "memory" in nodes.touched else []
-        lines.append(f"return {judged}({', '.join(texts)})")
-        said = docstring(show(that))
-        self.methods.append(MethodPlan(f"_atom_{number}", (), "Judgement", said, tuple(lines)))
+        lines = ["memory = self.values"] if "memory" in nodes.used_buffers else []
+        lines.append(f"return {judge}({', '.join(texts)})")
+        doc = docstring(show(that))
+        self.methods.append(MethodPlan(f"_atom_{number}", (), "Judgement", doc, tuple(lines)))
         read = (n.name for n in e.walk(that) if isinstance(n, e.MemoryRef))
         names = [literal(self.module.memory[name]) for name in dict.fromkeys(read)]
-        self.made.append((f"atom_{number}", ", ".join([f"self._atom_{number}", *names])))
+        self.atoms.append((f"atom_{number}", ", ".join([f"self._atom_{number}", *names])))
         return f"atom_{number}"
 
-    def _margin(self, nodes: Nodes, that: e.Expr) -> str:
+    def _margin(self, nodes: Emitter, that: e.Expr) -> str:
         """Python for how far a condition is from failing; infinity where it compares no numbers."""
         match that if _compares(that) else None:
             case e.Compare(op, left, right):
                 sides = (right, left) if op in ("<", "<=") else (left, right)
-                return nodes.value(self.table.of(e.Binary("-", *sides, type=left.type))).text
+                return nodes.emit(self.table.of(e.Binary("-", *sides, type=left.type))).text
             case e.Unary(operand=operand):
                 return f"-({self._margin(nodes, operand)})"
             case e.Logic(op, operands):
                 parts = (self._margin(nodes, operand) for operand in operands)
                 return f"{_PICKS[op]}({', '.join(parts)})"
             case e.Quantifier(kind, _, over, body) as node:
-                each = nodes.each(node, self.table.of(over), lambda _: self._margin(nodes, body))
-                of_none = ("-" if kind == "any" else "") + self.module.imports.own("inf")
+                each = nodes.generator(
+                    node, self.table.of(over), lambda _: self._margin(nodes, body)
+                )
+                of_none = ("-" if kind == "any" else "") + self.module.imports.runtime_name("inf")
                 return f"{_PICKS[kind]}(({each}), default={of_none})"
-        inf = self.module.imports.own("inf")
-        return f"{inf} if {nodes.value(self.table.of(that)).at(OR)} else -{inf}"
+        inf = self.module.imports.runtime_name("inf")
+        return f"{inf} if {nodes.emit(self.table.of(that)).bracketed(OR)} else -{inf}"
 
 
 _PICKS = {"and": "min", "all": "min", "or": "max", "any": "max"}
@@ -224,3 +232,119 @@ def _compares(that: e.Expr) -> bool:
         case e.Logic(_, operands):
             return any(map(_compares, operands))
     return False
+
+
+def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[str, ...]]:
+    """Calls of `Behind`, `MaxAge` and `MaxCommandAge`; nothing for a system that asks for none."""
+    limits = list(_limits(system, ages, imports))
+    commands = list(_commands(system, ages, imports))
+    inputs = {*_aged_inputs(system), *(node for node, _ in limits), *(node for node, _ in commands)}
+    found = {
+        "behind": tuple(_age_sources(system, ages, inputs, imports)),
+        "limits": tuple(text for _, text in limits),
+        "commands": tuple(text for _, text in commands),
+    }
+    if not any(found.values()):
+        return {}
+    imports.runtime_name("AgeRules")
+    return found
+
+
+def _aged_inputs(system: System) -> Iterator[InputNode]:
+    """The inputs whose age is asked for."""
+    for subsystem in system.subsystems:
+        for part in nodes(subsystem):
+            if isinstance(part, Lag) and part.name == "age":
+                yield InputNode(subsystem.qualified_name, part.input.peer, part.input.element)
+
+
+def _limits(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[InputNode, str]]:
+    """The inputs whose age is limited, and whose source is known."""
+    for subsystem in system.subsystems:
+        for (peer, name), element in subsystem.inputs.items():
+            node = InputNode(subsystem.qualified_name, peer, name)
+            if element.max_age_s is not None and ages.oldest(node) is not None:
+                arguments = tuple(_limit(subsystem, node, element, ages))
+                if arguments:
+                    yield node, call(imports.runtime_name("MaxAge"), arguments)
+
+
+def _limit(subsystem: Subsystem, node: InputNode, element: Element, ages: Ages) -> Iterator[str]:
+    """Arguments of `MaxAge`; nothing for an input that is not read."""
+    reads = ages.sources.reads_of(node.reader)
+    states = reads.reachable_states if reads else []
+    name = node.peer, node.element
+    in_conditions = tuple(
+        s.name for s in states if reads and name in {r.input for r in reads.read_by_conditions(s)}
+    )
+    in_functions = tuple(
+        s.name for s in states if reads and name in {r.input for r in reads.read_by_functions(s)}
+    )
+    if not in_conditions and not in_functions:
+        return
+    assert element.max_age_s is not None  # callers looked
+    yield literal(node.reader)
+    yield literal(buffer_names(subsystem.inputs)[name])
+    yield literal(f"x.{node.peer}.{node.element}")
+    yield literal(float(element.max_age_s))
+    fresh, computed = ages.sources.only_on_arrival(node), not ages.is_measured(node)
+    yield from keyword_arguments(
+        {"asked": in_conditions, "used": in_functions, "fresh": fresh, "computed": computed}
+    )
+
+
+def _commands(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[InputNode, str]]:
+    """The commands whose age a device limits."""
+    subsystems = {s.qualified_name: s for s in system.subsystems}
+    for device in system.devices:
+        for element in device.x:
+            node = InputNode(device.qualified_name, "", element.name)
+            sent = ages.sources.sender(node)
+            if element.max_age_s is None or sent is None or ages.oldest(node) is None:
+                continue
+            command = literal(sent[0]), literal(buffer_names(subsystems[sent[0]].outputs)[sent[1]])
+            limit = literal(float(element.max_age_s)), literal(node.short)
+            computed = keyword_arguments({"computed": not ages.is_measured(node)})
+            yield node, call(imports.runtime_name("MaxCommandAge"), (*command, *limit, *computed))
+
+
+def _age_sources(
+    system: System, ages: Ages, inputs: Iterable[InputNode], imports: Imports
+) -> Iterator[str]:
+    """What outputs are computed from that values with an age come from, directly or not."""
+    subsystems = {s.qualified_name: s for s in system.subsystems}
+    known = {node: ages.reads_by_state(node) for node in inputs}
+
+    def sources(node: InputNode) -> Iterator[InputNode]:
+        known.setdefault(node, ages.reads_by_state(node))
+        return (one for each in known[node].values() for one, _ in each)
+
+    found: list[tuple[str, str, str]] = []
+    for node in reachable(sorted(known), sources):
+        sent = ages.sources.sender(node)
+        if not known[node] or sent is None:
+            continue
+        sender = subsystems[sent[0]]
+        output = buffer_names(sender.outputs)[sent[1]]
+        for states, edges in _grouped_states(known[node]):
+            arguments = [literal(sender.qualified_name), literal(output), literal(states)]
+            arguments += _input_arguments(sender, edges, computed=not ages.is_measured(node))
+            found.append(
+                (sender.qualified_name, output, call(imports.runtime_name("Behind"), arguments))
+            )
+    yield from (text for _, _, text in sorted(found))
+
+
+def _grouped_states(
+    by_state: dict[str, list[ReadEdge]],
+) -> Iterator[tuple[tuple[str, ...], list[ReadEdge]]]:
+    """The states with what is read there, those that read the same together."""
+    groups = grouped((tuple(edges), state) for state, edges in by_state.items())
+    return ((tuple(states), list(edges)) for edges, states in groups.items() if edges)
+
+
+def _input_arguments(sender: Subsystem, edges: list[ReadEdge], *, computed: bool) -> Iterator[str]:
+    names = buffer_names(sender.inputs)
+    not_fresh = tuple(names[node.peer, node.element] for node, fresh in edges if not fresh)
+    fresh = tuple(names[node.peer, node.element] for node, fresh in edges if fresh)
+    return keyword_arguments({"held": not_fresh, "fresh": fresh, "computed": computed})

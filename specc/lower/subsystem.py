@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from specc.lang import show
-from specc.lower.annotations import PythonTypes
 from specc.lower.cycle import Methods
 from specc.lower.families import Family
 from specc.lower.flow import Proofs
-from specc.lower.module import Module
+from specc.lower.module import Module, PythonTypes
 from specc.lower.names import (
     AttributePlan,
     FilePlan,
@@ -19,12 +18,11 @@ from specc.lower.names import (
     in_docstring,
     literal,
 )
-from specc.lower.nodes import Nodes
-from specc.lower.table import TermTable, TooLarge, term_table
+from specc.lower.nodes import Emitter
+from specc.lower.terms import TermTable, TooLarge, term_table
 from specc.model import expr as e
-from specc.model.fsm import Behaviour, Condition, Transition
+from specc.model.fsm import Behaviour, Condition, Trace, Transition
 from specc.model.system import Device, Element, Memory, Subsystem, System
-from specc.model.trace import Trace
 from specc.model.types import Type
 
 # Equation numbers of what a step can execute, found once, for the report of a run.
@@ -42,50 +40,52 @@ class Equations:
 
     def __init__(self, system: System, subsystem: Subsystem) -> None:
         self._subsystem = subsystem
-        self._operators = {o.name: _of(o.trace) for o in system.operators}
-        self._declared = {named.name: _of(named.trace) for named in system.types}
+        self._operators = {o.name: _numbers_of(o.trace) for o in system.operators}
+        self._declared = {named.name: _numbers_of(named.trace) for named in system.types}
         self._types: dict[Type, EquationNumbers] = {}
-        self._inputs = {key: _of(item.trace) for key, item in subsystem.inputs.items()}
+        self._inputs = {key: _numbers_of(item.trace) for key, item in subsystem.inputs.items()}
         self._outputs = {key: self._of_place(item) for key, item in subsystem.outputs.items()}
         self._memory = {item.name: self._of_place(item) for item in subsystem.memory}
         self._lets: dict[str, EquationNumbers] = {}
         for let in subsystem.lets:
-            self._lets[let.name] = _of(let.trace) | self._of_expr(let.value)
+            self._lets[let.name] = _numbers_of(let.trace) | self._of_expr(let.value)
 
     def tables(self) -> dict[str, object] | None:
         """The tables that a generated class carries; none if nothing has a number."""
         states = self._subsystem.states
-        behaviours = [(s, _of(s.trace) | self._of_behaviour(s.behaviour)) for s in states]
+        behaviours = [(s, _numbers_of(s.trace) | self._of_behaviour(s.behaviour)) for s in states]
         checks = [(s, self._of_checks(s.behaviour)) for s in states]
         rows = [
-            _of(row.trace) | self._of_condition(row.condition)
+            _numbers_of(row.trace) | self._of_condition(row.condition)
             for row in self._subsystem.transitions
         ]
         if not any(numbers for _, numbers in (*behaviours, *checks)) and not any(rows):
             return None
         return {
-            "behaviours": tuple((literal(s.name), _literal(n)) for s, n in behaviours if n),
+            "behaviours": tuple((literal(s.name), _tuple(n)) for s, n in behaviours if n),
             "checks": tuple((literal(s.name), f"{{{', '.join(n)}}}") for s, n in checks if n),
-            "rows": tuple(map(_literal, rows)),
+            "rows": tuple(map(_tuple, rows)),
         }
 
     def _of_checks(self, behaviour: Behaviour) -> list[str]:
         numbers = ((cause, self._of_condition(when)) for cause, when in behaviour.endings)
-        return [f"{literal(cause)}: {_literal(n)}" for cause, n in numbers if n]
+        return [f"{literal(cause)}: {_tuple(n)}" for cause, n in numbers if n]
 
     def _of_condition(self, condition: Condition) -> EquationNumbers:
-        return _of(condition.trace) | self._of_expr(condition.when)
+        return _numbers_of(condition.trace) | self._of_expr(condition.when)
 
     def _of_behaviour(self, behaviour: Behaviour) -> EquationNumbers:
-        numbers = _of(behaviour.trace).union(*(_of(f.trace) for f in behaviour.functions))
+        numbers = _numbers_of(behaviour.trace).union(
+            *(_numbers_of(f.trace) for f in behaviour.functions)
+        )
         for item in behaviour.assignments:
             key = item.peer, item.name
             target = self._outputs.get(key) if item.peer else self._memory.get(item.name)
-            numbers |= _of(item.trace) | self._of_expr(item.value) | (target or NONE)
+            numbers |= _numbers_of(item.trace) | self._of_expr(item.value) | (target or NONE)
         return numbers
 
     def _of_place(self, item: Element | Memory) -> EquationNumbers:
-        return _of(item.trace) | self._of_type(item.type)
+        return _numbers_of(item.trace) | self._of_type(item.type)
 
     def _of_expr(self, expr: e.Expr) -> EquationNumbers:
         return NONE.union(*(self._of_type(n.type) | self._of_node(n) for n in e.walk(expr)))
@@ -109,11 +109,11 @@ class Equations:
         return self._types[type_]
 
 
-def _of(trace: Trace) -> EquationNumbers:
+def _numbers_of(trace: Trace) -> EquationNumbers:
     return frozenset(trace.eq)
 
 
-def _literal(numbers: EquationNumbers) -> str:
+def _tuple(numbers: EquationNumbers) -> str:
     return literal(tuple(sorted(numbers)))
 
 
@@ -135,14 +135,14 @@ def subsystem_plan(
     Raises `TooLarge`.
     """
     try:
-        module = Module(system, subsystem, types, stand_ins=stand_ins, given=family.given)
-        parts = _parts(system, subsystem, proofs, module) | _of_family(subsystem, family, module)
+        module = Module(system, subsystem, types, stand_ins=stand_ins, parameters=family.parameters)
+        parts = _parts(system, subsystem, proofs, module) | _family_parts(subsystem, family, module)
     except (TooLarge, RecursionError):
         raise TooLarge(subsystem.qualified_name) from None
     return FilePlan("subsystem.py.j2", {"class_name": class_name, **parts})
 
 
-def _of_family(part: Subsystem | Device, family: Family, module: Module) -> dict[str, object]:
+def _family_parts(part: Subsystem | Device, family: Family, module: Module) -> dict[str, object]:
     """Name and arguments of a class, and for whom it is."""
     types = {constant.name: constant.value.type for constant in part.constants}
     trace = f" ({part.trace})" if part.trace else ""
@@ -151,7 +151,7 @@ def _of_family(part: Subsystem | Device, family: Family, module: Module) -> dict
         "name": "" if family.is_shared else literal(part.qualified_name),
         "arguments": tuple(
             f"{argument}: {module.annotations.of(types[name])}"
-            for name, argument in module.given.items()
+            for name, argument in module.parameters.items()
         ),
     }
 
@@ -166,7 +166,9 @@ def _parts(
     inputs = tuple(_attribute(module, module.inputs[k], e) for k, e in subsystem.inputs.items())
     outputs = tuple(_attribute(module, module.outputs[k], e) for k, e in subsystem.outputs.items())
     memory = tuple(_attribute(module, module.memory[m.name], m) for m in subsystem.memory)
-    flags, lags = (tuple(_beside(module, kinds)) for kinds in (("fresh", "present"), e.LAGS))
+    flags, lags = (
+        tuple(_property_attributes(module, kinds)) for kinds in (("fresh", "present"), e.LAGS)
+    )
     return {
         "title": in_docstring(subsystem.title or subsystem.name),
         "inputs": inputs,
@@ -182,13 +184,13 @@ def _parts(
         "rate": f"{subsystem.rate_hz} Hz",
         "initial_state": literal(subsystem.initial_state),
         "transitions": tuple(map(_transition, subsystem.transitions)),
-        "sends": tuple(_sends(subsystem, module)),
+        "sends": tuple(_sent_elements(subsystem, module)),
         "equations": Equations(system, subsystem).tables(),
         "axioms": tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
         "uses_clock": bool(methods.clocked),
         "initial_inputs": initial_inputs,
         "methods": written,
-        **module.parts(),
+        **module.plan_parts(),
     }
 
 
@@ -199,17 +201,17 @@ def _about(part: Subsystem | Device, family: Family) -> str:
     kind = "control subsystem" if part.kind == "control" else part.kind.replace("_", " ")
     if not family.is_shared:
         return f"{kind} {part.name} of agent {part.agent}"
-    names = [member.qualified_name for member in family.members]
+    names = [member.qualified_name for member in family.instances]
     rest = len(names) - _MOST_NAMED
     return f"{kind} {', '.join(names[:_MOST_NAMED])}" + (f" and {rest} more" if rest > 0 else "")
 
 
 def _attribute(module: Module, name: str, item: Element | Memory) -> AttributePlan:
-    said = comment(str(item.type), item.title, str(item.trace))
-    return AttributePlan(name, module.annotations.of(item.type), said)
+    text = comment(str(item.type), item.title, str(item.trace))
+    return AttributePlan(name, module.annotations.of(item.type), text)
 
 
-_BESIDE = {
+_PROPERTIES = {
     "fresh": ("bool", ""),
     "present": ("bool", ""),
     "age": ("float", "s"),
@@ -218,24 +220,24 @@ _BESIDE = {
 """Annotation and comment of what can be asked of an input beside its value."""
 
 
-def _beside(module: Module, kinds: Iterable[str]) -> Iterator[AttributePlan]:
+def _property_attributes(module: Module, kinds: Iterable[str]) -> Iterator[AttributePlan]:
     """Attributes for what is asked of inputs, in order of the buffer's elements."""
     for kind in kinds:
         for (peer, element), name in module.inputs.items():
-            if (kind, peer, element) in module.beside_inputs:
-                yield AttributePlan(f"{kind}_{name}", *_BESIDE[kind])
+            if (kind, peer, element) in module.input_properties:
+                yield AttributePlan(f"{kind}_{name}", *_PROPERTIES[kind])
 
 
 def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> Iterator[str]:
     """Statements that give elements with an initial value that value."""
     for (peer, _), element in subsystem.inputs.items():
         if element.init is not None:
-            nodes = Nodes(module, table)
-            nodes.hint = f"initial_{element.name}"
-            spelled = nodes.value(table.of(element.init, element.type))
+            nodes = Emitter(module, table)
+            nodes.name_hint = f"initial_{element.name}"
+            value = nodes.emit(table.of(element.init, element.type))
             name = module.inputs[peer, element.name]
-            yield f"self.x.{name} = {spelled.text}"
-            if ("present", peer, element.name) in module.beside_inputs:
+            yield f"self.x.{name} = {value.text}"
+            if ("present", peer, element.name) in module.input_properties:
                 yield f"self.x.present_{name} = True"
 
 
@@ -245,7 +247,7 @@ def _transition(row: Transition) -> tuple[str, ...]:
     return (*literals, comment(str(row.trace)))
 
 
-def _sends(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:
+def _sent_elements(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:
     """State and the elements that its behaviour writes, in order of the buffer."""
     for state in subsystem.states:
         written = {(a.peer, a.name) for a in state.behaviour.assignments if a.peer}
@@ -270,16 +272,18 @@ def device_plan(
     stand_ins: bool,
 ) -> FilePlan:
     """What the module of a family of devices with safe outputs contains."""
-    module = Module(system, device, types, stand_ins=stand_ins, given=family.given)
+    module = Module(system, device, types, stand_ins=stand_ins, parameters=family.parameters)
     table = term_table(system, device, module.computed)
     methods = []
     for element, safe in device.safe:
-        said = docstring(f"What `{element.name}` gets when a run ends")
-        methods.append(_safe(module, table, f"safe_{element.name}", element, safe.value, said))
+        doc = docstring(f"What `{element.name}` gets when a run ends")
+        methods.append(
+            _safe_method(module, table, f"safe_{element.name}", element, safe.value, doc)
+        )
         if safe.otherwise is not None:
-            said = docstring("The same if that fails")
+            doc = docstring("The same if that fails")
             name = f"otherwise_{element.name}"
-            methods.append(_safe(module, table, name, element, safe.otherwise, said))
+            methods.append(_safe_method(module, table, name, element, safe.otherwise, doc))
     samples = tuple(
         AttributePlan(module.memory[e.name], module.annotations.of(e.type), comment(str(e.type)))
         for e in device.y
@@ -293,18 +297,18 @@ def device_plan(
         "silence": literal(float(device.silence_s)) if device.silence_s else "",
         "reports": tuple((literal(e.name), literal(module.memory[e.name])) for e in device.y),
         "methods": methods,
-        **_of_family(device, family, module),
-        **module.parts(),
+        **_family_parts(device, family, module),
+        **module.plan_parts(),
     }
     return FilePlan("device.py.j2", parts)
 
 
-def _safe(
+def _safe_method(
     module: Module, table: TermTable, name: str, element: Element, value: e.Expr, doc: str
 ) -> MethodPlan:
-    nodes = Nodes(module, table)
-    nodes.hint = name
+    nodes = Emitter(module, table)
+    nodes.name_hint = name
     annotation = module.annotations.of(element.type)
-    returned = f"return {nodes.value(table.of(value)).text}"
-    lines = ("memory = self.memory", returned) if "memory" in nodes.touched else (returned,)
+    returned = f"return {nodes.emit(table.of(value)).text}"
+    lines = ("memory = self.memory", returned) if "memory" in nodes.used_buffers else (returned,)
     return MethodPlan(name, (), annotation, doc, lines)

@@ -1,4 +1,4 @@
-"""A whole system: its subsystems, connections, plant and task."""
+"""A whole system: its subsystems, connections, plant, topics of ROS 2 and task."""
 
 from __future__ import annotations
 
@@ -7,15 +7,29 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import PurePath
 
-from specc.analysis.ages import Ages
-from specc.analysis.plant import bindable
+from specc.analysis.dataflow import Ages
+from specc.analysis.plant import BoundElement, bindable, bound_elements
 from specc.analysis.rates import base_tick
-from specc.lower.ages import ages_plan
-from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
+from specc.analysis.ros2 import (
+    MessageTypeMismatch,
+    frames_of,
+    named_frames,
+    part_of,
+    published_value,
+    short,
+)
 from specc.lower.families import Family, families
 from specc.lower.flow import NOTHING_PROVED, Proofs
-from specc.lower.layouts import layouts_plan
-from specc.lower.module import buffer_names
+from specc.lower.module import (
+    Annotations,
+    Contracts,
+    PythonTypes,
+    buffer_names,
+    layouts_plan,
+    literal_type,
+    memory_names,
+    named_types,
+)
 from specc.lower.names import (
     OWN_NAMES,
     AttributePlan,
@@ -28,18 +42,151 @@ from specc.lower.names import (
     class_name,
     comment,
     docstring,
-    given,
     in_docstring,
+    keyword_arguments,
     literal,
 )
-from specc.lower.requirements import requirements_plan
-from specc.lower.ros2 import ros2_arguments
+from specc.lower.requirements import REQUIREMENTS, TRIGGERS, ages_plan, requirements_plan
 from specc.lower.subsystem import device_plan, subsystem_plan
-from specc.lower.task import run_parts
-from specc.model.binding import PLANT, Binding
-from specc.model.system import Device, Plant, Subsystem, System
-from specc.model.types import Enum, Pose, Record, Type, Vector
+from specc.model.system import PLANT, Binding, Device, Plant, Published, Ros2, Subsystem, System
+from specc.model.task import VERBS, DisturbanceAction, Draw, Task, Verb
+from specc.model.types import Enum, Pose, Real, Record, Type, Vector
 from specc.model.wires import Wires
+
+_TF = "tf2_msgs/TFMessage"
+
+
+def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
+    """Arguments of the node and its topics; none if there is no plant behind ROS 2."""
+    if system.plant is None or system.plant.ros2 is None:
+        return
+    ros2 = system.plant.ros2
+    imports.runtime_name("Ros2")
+    yield literal(ros2.node)
+    options = {"wait_s": float(ros2.wait_s), "use_sim_time": ros2.use_sim_time}
+    yield from keyword_arguments({"python": ros2.python, **options})
+    topics = [_topic(bound, ros2, imports) for bound in bound_elements(system)]
+    yield f"topics=({''.join(f'{topic}, ' for topic in topics if topic)})"
+    published = [_published(each, system, ros2, imports) for each in system.plant.published]
+    if system.plant.published:
+        yield f"published=({''.join(f'{each}, ' for each in published if each)})"
+
+
+def _published(each: Published, system: System, ros2: Ros2, imports: Imports) -> str:
+    """The call for what others can watch; empty for a name that stands for nothing."""
+    found = published_value(each, system)
+    if isinstance(found, MessageTypeMismatch):
+        return ""
+    subsystem, known = found.subsystem, dict(ros2.frames)
+    output = buffer_names(subsystem.outputs)[found.peer, found.element] if found.peer else ""
+    frames = [(at, known.get(f, f)) for at, f in frames_of(found.part, found.type) if at and f]
+    told = keyword_arguments({"path": found.part.path, "commanded": True, "frames": tuple(frames)})
+    first = (found.name, found.topic, found.message, found.part.shape)
+    topic = call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *told))
+    own = literal(subsystem.qualified_name), literal(output)
+    return call(imports.runtime_name("Ros2Published"), (*own, topic))
+
+
+def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
+    """The call that makes a topic; empty for a binding that has none."""
+    binding, type_ = bound.binding, bound.element.type
+    part = part_of(binding, type_, commanded=bound.is_commanded)
+    where = binding.topic or binding.action or ("/tf" if binding.tf else "")
+    if not where or isinstance(part, MessageTypeMismatch):
+        return ""
+    frames = named_frames(part, type_, ros2)
+    told = {
+        "path": part.path,
+        "commanded": bound.is_commanded,
+        "joints": binding.joints,
+        "frames": () if binding.tf else frames,
+        "between": tuple(name for _, name in frames) if binding.tf else (),
+        "qos": binding.qos,
+        "part": binding.part,
+        "is_number": part.shape == "joints" and isinstance(type_, Real),
+    }
+    first = (
+        f"{binding.device}.{binding.element}",
+        where,
+        short(binding.message) or _TF,
+        part.shape,
+    )
+    return call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *keyword_arguments(told)))
+
+
+def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str, object]:
+    """What a run counts, what happens meanwhile and what it is watched for.
+
+    Stand-ins only begin and count.
+    """
+    parts: dict[str, object] = {"task": (), "disturbances": (), "requirements": "", "triggers": ""}
+    if system.task:
+        imports.runtime_name("Task")
+        parts["task"] = tuple(_arguments(system, system.task, imports))
+    if stand_ins:
+        return parts
+    if system.task:
+        parts["disturbances"] = tuple(_disturbances(system.task, imports))
+    if system.requirements:
+        parts["requirements"] = imports.runtime_name(REQUIREMENTS)
+    if system.triggers:
+        parts["triggers"] = imports.runtime_name(TRIGGERS)
+        if system.stop_when:
+            parts["stop_when"] = len(system.triggers) - 1
+    return parts
+
+
+def _arguments(system: System, task: Task, imports: Imports) -> Iterator[str]:
+    """Arguments of `Task`, but for the disturbances."""
+    names = ("subsystem", "source", "target", "scene", "judge")
+    yield from keyword_arguments(
+        {name: getattr(task, name) for name in names} | {"watch": _watched_memory(system, task)}
+    )
+    if task.starts:
+        yield f"starts=({_draws(task.starts, imports)})"
+
+
+def _disturbances(task: Task, imports: Imports) -> Iterator[str]:
+    """Calls of `Disturbance`."""
+    triggers = 0
+    for each in task.disturbances:
+        arguments = [literal(each.because)]
+        arguments += [f"{draw.name}={_draw(draw, imports)}" for draw in each.times]
+        if each.when is not None:
+            arguments.append(f"when={triggers}")
+            triggers += 1
+        for verb in sorted(VERBS.values(), key=lambda verb: verb.numbers == "none"):
+            actions = (deed for deed in each.actions if deed.verb == verb.name)
+            items = " ".join(_action(verb, deed, imports) for deed in actions)
+            arguments += [f"{verb.name}=({items})"] if items else []
+        yield call(imports.runtime_name("Disturbance"), arguments)
+
+
+def _action(verb: Verb, deed: DisturbanceAction, imports: Imports) -> str:
+    """An item of a tuple: a name, a number, which has one, or a name with its numbers."""
+    if verb.numbers in ("none", "one"):
+        return _draws(deed.numbers, imports) or f"{literal(deed.name)},"
+    return f"({literal(deed.name)}, ({_draws(deed.numbers, imports)})),"
+
+
+def _draws(draws: Iterable[Draw], imports: Imports) -> str:
+    """Items of a tuple."""
+    return " ".join(f"{_draw(draw, imports)}," for draw in draws)
+
+
+def _draw(draw: Draw, imports: Imports) -> str:
+    first = literal(draw.name), literal(tuple(value for value, _ in draw.values))
+    return call(
+        imports.runtime_name("Draw"), (*first, *keyword_arguments({"between": draw.is_range}))
+    )
+
+
+def _watched_memory(system: System, task: Task) -> tuple[str, ...]:
+    """Attributes of the watched memory elements."""
+    subsystem = next((s for s in system.subsystems if s.qualified_name == task.subsystem), None)
+    names = memory_names(subsystem) if subsystem else {}
+    return tuple(names[name] for name in task.watch if name in names)
+
 
 # Connections between subsystems: which output element becomes which input element.
 
@@ -50,20 +197,20 @@ def _connections(system: System, imports: Imports) -> Iterator[str]:
     sent = {s.qualified_name: buffer_names(s.outputs) for s in system.subsystems}
     for reader in system.subsystems:
         inputs = buffer_names(reader.inputs)
-        for wire in wires.of(reader):
-            port, end = wire.port, wire.end
-            if port.direction != "x" or wire.other is None or end is None:
+        for wire in wires.wires_of(reader):
+            port, end = wire.port, wire.peer_port
+            if port.direction != "x" or wire.peer_subsystem is None or end is None:
                 continue
-            outputs = sent[wire.other.qualified_name]
+            outputs = sent[wire.peer_subsystem.qualified_name]
             for element in port.elements:
                 if end.element(element.name):
                     ends = (
-                        wire.name,
+                        wire.peer_name,
                         outputs[end.peer, element.name],
                         reader.qualified_name,
                         inputs[port.peer, element.name],
                     )
-                    yield call(imports.own("Connection"), map(literal, ends))
+                    yield call(imports.runtime_name("Connection"), map(literal, ends))
 
 
 # The plant of a system: bindings of its model, and which buffers they stand behind.
@@ -85,45 +232,45 @@ def _plant(
     """
     if system.plant is None and not system.devices:
         return None
-    imports.own("PlantSpec")
+    imports.runtime_name("PlantSpec")
     contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
     return {
-        **_bound(system, imports, Functions(imports, names), contracts),
+        **_bindings_by_kind(system, imports, Functions(imports, names), contracts),
         "contracts": contracts.plans,
-        "made": _made(system.plant),
+        "made": _plant_argument(system.plant),
         "ros2": tuple(ros2_arguments(system, imports)),
-        "inputs": tuple(_ends(system, "x", imports)),
-        "outputs": tuple(_ends(system, "y", imports)),
+        "inputs": tuple(_plant_ends(system, "x", imports)),
+        "outputs": tuple(_plant_ends(system, "y", imports)),
         "safe": safe,
     }
 
 
-def _bound(
+def _bindings_by_kind(
     system: System, imports: Imports, functions: Functions, contracts: Contracts
 ) -> dict[str, list[str]]:
     """Calls that make the bindings: of sensors, of what is observed and of actuators."""
     every = bindable(system)
     types = {(device, e.name): e.type for device, e, commanded in every if not commanded}
     found: dict[str, list[str]] = {"sensors": [], "observed": [], "actuators": []}
-    for binding in _bindings(system):
+    for binding in _all_bindings(system):
         if type_ := types.get((binding.device, binding.element)):
-            told = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
+            arguments = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
             kind = "observed" if binding.device == PLANT else "sensors"
-            found[kind].append(call(imports.own("SensorBinding"), told))
+            found[kind].append(call(imports.runtime_name("SensorBinding"), arguments))
         else:
-            told = tuple(_actuator(binding, functions))
-            found["actuators"].append(call(imports.own("ActuatorBinding"), told))
+            arguments = tuple(_actuator(binding, functions))
+            found["actuators"].append(call(imports.runtime_name("ActuatorBinding"), arguments))
     return found
 
 
-def _made(plant: Plant | None) -> str:
+def _plant_argument(plant: Plant | None) -> str:
     """The argument that says what makes the plant; empty if nothing does, or ROS 2 does."""
     if plant is None or plant.ros2:
         return ""
     return f"python={literal(plant.python)}" if plant.python else f"model={literal(plant.model)}"
 
 
-def _bindings(system: System) -> Iterator[Binding]:
+def _all_bindings(system: System) -> Iterator[Binding]:
     """Those of the plant, then of all other elements of devices."""
     bindings = system.plant.bindings if system.plant else ()
     yield from bindings
@@ -140,10 +287,10 @@ def _name(binding: Binding) -> str:
 def _sensor(binding: Binding, functions: Functions) -> Iterator[str]:
     yield literal(_name(binding))
     parts = ("joints", "sensors", "actuators", "camera", "image")
-    yield from given({part: getattr(binding, part) for part in parts})
+    yield from keyword_arguments({part: getattr(binding, part) for part in parts})
     if binding.through:
         yield f"through={functions.use(binding.through)}"
-    yield from given(
+    yield from keyword_arguments(
         {
             "noise": binding.noise,
             "depth_noise": binding.depth_noise,
@@ -165,27 +312,27 @@ def _contract(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[s
 
 def _actuator(binding: Binding, functions: Functions) -> Iterator[str]:
     yield literal(_name(binding))
-    yield from given({"actuators": binding.actuators, "joints": binding.joints})
+    yield from keyword_arguments({"actuators": binding.actuators, "joints": binding.joints})
     if binding.through:
         yield f"through={functions.use(binding.through)}"
 
 
-def _ends(system: System, direction: str, imports: Imports) -> Iterator[str]:
+def _plant_ends(system: System, direction: str, imports: Imports) -> Iterator[str]:
     """`PlantInput` or `PlantOutput` for every element of a device in some buffer."""
     wires = Wires(system.agents)
     for subsystem in system.subsystems:
         names = buffer_names(subsystem.inputs if direction == "x" else subsystem.outputs)
-        for wire in wires.of(subsystem):
+        for wire in wires.wires_of(subsystem):
             port = wire.port
-            if port.direction != direction or wire.device is None:
+            if port.direction != direction or wire.peer_device is None:
                 continue
             for element in port.elements:
-                end = f"{wire.name}.{element.name}"
+                end = f"{wire.peer_name}.{element.name}"
                 own = subsystem.qualified_name, names[port.peer, element.name]
                 if direction == "x":
-                    yield call(imports.own("PlantInput"), map(literal, (end, *own)))
+                    yield call(imports.runtime_name("PlantInput"), map(literal, (end, *own)))
                 else:
-                    yield call(imports.own("PlantOutput"), map(literal, (*own, end)))
+                    yield call(imports.runtime_name("PlantOutput"), map(literal, (*own, end)))
 
 
 # The whole system to its plans: packages, types, subsystems, and what connects them.
@@ -207,11 +354,11 @@ def lower(
     """
     types = PythonTypes(named_types(system))
     families_ = _families(system, proofs or NOTHING_PROVED, types, stand_ins=stand_ins)
-    made = tuple(_named(families_, types))
+    families_lowered = tuple(_name_families(families_, types))
     files = {"__init__.py": FilePlan("package.py.j2", {})}
     if types.declared:
         files["types.py"] = _types(system, types)
-    for each in made:
+    for each in families_lowered:
         files[f"{each.module}.py"] = _part_plan(system, each, proofs, types, stand_ins=stand_ins)
     tick_s = base_tick(1 / s.rate_hz for s in system.subsystems)
     if not stand_ins:
@@ -220,12 +367,18 @@ def lower(
             files["requirements.py"] = requirements_plan(system, types, tick_s, triggers=False)
         if system.triggers:
             files["triggers.py"] = requirements_plan(system, types, tick_s, triggers=True)
-    files["system.py"] = _whole(
-        system, tick_s, types, made, ages, stand_ins=stand_ins, tests_all_rows=proofs is None
+    files["system.py"] = _system_plan(
+        system,
+        tick_s,
+        types,
+        families_lowered,
+        ages,
+        stand_ins=stand_ins,
+        tests_all_rows=proofs is None,
     )
     spec = PurePath(system.file).name  # without the directories of some machine
-    said = {"title": in_docstring(system.title or system.name), "spec": in_docstring(spec)}
-    return {path: FilePlan(f.template, {**said, **f.parts}) for path, f in files.items()}
+    texts = {"title": in_docstring(system.title or system.name), "spec": in_docstring(spec)}
+    return {path: FilePlan(f.template, {**texts, **f.parts}) for path, f in files.items()}
 
 
 def _families(
@@ -240,7 +393,7 @@ def _families(
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class LoweredFamily:
     """A family with the class and the module that it becomes."""
 
     family: Family
@@ -252,30 +405,35 @@ class Made:
         for module, needed in self.family.imports:
             imports.add(module, needed)
         imports.add(f".{self.module}", self.class_name)
-        return self.family.made(part, self.class_name)
+        return self.family.constructor_call(part, self.class_name)
 
 
-def _named(found: Iterable[Family], types: PythonTypes) -> Iterator[Made]:
+def _name_families(found: Iterable[Family], types: PythonTypes) -> Iterator[LoweredFamily]:
     """Families with names after agents and parts; titles may be reworded."""
-    classes = Namespace((*OWN_NAMES, *types.of.values()))
+    classes = Namespace((*OWN_NAMES, *types.names.values()))
     modules = Namespace(("system", "types", "layouts", "requirements", "triggers", "__init__"))
     for family in found:
-        agent, name = family.stem
+        agent, name = family.common_name
         words, module = f"{agent} {name}", f"{agent}_{name}"
         if isinstance(family.first, Device):
             letter = family.first.qualified_name.split(".")[1]
             words, module = f"{agent} {letter} {name}", f"{agent}_{letter}_{name}".lower()
-        yield Made(family, classes.new(class_name(words)), modules.new(module))
+        yield LoweredFamily(family, classes.new(class_name(words)), modules.new(module))
 
 
 def _part_plan(
-    system: System, made: Made, proofs: Proofs | None, types: PythonTypes, *, stand_ins: bool
+    system: System,
+    lowered: LoweredFamily,
+    proofs: Proofs | None,
+    types: PythonTypes,
+    *,
+    stand_ins: bool,
 ) -> FilePlan:
-    part, name = made.family.first, made.class_name
+    part, name = lowered.family.first, lowered.class_name
     if isinstance(part, Device):
-        return device_plan(system, part, made.family, types, name, stand_ins=stand_ins)
+        return device_plan(system, part, lowered.family, types, name, stand_ins=stand_ins)
     known = proofs or NOTHING_PROVED
-    return subsystem_plan(system, part, made.family, known, types, name, stand_ins=stand_ins)
+    return subsystem_plan(system, part, lowered.family, known, types, name, stand_ins=stand_ins)
 
 
 def _types(system: System, types: PythonTypes) -> FilePlan:
@@ -286,12 +444,12 @@ def _types(system: System, types: PythonTypes) -> FilePlan:
     literals, records = [], []
     for name, type_ in types.declared:
         if isinstance(type_, Enum):
-            imports.own("Literal")
+            imports.runtime_name("Literal")
             literals.append(NamedPlan(name, literal_type(type_)))
         elif isinstance(type_, Record):
-            imports.own("dataclass")
-            said = docstring(f"Record {type_.name}", str(traces.get(type_.name) or ""))
-            records.append((name, said, _fields(type_, annotations)))
+            imports.runtime_name("dataclass")
+            doc = docstring(f"Record {type_.name}", str(traces.get(type_.name) or ""))
+            records.append((name, doc, _fields(type_, annotations)))
     parts = {
         "imports": imports.lines,
         "literals": literals,
@@ -307,24 +465,24 @@ def _fields(record: Record, annotations: Annotations) -> tuple[AttributePlan, ..
     )
 
 
-def _whole(
+def _system_plan(
     system: System,
     tick_s: Fraction,
     types: PythonTypes,
-    made: Sequence[Made],
+    lowered: Sequence[LoweredFamily],
     ages: Ages | None,
     *,
     stand_ins: bool,
     tests_all_rows: bool,
 ) -> FilePlan:
     imports = Imports()
-    imports.own("System")
-    of = {part.qualified_name: each for each in made for part in each.family.members}
-    names = Namespace((*OWN_NAMES, *types.of.values(), *(each.class_name for each in made)))
+    imports.runtime_name("System")
+    of = {part.qualified_name: each for each in lowered for part in each.family.instances}
+    names = Namespace((*OWN_NAMES, *types.names.values(), *(each.class_name for each in lowered)))
     safe = tuple(of[d.qualified_name].call(d, imports) for d in system.devices if d.safe)
     plant = _plant(system, imports, names, types, safe, stand_ins=stand_ins)
     if system.files:
-        imports.own("join")
+        imports.runtime_name("join")
     scheduled = (
         _scheduled(s, of[s.qualified_name].call(s, imports), tick_s, imports)
         for s in system.subsystems
@@ -345,9 +503,9 @@ def _whole(
     return FilePlan("system.py.j2", parts)
 
 
-def _scheduled(subsystem: Subsystem, made: str, tick_s: Fraction, imports: Imports) -> str:
+def _scheduled(subsystem: Subsystem, constructor: str, tick_s: Fraction, imports: Imports) -> str:
     """The call of `Scheduled` for the expression that makes a subsystem."""
-    arguments = [made, f"ticks={int(1 / subsystem.rate_hz / tick_s)}"]
+    arguments = [constructor, f"ticks={int(1 / subsystem.rate_hz / tick_s)}"]
     if subsystem.budget_s is not None:
         arguments.append(f"budget_s={literal(float(subsystem.budget_s))}")
-    return call(imports.own("Scheduled"), arguments)
+    return call(imports.runtime_name("Scheduled"), arguments)

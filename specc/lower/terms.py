@@ -1,28 +1,23 @@
-"""Terms: nodes of expressions, with what is known of each by the terms that it is made of."""
+"""Terms: the expressions of a subsystem, with equal ones made identical and lets put in place.
+
+A let is only a name that a term prefers. Equality of terms is identity, so finding what can be
+computed once costs a look into a set, however deep the expressions are.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 
 from specc.lang import ranges
-from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of_parts
 from specc.lang.ranges import ANY, Range
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.model import expr as e
-from specc.model.system import Let
-from specc.model.types import (
-    Enum,
-    Int,
-    ListOf,
-    PartialOf,
-    Pose,
-    Real,
-    Spatial,
-    Type,
-    Vector,
-)
+from specc.model.system import Device, Let, Subsystem, System
+from specc.model.types import Bool, Enum, Int, ListOf, PartialOf, Pose, Real, Spatial, Type, Vector
+from specc.model.units import SECOND
 from specc.reachable import reachable
 
 TermSet = frozenset["Term"]
@@ -41,26 +36,26 @@ class Term:
     """Variables of quantifiers around this term that occur in it."""
     is_constant: bool
     """Made of literals and constants alone."""
-    is_settled: bool
+    is_invariant: bool
     """Has one value from the end of the first period on, and computing it cannot fail."""
     reads_clock: bool
     memory: frozenset[str]
     """Memory elements that its evaluation may read."""
-    perhaps: TermSet = field(repr=False)
+    maybe_evaluated: TermSet = field(repr=False)
     """Terms worth keeping that an evaluation of this one may evaluate; itself among them."""
     let: Let | None = None
     """The let that names it; the first one if there are several."""
     is_rounded: bool = False
     """Whether its value comes from arithmetic of reals, which rounds."""
-    rests_on_rounding: bool = False
+    depends_on_rounding: bool = False
     """Whether a comparison with such a value is in it."""
     is_costly: bool = False
     """Whether computing it again costs more than handing its value on."""
     range: Range = ANY
     """What all components lie between."""
-    overflows: bool = False
+    may_overflow: bool = False
     """A result of arithmetic that has not been looked at, and may not be finite."""
-    is_raw: bool = False
+    is_unchecked: bool = False
     """Such a result, or an array that was just made, which has to become read-only."""
 
     @property
@@ -74,16 +69,16 @@ class Term:
         return max(-self.range[0], self.range[1])
 
     @property
-    def is_kept(self) -> bool:
+    def is_worth_local(self) -> bool:
         """Whether its value is worth a local variable when it is needed twice."""
-        return self in self.perhaps
+        return self in self.maybe_evaluated
 
-    def keep(self) -> None:
+    def mark_worth_local(self) -> None:
         """Note that the value is worth a local variable."""
-        self.perhaps |= {self}
+        self.maybe_evaluated |= {self}
 
 
-def unknown(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, None]:
+def unevaluated(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, None]:
     """Terms that an evaluation of `terms` may visit when the values of `known` are there."""
     return reachable(
         (term for term in terms if term not in known),
@@ -91,42 +86,42 @@ def unknown(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, None]:
     )
 
 
-def in_order(terms: Iterable[Term]) -> list[Term]:
+def by_order(terms: Iterable[Term]) -> list[Term]:
     """Terms after those that they are made of; lets in the order of the file."""
     return sorted(terms, key=lambda term: term.order)
 
 
-def term(
+def new_term(
     order: int, node: e.Expr, args: tuple[Term, ...], fixed: tuple[bool, bool], range: Range
 ) -> Term:
     """The term of a node over its operands. `fixed`: whether it is constant, and settled."""
     is_constant, is_settled = fixed
-    perhaps = NONE.union(*(arg.perhaps for arg in args))
+    perhaps = NONE.union(*(arg.maybe_evaluated for arg in args))
     reads_clock = isinstance(node, e.Clock) and node.name != "period"
     memory = frozenset({node.name} if isinstance(node, e.MemoryRef) else ())
     made = Term(
         order=order,
         node=node,
         args=args,
-        bound=_bound(node, args),
+        bound=_bound_variables(node, args),
         is_constant=is_constant,
-        is_settled=is_settled,
+        is_invariant=is_settled,
         reads_clock=reads_clock or any(arg.reads_clock for arg in args),
         memory=memory.union(*(arg.memory for arg in args)),
-        perhaps=perhaps,
+        maybe_evaluated=perhaps,
         is_rounded=_is_rounded(node, args),
-        rests_on_rounding=_compares_rounded(node, args),
+        depends_on_rounding=_compares_rounded(node, args),
         range=range,
     )
-    made.overflows = _overflows(made)
-    made.is_raw = made.overflows or _is_new(made)
+    made.may_overflow = _may_overflow(made)
+    made.is_unchecked = made.may_overflow or _is_new_array(made)
     made.is_costly = not made.bound and not is_settled and _is_costly(node, perhaps)
     if made.is_costly:
-        made.keep()
+        made.mark_worth_local()
     return made
 
 
-def _bound(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
+def _bound_variables(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
     match node:
         case e.BoundVariable(name=name):
             return frozenset({name})
@@ -135,11 +130,11 @@ def _bound(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
     return frozenset[str]().union(*(arg.bound for arg in args))
 
 
-def fixed(node: e.Expr, args: Sequence[Term]) -> tuple[bool, bool]:
+def constness(node: e.Expr, args: Sequence[Term]) -> tuple[bool, bool]:
     """Whether a node that is no name is constant, and settled, by its operands."""
     is_constant, is_settled = (
         all(arg.is_constant for arg in args),
-        all(arg.is_settled for arg in args),
+        all(arg.is_invariant for arg in args),
     )
     match node:
         case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused() | e.Nothing():
@@ -174,7 +169,7 @@ def _compares_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
             return True
         case e.Builtin(name=name) if FUNCTIONS[name].compares:
             return True  # it computes how far the two are apart
-    return any(arg.rests_on_rounding for arg in args)
+    return any(arg.depends_on_rounding for arg in args)
 
 
 def _is_costly(node: e.Expr, perhaps: TermSet) -> bool:
@@ -203,55 +198,55 @@ def _is_costly(node: e.Expr, perhaps: TermSet) -> bool:
 # checked only once: before it is compared, written or handed to an operator.
 
 
-FAR = 1e300
+SAFE_LIMIT = 1e300
 """Numbers below this stay finite in one operation with numbers of their size."""
-LONGEST_S = 1e12
+MAX_DURATION_S = 1e12
 """No state lasts longer than this."""
 
 
-def shows(node: e.Expr) -> range:
+def propagating_operands(node: e.Expr) -> range:
     """The operands in which a number that is not finite makes the result not finite."""
     match node:
         case e.Binary(op="**", right=e.Number(value=exponent)) if exponent < 1:
             return range(0)  # infinity to the power of -1 is 0
         case e.Binary(op=op):
-            return range(SIGNS[op].shows)
-        case e.Unary(op="-") | e.Component() | e.Sure():
+            return range(SIGNS[op].propagates)
+        case e.Unary(op="-") | e.Component() | e.Unwrap():
             return range(1)
-        case e.Builtin(name=name, args=args) if FUNCTIONS[name].shows:
+        case e.Builtin(name=name, args=args) if FUNCTIONS[name].propagates:
             return range(len(args))
         case e.Items(type=Vector() | Spatial(), items=items):
             return range(len(items))
     return range(0)
 
 
-def _overflows(made: Term) -> bool:
+def _may_overflow(made: Term) -> bool:
     """Whether a term is the result of arithmetic that may not be finite.
 
     Finite are results that stay below `FAR`, and those no larger than a finite term that they were
     made from; where poses are composed, generated code looks at the result by itself.
     """
     node, args, largest = made.node, made.args, made.largest
-    if not _is_real(node.type) or _is_composed(node):
+    if not _is_real(node.type) or _is_pose_product(node):
         return False
-    if any(args[place].overflows for place in shows(node)):
+    if any(args[place].may_overflow for place in propagating_operands(node)):
         return True
     match node:
         case e.Builtin(name=name):
-            return FUNCTIONS[name].overflows and largest >= FAR
+            return FUNCTIONS[name].overflows and largest >= SAFE_LIMIT
         case e.Binary(op=op):
-            return largest >= FAR and not _shrinks(op, args)
+            return largest >= SAFE_LIMIT and not _shrinks(op, args)
     return False
 
 
-def _is_new(term: Term) -> bool:
+def _is_new_array(term: Term) -> bool:
     """Whether a term is an array that arithmetic makes, and that is no constant of the module."""
     node = term.node
-    if not _is_real(node.type) or not node.type.is_array or _is_composed(node):
+    if not _is_real(node.type) or not node.type.is_array or _is_pose_product(node):
         return False
-    if any(term.args[place].is_raw for place in shows(node)):
+    if any(term.args[place].is_unchecked for place in propagating_operands(node)):
         return True
-    if term.largest < FAR and all(arg.is_constant for arg in term.args):
+    if term.largest < SAFE_LIMIT and all(arg.is_constant for arg in term.args):
         return False
     return isinstance(node, e.Binary) or (
         FUNCTIONS[node.name].overflows
@@ -260,7 +255,7 @@ def _is_new(term: Term) -> bool:
     )
 
 
-def _is_composed(node: e.Expr) -> bool:
+def _is_pose_product(node: e.Expr) -> bool:
     return isinstance(node, e.Binary) and node.op == "@" and isinstance(node.type, Pose)
 
 
@@ -275,11 +270,11 @@ def range_of(node: e.Expr, args: Sequence[Term]) -> Range:
     """What the number, or all components, that a term stands for lie between."""
     match node:
         case e.Clock(name="elapsed") | e.Lag(name="age"):
-            return 0.0, LONGEST_S
-    return bounds(node, [arg.range for arg in args])
+            return 0.0, MAX_DURATION_S
+    return range_of_parts(node, [arg.range for arg in args])
 
 
-def place_type(node: e.Expr, place: int) -> Type | None:
+def operand_type(node: e.Expr, place: int) -> Type | None:
     """The type that an operand has to have; None where any number will do."""
     match node:
         case e.Choice() if place:
@@ -293,3 +288,180 @@ def place_type(node: e.Expr, place: int) -> Type | None:
 
 def _is_real(type_: Type) -> bool:
     return isinstance(type_, Real) or (type_.is_array and not isinstance(type_, PartialOf))
+
+
+MAX_TERMS = 100_000
+"""Most terms that one method may spell; conditional lets can multiply beyond any use."""
+
+
+class TooLarge(Exception):
+    """The work cycle of a subsystem would become too large a method."""
+
+    def __init__(self, subsystem: str = "") -> None:
+        self.subsystem = subsystem
+        whose = f" of `{subsystem}`" if subsystem else ""
+        super().__init__(
+            f"one period{whose} evaluates more than {MAX_TERMS} terms, or terms nested too deep; "
+            "lets that use other lets in both branches of a choice multiply: compute some in an "
+            "operator"
+        )
+
+
+class TermTable:
+    """All terms of a subsystem."""
+
+    def __init__(
+        self,
+        lets: Iterable[Let] = (),
+        computed: Iterable[str] = (),
+        invariant_memory: Iterable[str] = (),
+        constants: Mapping[str, e.Expr] | None = None,
+        parameters: Mapping[str, tuple[Type, ...]] | None = None,
+    ) -> None:
+        """`computed`: constants whose value an operator or a file gives; `settled`: memory that
+        keeps its initial value for ever; `constants`: the values of the others and of `period`;
+        `parameters`: the types of the parameters of every operator.
+        """
+        self._terms: dict[object, Term] = {}
+        self._lets: dict[str, Term] = {}
+        self._computed = frozenset(computed)
+        self._invariant_memory = frozenset(invariant_memory)
+        self._constants = constants or {}
+        self._parameters = parameters or {}
+        for let in lets:
+            self._lets[let.name] = self._name_term(self.of(let.value), let)
+
+    def _name_term(self, term: Term, let: Let) -> Term:
+        if term.args and not term.is_invariant and term.let is None:
+            term.let = let
+            term.mark_worth_local()
+        return term
+
+    def of(self, node: e.Expr, as_type: Type | None = None) -> Term:
+        """The term of an expression that is compared, written or handed on: a number is finite.
+
+        `as_type` is the type of the place; an integer becomes a real there.
+        """
+        term = self._unchecked(node)
+        if term.is_unchecked:
+            return self._intern(e.Builtin(e.FINITE, (term.node,), type=term.type), (term,))
+        if isinstance(as_type, Real) and isinstance(term.type, Int):
+            if isinstance(term.node, e.Number):
+                return self._intern(e.Number(float(term.node.value), type=as_type), ())
+            return self._intern(e.Builtin(e.FLOAT, (term.node,), type=as_type), (term,))
+        return term
+
+    def _unchecked(self, node: e.Expr) -> Term:
+        """The term of an expression. What is not finite shows in all arithmetic that it enters, so
+        that one look at the end is enough; wherever it could hide, it is looked at before."""
+        if isinstance(node, e.LetRef):
+            return self._lets[node.name]
+        if isinstance(node, (e.Fresh, e.Present, e.Lag)):
+            return self._intern(node, ())
+        propagating = propagating_operands(node)
+        args = (
+            self._unchecked(child)
+            if place in propagating
+            else self.of(child, self._operand_type(node, place))
+            for place, child in enumerate(e.children(node))
+        )
+        return self.fold(node, tuple(args))
+
+    def _operand_type(self, node: e.Expr, place: int) -> Type | None:
+        if isinstance(node, e.Call) and node.operator in self._parameters:
+            return self._parameters[node.operator][place]
+        return operand_type(node, place)
+
+    def fold(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+        """The term of a node over given operands, after folding what is known."""
+        match node:
+            case e.Unary(op="not"):
+                return self._fold_not(node, args[0])
+            case e.Logic():
+                return self._fold_logic(node, args)
+            case e.Choice() if isinstance(args[0].node, e.Truth):
+                return args[1] if args[0].node.value else args[2]
+        return self._intern(node, args)
+
+    def truth(self, value: bool) -> Term:
+        """The term of a constant truth value."""
+        return self._intern(e.TRUE if value else e.FALSE, ())
+
+    def negation(self, term: Term) -> Term:
+        """The term that holds when `term` does not."""
+        return self._fold_not(e.Unary("not", term.node, type=Bool()), term)
+
+    def _fold_not(self, node: e.Unary, arg: Term) -> Term:
+        match arg.node:
+            case e.Truth(value=value):
+                return self.truth(not value)
+            case e.Unary(op="not"):
+                return arg.args[0]
+            case e.Compare(op="==" | "!=" as op):
+                return self._intern(replace(arg.node, op="!=" if op == "==" else "=="), arg.args)
+        return self._intern(node, (arg,))
+
+    def _fold_logic(self, node: e.Logic, args: tuple[Term, ...]) -> Term:
+        """`and`/`or` without operands that decide nothing; `a and not a` is decided."""
+        decided = self.truth(node.op == "or")
+        operands: list[Term] = []
+        for arg in args:
+            nested = isinstance(arg.node, e.Logic) and arg.node.op == node.op and arg.let is None
+            for part in arg.args if nested else (arg,):
+                if part is decided or self.negation(part) in operands:
+                    return decided
+                if not isinstance(part.node, e.Truth) and part not in operands:
+                    operands.append(part)
+        if len(operands) < 2:
+            return operands[0] if operands else self.truth(node.op == "and")
+        return self._intern(node, tuple(operands))
+
+    def _intern(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+        key = (type(node), node.type, _payload(node), tuple(arg.order for arg in args))
+        if key not in self._terms:
+            self._terms[key] = self._new_term(node, args)
+        return self._terms[key]
+
+    def _new_term(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+        match node:
+            case e.ConstantRef(name=name):
+                is_constant, is_settled = name not in self._computed, True
+            case e.MemoryRef(name=name):
+                is_constant, is_settled = False, name in self._invariant_memory
+            case _:
+                is_constant, is_settled = constness(node, args)
+        range_ = self._range(node, args)  # may make terms, so before this one has its number
+        return new_term(len(self._terms), node, args, (is_constant, is_settled), range_)
+
+    def _range(self, node: e.Expr, args: tuple[Term, ...]) -> Range:
+        if isinstance(node, (e.ConstantRef, e.Clock)) and node.name in self._constants:
+            return self._unchecked(self._constants[node.name]).range
+        return range_of(node, args)
+
+
+def term_table(system: System, part: Subsystem | Device, computed: Collection[str]) -> TermTable:
+    """The terms of one part of a system; operators and files give the constants `computed`."""
+    declared = (*system.constants, *part.constants)
+    constants = {c.name: c.value for c in declared if c.name not in computed}
+    parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
+    if isinstance(part, Device):
+        return TermTable((), computed, (), constants, parameters)
+    constants["period"] = e.Number(float(1 / part.rate_hz), type=Real(SECOND))
+    changed = {a.name for b in part.behaviours for a in b.assignments if not a.peer}
+    invariant = (item.name for item in part.memory if item.name not in changed)
+    return TermTable(part.lets, computed, invariant, constants, parameters)
+
+
+def _payload(node: e.Expr) -> object:
+    """What tells two nodes of one kind apart besides their type and operands."""
+    if isinstance(node, e.Number):
+        return (type(node.value), repr(node.value))  # 0.0 and -0.0 are equal numbers
+    if isinstance(node, (e.Fresh, e.Present)):
+        return node.input
+    if isinstance(node, e.Lag):
+        return node.name, node.input
+    values = (getattr(node, part.name) for part in fields(node) if part.name not in _COMMON)
+    return tuple(v for v in values if isinstance(v, (str, int, float, bool, frozenset)))
+
+
+_COMMON = ("type", "span")

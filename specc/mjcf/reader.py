@@ -17,7 +17,7 @@ from specc.mjcf.defaults import Defaults
 from specc.mjcf.model import Model, ModelError, ModelFiles, ModelObject, ModelPart
 from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, digits, excess, number, step_s
 from specc.reachable import reachable
-from specc.read import ANYWHERE, Reach
+from specc.read import ANYWHERE, AllowedPaths
 from specc.refusal import reason_of
 from specc.source import real_path
 
@@ -63,7 +63,7 @@ _FROM_URDF = (
 _MOST = f"{MOST_ELEMENTS:,} elements"
 
 
-def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
+def read_model(path: str, reach: AllowedPaths = ANYWHERE) -> Model:
     """The names in the MJCF file at `path` and in those that it includes, inside `reach`.
 
     Raises:
@@ -77,7 +77,7 @@ def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
 
 
 class _ModelReader:
-    def __init__(self, path: str, reach: Reach) -> None:
+    def __init__(self, path: str, reach: AllowedPaths) -> None:
         self._model = Model()
         self._assets = Assets()
         self._base = os.path.dirname(path)
@@ -195,9 +195,9 @@ class _ModelReader:
                 raise ModelError(f"with {shown} its files have more than {MOST_BYTES:,} bytes")
 
     def _confine(self, path: str) -> None:
-        if not self._reach.holds(path):
+        if not self._reach.contains(path):
             shown = os.path.basename(path)
-            raise ModelError(f"{shown} lies outside the project; {self._reach.way_in(path)}")
+            raise ModelError(f"{shown} lies outside the project; {self._reach.hint_to_allow(path)}")
 
     def read(self, path: str) -> None:
         """Take in a file whose root stands for the element `self._root`."""

@@ -1,4 +1,4 @@
-"""Typed expressions. Equality ignores where an expression stands in the file.
+"""Typed expressions, and conditions that are made of conditions. Equality ignores places.
 
 Every node has `type` and `span`, the offsets of its text inside the YAML scalar it comes from.
 """
@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from specc.model.types import Bool, Type
+from specc.reachable import reachable
 
 Offsets = tuple[int, int]
 
@@ -195,7 +196,7 @@ class Compare(Node):
     right: Expr
 
 
-COMPARED: dict[str, Callable[[Any, Any], bool]] = {
+COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
     "<": operator.lt,
     "<=": operator.le,
     ">": operator.gt,
@@ -218,7 +219,7 @@ class IsNone(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Sure(Node):
+class Unwrap(Node):
     """An optional value where there has to be one, or a list where there has to be an item.
 
     The types say which: that of `value` is optional, or this one's is a nonempty list.
@@ -228,7 +229,7 @@ class Sure(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Among(Node):
+class IsOneOf(Node):
     """`item in {a, b}` over the members of an enum; a `not in` is a negated one."""
 
     item: Expr
@@ -297,7 +298,7 @@ class Unknown(Node):
 Expr = (
     Number | Truth | TextLiteral | Member | Unused | Nothing | Input | MemoryRef | LetRef
     | ConstantRef | FileRef | BoundVariable | Clock | Fresh | Present | Lag | Call | Builtin
-    | Unary | Binary | Compare | IsNone | Sure | Among | Logic | Choice | Items | FieldOf
+    | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice | Items | FieldOf
     | Component | Quantifier | Unknown
 )  # fmt: skip
 
@@ -305,19 +306,19 @@ TRUE = Truth(True, type=Bool())
 FALSE = Truth(False, type=Bool())
 
 
-def _found_parts(kind: type[Any]) -> tuple[tuple[str, bool], ...]:
+def _subexpression_fields(kind: type[Any]) -> tuple[tuple[str, bool], ...]:
     holding = {"Expr": False, "Input": False, "tuple[Expr, ...]": True}
     return tuple((p.name, holding[p.type]) for p in fields(kind) if p.type in holding)
 
 
-_parts: Callable[[Any], tuple[tuple[str, bool], ...]] = cache(_found_parts)
+_fields_of: Callable[[Any], tuple[tuple[str, bool], ...]] = cache(_subexpression_fields)
 """The fields of a class that hold subexpressions, and whether each holds several."""
 
 
 def children(expr: Expr) -> list[Expr]:
     """The direct subexpressions of `expr`, left to right."""
     found: list[Expr] = []
-    for name, several in _parts(type(expr)):
+    for name, several in _fields_of(type(expr)):
         if several:
             found += getattr(expr, name)
         else:
@@ -325,7 +326,7 @@ def children(expr: Expr) -> list[Expr]:
     return found
 
 
-def written(name: str) -> str:
+def source_name(name: str) -> str:
     """An operator or file as it is written, by its name in the system.
 
     The names differ where files of one system give several meanings to a name: `F@lib/arm.yaml`.
@@ -335,7 +336,7 @@ def written(name: str) -> str:
 
 def walk(expr: Expr) -> Iterator[Expr]:
     """`expr` and all subexpressions, parents first."""
-    return _walk(expr) if _parts(type(expr)) else iter((expr,))
+    return _walk(expr) if _fields_of(type(expr)) else iter((expr,))
 
 
 def _walk(expr: Expr) -> Iterator[Expr]:
@@ -343,20 +344,20 @@ def _walk(expr: Expr) -> Iterator[Expr]:
     while waiting:
         part = waiting.pop()
         yield part
-        if _parts(type(part)):
+        if _fields_of(type(part)):
             waiting += reversed(children(part))
 
 
-def constants_in(expr: Expr) -> list[str]:
+def constant_names(expr: Expr) -> list[str]:
     """Names of the constants in an expression, as often as they stand there."""
     return [node.name for node in walk(expr) if isinstance(node, ConstantRef)]
 
 
-def mapped(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
+def map_children(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
     """`expr` with its direct subexpressions changed; the same object if none is another one."""
     kind: Any = type(expr)
     changed: dict[str, Any] = {}
-    for name, several in _parts(kind):
+    for name, several in _fields_of(kind):
         old = getattr(expr, name)
         if several:
             new: Any = tuple(map(change, old))
@@ -368,11 +369,11 @@ def mapped(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
     return replace(expr, **changed) if changed else expr
 
 
-def instance(body: Expr, variable: str, item: Expr) -> Expr:
+def instantiate(body: Expr, variable: str, item: Expr) -> Expr:
     """The body of a quantifier said of one item."""
     if isinstance(body, BoundVariable):
         return item if body.name == variable else body
-    return mapped(body, lambda part: instance(part, variable, item))
+    return map_children(body, lambda part: instantiate(part, variable, item))
 
 
 def has_free_variable(expr: Expr) -> bool:
@@ -385,3 +386,87 @@ def has_free_variable(expr: Expr) -> bool:
 def has_unknown(expr: Expr) -> bool:
     """Whether a part of an expression is unknown."""
     return any(isinstance(node, Unknown) for node in walk(expr))
+
+
+def truth(value: bool) -> Truth:
+    """The condition that always, or never, holds."""
+    return TRUE if value else FALSE
+
+
+def negation(condition: Expr) -> Expr:
+    """`not condition`."""
+    match condition:
+        case Truth(value=value):
+            return truth(not value)
+        case Unary(op="not", operand=operand):
+            return operand
+    return Unary("not", condition, type=Bool())
+
+
+def opposite(condition: Expr) -> Expr:
+    """The negation of a condition as one would write it."""
+    if isinstance(condition, Compare):
+        op = OPPOSITES[condition.op]
+        return Compare(op, condition.left, condition.right, type=Bool())  # type: ignore[arg-type]  # one of six
+    return negation(condition)
+
+
+def junction(op: Literal["and", "or"], parts: Sequence[Expr]) -> Expr:
+    """The conjunction or disjunction of some conditions."""
+    if len(parts) < 2:
+        return parts[0] if parts else truth(op == "and")
+    return Logic(op, tuple(parts), type=Bool())
+
+
+def conjuncts(condition: Expr) -> Iterator[Expr]:
+    """The operands of a conjunction, or the negated operands of a negated disjunction."""
+    match condition:
+        case Logic(op="and", operands=operands):
+            yield from _conjuncts_of(operands)
+        case Unary(op="not", operand=Logic(op="or", operands=operands)):
+            yield from _conjuncts_of(map(negation, operands))
+        case _:
+            yield condition
+
+
+def _conjuncts_of(operands: Iterable[Expr]) -> Iterator[Expr]:
+    for operand in operands:
+        yield from conjuncts(operand)
+
+
+T = TypeVar("T")
+
+
+class InDependenceOrder(Mapping[str, T]):
+    """What `find` tells of named expressions, for each at most once, when it is first wanted.
+
+    Those that it names come first: so `find` meets only names of which the answer is known, and no
+    chain of them is followed by deep recursion.
+    """
+
+    def __init__(self, named: Mapping[str, Expr], find: Callable[[str], T]) -> None:
+        """`named` in order of dependence: each names earlier ones only."""
+        self._named = named
+        self._find = find
+        self._known: dict[str, T] = {}
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self._known:
+            missing = reachable([name], self._missing_in)
+            for other in missing if len(missing) == 1 else filter(missing.__contains__, self):
+                self._known[other] = self._find(other)
+        return self._known[name]
+
+    def _missing_in(self, name: str) -> Iterator[str]:
+        nodes = walk(self._named[name])
+        names = (node.name for node in nodes if isinstance(node, (LetRef, ConstantRef)))
+        return (named for named in names if named in self._named and named not in self._known)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._named
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._named)
+
+    def __len__(self) -> int:
+        return len(self._named)

@@ -7,8 +7,35 @@ from itertools import chain
 from typing import Literal
 
 from specc.model.expr import Expr
-from specc.model.trace import Trace
 from specc.source import Place
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """Equation numbers, tables and figures; empty where a part has none."""
+
+    eq: tuple[int, ...] = ()
+    table: tuple[int, ...] = ()
+    fig: tuple[int, ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.eq or self.table or self.fig)
+
+    def __str__(self) -> str:
+        """`eq. 5`, `eqs 76, 77; Table 11`, or the empty text."""
+        parts = (
+            _numbered("eq.", "eqs", self.eq),
+            _numbered("Table", "Tables", self.table),
+            _numbered("Fig.", "Figs", self.fig),
+        )
+        return "; ".join(p for p in parts if p)
+
+
+def _numbered(one: str, many: str, numbers: tuple[int, ...]) -> str:
+    if not numbers:
+        return ""
+    return f"{one if len(numbers) == 1 else many} {', '.join(map(str, numbers))}"
+
 
 ConditionKind = Literal["initial", "terminal", "error"]
 Cause = Literal["terminal", "error"]
@@ -55,7 +82,7 @@ class Function:
     title: str
     trace: Trace
     place: Place
-    whole: bool = True
+    is_complete: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +99,7 @@ class Behaviour:
     title: str
     trace: Trace
     place: Place
-    whole: bool = True
+    is_complete: bool = True
     assignments: tuple[Assignment, ...] = field(init=False, repr=False, compare=False)
 
     @property
@@ -84,7 +111,7 @@ class Behaviour:
         """What ends it by a cause."""
         return self.error if cause == "error" else self.terminal
 
-    def ended(self, cause: Cause) -> tuple[tuple[Expr, bool], ...]:
+    def facts_after(self, cause: Cause) -> tuple[tuple[Expr, bool], ...]:
         """Conditions, and whether they held, once it has ended by a cause."""
         if cause == "error":
             return ((self.error.when, True),)
@@ -121,10 +148,10 @@ class Transition:
     target: str
     trace: Trace
     place: Place
-    remainder: bool = False
+    is_otherwise: bool = False
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """The row as faults and recordings of runs name it."""
         return f"{self.source} {self.cause} {self.condition.name} -> {self.target}"
 

@@ -40,7 +40,7 @@ class TickCondition:
 
 
 @dataclass(frozen=True, slots=True)
-class Junction:
+class BoolOp:
     """`not`, `and`, `or` of formulas; `p implies q` is `not p or q` with a `premise`."""
 
     op: Literal["not", "and", "or"]
@@ -63,12 +63,12 @@ class Temporal:
     """Where it stands in its text."""
 
     @property
-    def is_ahead(self) -> bool:
+    def is_future(self) -> bool:
         """Whether it is about ticks that are to come."""
         return self.op in ("within", "throughout")
 
 
-TemporalFormula = TickCondition | Junction | Temporal
+TemporalFormula = TickCondition | BoolOp | Temporal
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ class Requirement:
     text: str
     because: str
     formula: TemporalFormula
-    lasts: bool
+    holds_always: bool
     readings: tuple[Reading, ...]
     place: Place
     name: str = ""
@@ -125,12 +125,12 @@ def expressions(formula: TemporalFormula) -> Iterator[Expr]:
         yield from expressions(operand)
 
 
-def reach_s(formula: TemporalFormula) -> Fraction:
+def horizon_s(formula: TemporalFormula) -> Fraction:
     """The time in s after a tick at which the truth of the formula at that tick is known."""
     if isinstance(formula, TickCondition):
         return Fraction(0)
-    own_s = formula.span_s if isinstance(formula, Temporal) and formula.is_ahead else Fraction(0)
-    return own_s + max(map(reach_s, formula.operands))
+    own_s = formula.span_s if isinstance(formula, Temporal) and formula.is_future else Fraction(0)
+    return own_s + max(map(horizon_s, formula.operands))
 
 
 def span_of(formula: TemporalFormula) -> Offsets:
@@ -146,33 +146,33 @@ def antecedent(formula: TemporalFormula) -> TemporalFormula | None:
     None if it is asked at every tick.
     """
     match formula:
-        case Junction(operands=(_, conclusion), premise=premise) if premise is not None:
+        case BoolOp(operands=(_, conclusion), premise=premise) if premise is not None:
             more = antecedent(conclusion)
-            return premise if more is None else Junction("and", (premise, more))
-        case Junction(op="and", operands=operands):
+            return premise if more is None else BoolOp("and", (premise, more))
+        case BoolOp(op="and", operands=operands):
             parts = tuple(map(antecedent, operands))
             known = tuple(part for part in parts if part is not None)
-            return Junction("or", known) if len(known) == len(parts) else None
+            return BoolOp("or", known) if len(known) == len(parts) else None
         case Temporal(op="within" | "throughout", operands=(operand,)):
-            return _some_time("within", formula, operand)
+            return _at_some_time("within", formula, operand)
         case Temporal(op="once" | "historically", operands=(operand,)):
-            return _some_time("once", formula, operand)
+            return _at_some_time("once", formula, operand)
     return None
 
 
-def _some_time(
+def _at_some_time(
     op: Literal["within", "once"], formula: Temporal, operand: TemporalFormula
 ) -> TemporalFormula | None:
     inner = antecedent(operand)
     return None if inner is None else Temporal(op, (inner,), formula.span_s, formula.span)
 
 
-def looks_ahead(formula: TemporalFormula) -> bool:
+def has_future(formula: TemporalFormula) -> bool:
     """Whether a formula, or a part of it, is about ticks that are to come."""
     if isinstance(formula, TickCondition):
         return False
-    is_ahead = isinstance(formula, Temporal) and formula.is_ahead
-    return is_ahead or any(map(looks_ahead, formula.operands))
+    is_ahead = isinstance(formula, Temporal) and formula.is_future
+    return is_ahead or any(map(has_future, formula.operands))
 
 
 def is_timeless(formula: TemporalFormula) -> bool:

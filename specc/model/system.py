@@ -1,4 +1,4 @@
-"""A whole specified system: agents, their subsystems and devices, the plant and the task."""
+"""A whole specified system: agents, their subsystems and devices, the plant and its bindings."""
 
 from __future__ import annotations
 
@@ -6,16 +6,74 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Literal
+from typing import Final, Literal
 
-from specc.model.binding import Binding, Published, Ros2
 from specc.model.expr import Expr
-from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
+from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Trace, Transition
 from specc.model.requirement import FormulaLet, Requirement
 from specc.model.task import Task
-from specc.model.trace import Trace
-from specc.model.types import Type, within
+from specc.model.types import Type, nested_types
+from specc.model.units import Unit
 from specc.source import Place
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """What stands behind one element of a device in the plant."""
+
+    device: str
+    element: str
+    place: Place
+    joints: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ()
+    actuators: tuple[str, ...] = ()
+    camera: str = ""
+    image: Literal["", "rgb", "depth"] = ""
+    rate_hz: Fraction | None = None
+    noise: tuple[float, ...] = ()
+    depth_noise: str = ""
+    through: str = ""
+    noise_units: tuple[Unit, ...] = ()
+    """Units in which `noise` is written."""
+    sporadic: bool = False
+    """Whether there may be no new sample, for at most `max_gap_s` if that is known."""
+    max_gap_s: Fraction | None = None
+    topic: str = ""
+    message: str = ""
+    """Type of the messages of the topic, `package/Type`."""
+    qos: tuple[tuple[str, str | int], ...] = ()
+    """Options of the quality of service of the topic, as they are given."""
+    tf: tuple[str, ...] = ()
+    """Frames of the specification between which tf2 has the transform."""
+    action: str = ""
+    part: Literal["", "goal", "status", "feedback", "result"] = ""
+    """What of the action the element is; `message` is the type of the action."""
+
+
+PLANT: Final = "plant"
+"""Stands for the device in bindings of what requirements see of the plant."""
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """What others in ROS can watch: `agent.subsystem` its state, `agent.subsystem.y.peer.element`
+    what it sends."""
+
+    name: str
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2:
+    """The node behind which devices are; `frames` has what ROS calls those of the system."""
+
+    node: str
+    python: str
+    wait_s: Fraction
+    use_sim_time: bool
+    frames: tuple[tuple[str, str], ...]
+    place: Place
+
 
 SubsystemKind = Literal["control", "virtual_effector", "virtual_receptor"]
 DeviceKind = Literal["real_effector", "real_receptor"]
@@ -48,7 +106,7 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True)
-class Safe:
+class SafeOutput:
     """What a device gets when a run ends: `value`, or `otherwise` if that fails.
 
     In both, memory is what the device reported last.
@@ -71,14 +129,14 @@ class Element:
     place: Place
     max_age_s: Fraction | None = None
     """How old the measurements behind a value that is received may be, in seconds."""
-    safe: Safe | None = None
+    safe: SafeOutput | None = None
     """Of what a device accepts."""
     event: bool = False
     """Whether none of the values that are received may be missed."""
 
 
 @dataclass(frozen=True, slots=True)
-class Shared:
+class InterfaceRef:
     """The interface whose elements a buffer has, as the buffer names it."""
 
     text: str
@@ -95,7 +153,7 @@ class Port:
     other_end: str
     """Qualified name of the subsystem or device at the other end: `irp.c`, `irp.E.m`."""
     place: Place
-    interface: Shared | None = None
+    interface: InterfaceRef | None = None
 
     def element(self, name: str) -> Element | None:
         return next((e for e in self.elements if e.name == name), None)
@@ -129,7 +187,7 @@ class Let:
 
 
 @dataclass(frozen=True, slots=True)
-class Outside:
+class OuterName:
     """A name that a file gives to all expressions in it."""
 
     kind: Literal["constant", "file"]
@@ -161,11 +219,11 @@ class Subsystem:
     axioms: tuple[Axiom, ...]
     trace: Trace
     place: Place
-    outside: tuple[Outside, ...] = ()
+    outside: tuple[OuterName, ...] = ()
     """Constants and files of the file that describes it."""
-    rated: bool = True
+    has_rate: bool = True
     """Whether its rate is known; `rate_hz` is 1 if it is not."""
-    begun: bool = True
+    has_initial_state: bool = True
     """Whether its initial state is known."""
     budget_s: Fraction | None = None
     """How long a step may take on the machine, in seconds, if that is said."""
@@ -223,7 +281,7 @@ class Subsystem:
         return tuple({id(condition.when): condition for condition in every}.values())
 
     @cached_property
-    def written(self) -> dict[tuple[str, str], dict[str, list[Expr]]]:
+    def assigned_values(self) -> dict[tuple[str, str], dict[str, list[Expr]]]:
         """What behaviours of states assign, by peer ("" for memory), name and behaviour."""
         found: dict[tuple[str, str], dict[str, list[Expr]]] = {}
         for behaviour in {s.behaviour.name: s.behaviour for s in self.states}.values():
@@ -258,7 +316,7 @@ class Device:
     """How long the agent may be silent in real time until the device gets its safe outputs."""
 
     @property
-    def safe(self) -> tuple[tuple[Element, Safe], ...]:
+    def safe(self) -> tuple[tuple[Element, SafeOutput], ...]:
         """The elements that have a safe value, with it."""
         return tuple((element, element.safe) for element in self.x if element.safe)
 
@@ -341,7 +399,7 @@ class System:
     folders: tuple[str, ...] = ()
     """Real paths of the folders in which its files lie; without any, they may lie anywhere."""
     requirements: tuple[Requirement, ...] = ()
-    described: tuple[tuple[Constant, ...], ...] = ()
+    description_uses: tuple[tuple[Constant, ...], ...] = ()
     """Parameters and constants of each use of a description; expressions have their values."""
     formula_lets: tuple[FormulaLet, ...] = ()
     """Names for parts of formulas, and what they stand for."""
@@ -374,10 +432,10 @@ class System:
 
 def types_used(system: System) -> dict[Type, None]:
     """The types of operators, constants, buffers, memory and lets, and what they are made of."""
-    return within(_declared(system))
+    return nested_types(_declared_types(system))
 
 
-def _declared(system: System) -> Iterator[Type]:
+def _declared_types(system: System) -> Iterator[Type]:
     for operator in system.operators:
         yield from (type_ for _, type_ in operator.parameters)
         yield operator.result

@@ -23,7 +23,7 @@ class Draw:
     name: str
     values: tuple[tuple[float, Unit], ...]
     texts: tuple[Expr, ...]
-    between: bool
+    is_range: bool
     place: Place
 
     def invalid_unit(self, wanted: Unit) -> Unit | None:
@@ -46,37 +46,38 @@ class Verb:
     """
 
     name: str
-    done: str
+    participle: str
     subject: Subject
     numbers: Literal["none", "one", "force", "each"]
     """None, one, those along x, y and z, or one for all or each number that is measured."""
-    about: str
-    lasts: bool = True
+    description: str
+    has_duration: bool = True
     unit: Unit | None = None
-    nothing: tuple[float, str, str] | None = None
-    spoiled: tuple[str, ...] = ()
+    neutral: tuple[float, str, str] | None = None
+    spoiled_by: tuple[str, ...] = ()
 
 
 _WRONG = "say how wrong the measurement is, or leave it out"
 _ROWS = (
     Verb("move", "moved", "coordinate", "one",
-        "Joints, with the positions that they are put at.", lasts=False, spoiled=("block",)),
+        "Joints, with the positions that they are put at.", has_duration=False,
+        spoiled_by=("block",)),
     Verb("shift", "shifted", "distance", "one",
-        "Joints, with how far they are moved from where they are.", lasts=False,
-        nothing=(0, "by nothing", "say how far it is moved from where it is"),
-        spoiled=("block", "move")),
+        "Joints, with how far they are moved from where they are.", has_duration=False,
+        neutral=(0, "by nothing", "say how far it is moved from where it is"),
+        spoiled_by=("block", "move")),
     Verb("push", "pushed", "body", "force",
         "Bodies, with the force on each along x, y and z of the world.", unit=NEWTON,
-        nothing=(0, "by no force", "say with which force, e.g. `[0, 0, 20[N]]`")),
+        neutral=(0, "by no force", "say with which force, e.g. `[0, 0, 20[N]]`")),
     Verb("block", "blocked", "joint", "none", "Joints that do not move."),
     Verb("silent", "silenced", "samples", "none",
         "Elements of sporadic devices that have no samples."),
     Verb("scale", "scaled", "measurement", "each",
         "Elements of devices, with the factors of what is measured: one, or one a number.",
-        unit=DIMENSIONLESS, nothing=(1, "by 1", _WRONG), spoiled=("silent",)),
+        unit=DIMENSIONLESS, neutral=(1, "by 1", _WRONG), spoiled_by=("silent",)),
     Verb("bias", "biased", "measurement", "each",
         "Elements of devices, with what is added to what is measured: one, or one a number.",
-        nothing=(0, "by nothing", _WRONG), spoiled=("silent",)),
+        neutral=(0, "by nothing", _WRONG), spoiled_by=("silent",)),
 )  # fmt: skip
 VERBS = {row.name: row for row in _ROWS}
 """All that disturbances can do, in the order of their keys; runs have
@@ -85,7 +86,7 @@ VERBS = {row.name: row for row in _ROWS}
 
 
 @dataclass(frozen=True, slots=True)
-class Deed:
+class DisturbanceAction:
     """A verb and the name of its subject: a joint, a body, or `agent.R.device.element`."""
 
     verb: str
@@ -106,13 +107,13 @@ class Disturbance:
     when: Requirement | None
     every: Draw | None
     probability: Draw | None
-    lasts: Draw | None
-    deeds: tuple[Deed, ...]
+    duration: Draw | None
+    actions: tuple[DisturbanceAction, ...]
     place: Place
 
-    def of(self, *subjects: Subject) -> Iterator[tuple[Verb, Deed]]:
+    def actions_on(self, *subjects: Subject) -> Iterator[tuple[Verb, DisturbanceAction]]:
         """What is done to some subjects, or to all if none are given."""
-        for deed in self.deeds:
+        for deed in self.actions:
             verb = VERBS[deed.verb]
             if not subjects or verb.subject in subjects:
                 yield verb, deed
@@ -120,17 +121,17 @@ class Disturbance:
     @property
     def subject(self) -> str:
         """What it does to what: `block elbow, shift box.x`."""
-        return ", ".join(sorted(f"{deed.verb} {deed.name}" for deed in self.deeds))
+        return ", ".join(sorted(f"{deed.verb} {deed.name}" for deed in self.actions))
 
     @property
     def numbers(self) -> tuple[Draw, ...]:
         """All that is drawn for it."""
-        return (*self.times, *(draw for deed in self.deeds for draw in deed.numbers))
+        return (*self.times, *(draw for deed in self.actions for draw in deed.numbers))
 
     @property
     def times(self) -> tuple[Draw, ...]:
         """When it happens, how often and for how long."""
-        drawn = self.at, self.every, self.probability, self.lasts
+        drawn = self.at, self.every, self.probability, self.duration
         return tuple(draw for draw in drawn if draw is not None)
 
 

@@ -1,7 +1,7 @@
 """Types of values: shape, unit and coordinate frame. Two types are the same when they are equal.
 
 A frame is a name; in an operator's signature a name that starts with "?" is a frame variable,
-which stands for any frame (see `specc.lang.mismatch`).
+which stands for any frame (see `specc.lang.context`).
 
 What follows from how a type is made, its class says here; all else that is known of it, its row in
 `specc.lang.kinds`.
@@ -19,7 +19,7 @@ from specc.reachable import reachable
 Frame = str
 
 
-class _Made:
+class _TypeBase:
     """What is asked of all types about how they are made, with the answers of most."""
 
     __slots__ = ()
@@ -70,7 +70,7 @@ class _Made:
 
 
 @dataclass(frozen=True, slots=True)
-class Bool(_Made):
+class Bool(_TypeBase):
     is_discrete = True
 
     def __str__(self) -> str:
@@ -78,7 +78,7 @@ class Bool(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class Int(_Made):
+class Int(_TypeBase):
     is_discrete = True
 
     def __str__(self) -> str:
@@ -86,7 +86,7 @@ class Int(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class Real(_Made):
+class Real(_TypeBase):
     unit: Unit = DIMENSIONLESS
 
     @property
@@ -98,7 +98,7 @@ class Real(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class Text(_Made):
+class Text(_TypeBase):
     is_discrete = True
 
     def __str__(self) -> str:
@@ -106,7 +106,7 @@ class Text(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class File(_Made):
+class File(_TypeBase):
     """A file of the specification, named under `files:`."""
 
     def __str__(self) -> str:
@@ -114,7 +114,7 @@ class File(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class Enum(_Made):
+class Enum(_TypeBase):
     name: str
     members: tuple[str, ...]
     is_discrete = True
@@ -124,7 +124,7 @@ class Enum(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class Vector(_Made):
+class Vector(_TypeBase):
     """`size` elements that are all reals of one unit, integers, booleans or of one enum.
 
     With a `frame` it is a point: three metres along its axes, from its origin.
@@ -173,7 +173,7 @@ class Vector(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class Spatial(_Made):
+class Spatial(_TypeBase):
     """Six components: three along the axes of `frame`, then three about them."""
 
     frame: Frame
@@ -217,7 +217,7 @@ _SPATIAL_NAMES = {units: name for name, units in SPATIAL_KINDS.items()}
 
 
 @dataclass(frozen=True, slots=True)
-class Pose(_Made):
+class Pose(_TypeBase):
     """Pose of `child` in `parent`, X_parent_child; the paper's left-superscript parent."""
 
     parent: Frame
@@ -236,7 +236,7 @@ class Pose(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class Image(_Made):
+class Image(_TypeBase):
     """`channels` is 3 for RGB (bytes) and 1 for a depth map (metres)."""
 
     height: int
@@ -248,7 +248,7 @@ class Image(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class ListOf(_Made):
+class ListOf(_TypeBase):
     """Items of one type; a list that is `nonempty` has at least one."""
 
     element: Type
@@ -260,7 +260,7 @@ class ListOf(_Made):
 
     @property
     def extent(self) -> tuple[int, int]:
-        return _with(self.element.extent)
+        return _nested_extent(self.element.extent)
 
     def framed(self, frame: Callable[[Frame], Frame]) -> ListOf:
         return ListOf(self.element.framed(frame), self.nonempty)
@@ -270,7 +270,7 @@ class ListOf(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class OptionalOf(_Made):
+class OptionalOf(_TypeBase):
     """A value of a type, or None."""
 
     value: Type
@@ -281,7 +281,7 @@ class OptionalOf(_Made):
 
     @property
     def extent(self) -> tuple[int, int]:
-        return _with(self.value.extent)
+        return _nested_extent(self.value.extent)
 
     def framed(self, frame: Callable[[Frame], Frame]) -> OptionalOf:
         return OptionalOf(self.value.framed(frame))
@@ -291,7 +291,7 @@ class OptionalOf(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class PartialOf(_Made):
+class PartialOf(_TypeBase):
     """A vector of reals or a spatial vector; some of its components may be missing, spelt `_`."""
 
     value: Vector | Spatial
@@ -309,7 +309,7 @@ class PartialOf(_Made):
 
 
 @dataclass(frozen=True, slots=True)
-class Record(_Made):
+class Record(_TypeBase):
     """Named fields. `python` is the class of its values, `module:Class`, or "" to generate one."""
 
     name: str
@@ -321,7 +321,9 @@ class Record(_Made):
     _hash: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "extent", _with(*(type_.extent for _, type_ in self.fields)))
+        object.__setattr__(
+            self, "extent", _nested_extent(*(type_.extent for _, type_ in self.fields))
+        )
         object.__setattr__(self, "_hash", hash((self.name, self.frames, self.fields)))
 
     def __hash__(self) -> int:
@@ -336,14 +338,14 @@ class Record(_Made):
 
     def framed(self, frame: Callable[[Frame], Frame]) -> Record:
         fields = tuple((name, type_.framed(frame)) for name, type_ in self.fields)
-        return Record(self.name, _others(frame, self.frames), fields, self.python)
+        return Record(self.name, _mapped_frames(frame, self.frames), fields, self.python)
 
     def __str__(self) -> str:
-        return _applied(self.name, self.frames)
+        return _with_frames(self.name, self.frames)
 
 
 @dataclass(frozen=True, slots=True)
-class Opaque(_Made):
+class Opaque(_TypeBase):
     """A value that only operators look into; `python` is its class, `module:Class`.
 
     `codec` has the functions that make bytes of a value and a value of bytes, or is empty.
@@ -355,10 +357,10 @@ class Opaque(_Made):
     codec: tuple[str, ...] = ()
 
     def framed(self, frame: Callable[[Frame], Frame]) -> Opaque:
-        return replace(self, frames=_others(frame, self.frames))
+        return replace(self, frames=_mapped_frames(frame, self.frames))
 
     def __str__(self) -> str:
-        return _applied(self.name, self.frames)
+        return _with_frames(self.name, self.frames)
 
 
 def point(frame: Frame) -> Vector:
@@ -366,12 +368,12 @@ def point(frame: Frame) -> Vector:
     return Vector(3, Real(METRE), frame)
 
 
-def whole(type: Type) -> Type:
+def complete_type(type: Type) -> Type:
     """The type of a value of which nothing is missing."""
     return type.value if isinstance(type, PartialOf) else type
 
 
-def _applied(name: str, frames: tuple[Frame, ...]) -> str:
+def _with_frames(name: str, frames: tuple[Frame, ...]) -> str:
     return f"{name}[{', '.join(f.lstrip('?') for f in frames)}]" if frames else name
 
 
@@ -381,15 +383,15 @@ Type = (
 )  # fmt: skip
 
 
-def within(types: Iterable[Type]) -> dict[Type, None]:
+def nested_types(types: Iterable[Type]) -> dict[Type, None]:
     """Some types and all that they are made of, as an ordered set: those themselves first."""
     return reachable(types, lambda type_: type_.parts)
 
 
-def _with(*inner: tuple[int, int]) -> tuple[int, int]:
+def _nested_extent(*inner: tuple[int, int]) -> tuple[int, int]:
     """The extent of a type around others."""
     return 1 + sum(parts for parts, _ in inner), 1 + max((n for _, n in inner), default=0)
 
 
-def _others(frame: Callable[[Frame], Frame], frames: tuple[Frame, ...]) -> tuple[Frame, ...]:
+def _mapped_frames(frame: Callable[[Frame], Frame], frames: tuple[Frame, ...]) -> tuple[Frame, ...]:
     return tuple(filter(None, map(frame, frames)))

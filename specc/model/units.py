@@ -87,8 +87,8 @@ class Unit:
 
 
 def _unit(exponents: dict[str, Fraction], scale: float) -> Unit:
-    kept = tuple(sorted((b, e) for b, e in exponents.items() if e))
-    return Unit(kept, 1.0 if math.isclose(scale, 1.0) else scale)
+    powers = tuple(sorted((b, e) for b, e in exponents.items() if e))
+    return Unit(powers, 1.0 if math.isclose(scale, 1.0) else scale)
 
 
 def _spell(dimensions: Dimensions) -> str:
@@ -113,7 +113,7 @@ NEWTON_METRE = NEWTON * METRE
 HERTZ = SECOND**-1
 
 
-def _table() -> dict[str, Unit]:
+def _all_units() -> dict[str, Unit]:
     units = dict(_BASE)
     units |= {"N": NEWTON, "Hz": HERTZ, "Pa": NEWTON / METRE**2}
     units |= {"W": _BASE["J"] / SECOND, "V": _BASE["J"] / (AMPERE * SECOND)}
@@ -128,7 +128,7 @@ def _table() -> dict[str, Unit]:
     return units
 
 
-UNITS = _table()
+UNITS = _all_units()
 """Unit name -> unit, for every name that a specification may use."""
 _NAMES = {u.dimensions: n for n, u in UNITS.items() if u.is_coherent and n not in ("Hz", "px")}
 _NAMES |= {NEWTON_METRE.dimensions: "N*m", (): "1"}
@@ -158,17 +158,17 @@ def unit_of(node: ast.expr) -> Unit:
         case ast.Constant(value=int(value)) if value is not True and value == 1:
             return DIMENSIONLESS
         case ast.BinOp(left=left, op=ast.Mult(), right=right):
-            return _bounded(unit_of(left) * unit_of(right), node)
+            return _reasonable(unit_of(left) * unit_of(right), node)
         case ast.BinOp(left=left, op=ast.Div(), right=right):
-            return _bounded(unit_of(left) / unit_of(right), node)
+            return _reasonable(unit_of(left) / unit_of(right), node)
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
-            return _bounded(unit_of(left) ** _exponent(right), node)
+            return _reasonable(unit_of(left) ** _exponent(right), node)
     name = node.id if isinstance(node, ast.Name) else ""
     message = f"unknown unit `{name}`" if name else "not a unit"
     raise UnitError(message, node.col_offset, node.end_col_offset, name)
 
 
-def _bounded(unit: Unit, node: ast.expr) -> Unit:
+def _reasonable(unit: Unit, node: ast.expr) -> Unit:
     if not unit.is_reasonable:
         message = "the powers in this unit are too large"
         raise UnitError(message, node.col_offset, node.end_col_offset)

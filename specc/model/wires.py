@@ -30,34 +30,34 @@ class Wire:
 
     subsystem: Subsystem
     port: Port
-    part: Subsystem | Device | None
-    end: Port | None
+    peer: Subsystem | Device | None
+    peer_port: Port | None
 
     @property
-    def name(self) -> str:
+    def peer_name(self) -> str:
         """The qualified name of the part at the other end, which may be missing."""
         return self.port.other_end
 
     @property
-    def device(self) -> Device | None:
+    def peer_device(self) -> Device | None:
         """The device at the other end, if it is one."""
-        return self.part if isinstance(self.part, Device) else None
+        return self.peer if isinstance(self.peer, Device) else None
 
     @property
-    def other(self) -> Subsystem | None:
+    def peer_subsystem(self) -> Subsystem | None:
         """The subsystem at the other end, if it is one."""
-        return self.part if isinstance(self.part, Subsystem) else None
+        return self.peer if isinstance(self.peer, Subsystem) else None
 
     @property
     def elements(self) -> tuple[Element, ...]:
         """The elements that the other end declares: a device reports in `y` what is read in `x`."""
-        if self.device:
-            return self.device.y if self.port.direction == "x" else self.device.x
-        return self.end.elements if self.end else ()
+        if self.peer_device:
+            return self.peer_device.y if self.port.direction == "x" else self.peer_device.x
+        return self.peer_port.elements if self.peer_port else ()
 
-    def arriving(self, behaviour: Behaviour) -> frozenset[tuple[str, str]]:
+    def inputs_sent_by(self, behaviour: Behaviour) -> frozenset[tuple[str, str]]:
         """What a behaviour of the subsystem at the other end sends here, as it is called here."""
-        peers = {self.end.peer} if self.end else set()
+        peers = {self.peer_port.peer} if self.peer_port else set()
         return frozenset((self.port.peer, a.name) for a in behaviour.assignments if a.peer in peers)
 
 
@@ -81,7 +81,7 @@ class Wires:
         """The subsystem or device of a qualified name; None if there is none."""
         return self.devices.get(name) or self.subsystems.get(name)
 
-    def named(self, subsystem: Subsystem, port: Port) -> Place | None:
+    def peer_place(self, subsystem: Subsystem, port: Port) -> Place | None:
         """The definition that has the name of the peer: an agent, not its control subsystem."""
         other = self.part(port.other_end)
         if other is None or other.agent == subsystem.agent:
@@ -89,8 +89,8 @@ class Wires:
         return next((a.place for a in self._agents if a.name == other.agent), None)
 
     @cached_property
-    def _every(self) -> list[Wire]:
-        return [w for agent in self._agents for s in agent.subsystems for w in self.of(s)]
+    def _wires(self) -> list[Wire]:
+        return [w for agent in self._agents for s in agent.subsystems for w in self.wires_of(s)]
 
     @cached_property
     def _ports(self) -> dict[tuple[str, str, str], Port]:
@@ -99,15 +99,15 @@ class Wires:
         return {(p.direction, s.qualified_name, p.other_end): p for s, p in reversed(owned)}
 
     @cached_property
-    def _at(self) -> dict[str, list[Wire]]:
-        return grouped((wire.name, wire) for wire in self._every)
+    def _by_peer(self) -> dict[str, list[Wire]]:
+        return grouped((wire.peer_name, wire) for wire in self._wires)
 
     @cached_property
     def _inputs(self) -> dict[tuple[str, str], Wire]:
-        found = (wire for wire in reversed(self._every) if wire.port.direction == "x")
+        found = (wire for wire in reversed(self._wires) if wire.port.direction == "x")
         return {(wire.subsystem.qualified_name, wire.port.peer): wire for wire in found}
 
-    def of(self, subsystem: Subsystem) -> list[Wire]:
+    def wires_of(self, subsystem: Subsystem) -> list[Wire]:
         """The wires of all ports of a subsystem, in their order."""
         name = subsystem.qualified_name
         return [
@@ -116,12 +116,12 @@ class Wires:
             for far in ("y" if p.direction == "x" else "x",)
         ]
 
-    def at(self, name: str, direction: Direction | None = None) -> list[Wire]:
+    def wires_to(self, name: str, direction: Direction | None = None) -> list[Wire]:
         """The wires that lead to a subsystem or device, from ports of a direction alone."""
-        found = self._at.get(name, ())
+        found = self._by_peer.get(name, ())
         return [wire for wire in found if direction in (None, wire.port.direction)]
 
-    def to(self, reader: str, peer: str) -> Wire | None:
+    def input_wire(self, reader: str, peer: str) -> Wire | None:
         """The wire of an input buffer; None without one."""
         return self._inputs.get((reader, peer))
 
@@ -132,29 +132,33 @@ class Wires:
         """
         peer, element = key
         if not peer:
-            for wire in self.users(reader, "y", element):
+            for wire in self.wires_of_element(reader, "y", element):
                 return wire.subsystem.qualified_name, (wire.port.peer, element)
-        found = self.to(reader, peer)
-        return (found.name, (found.end.peer, element)) if found and found.end else None
+        found = self.input_wire(reader, peer)
+        return (
+            (found.peer_name, (found.peer_port.peer, element))
+            if found and found.peer_port
+            else None
+        )
 
-    def measured(self, reader: str, peer: str) -> str:
+    def measuring_device(self, reader: str, peer: str) -> str:
         """The device that reports what is in an input buffer; empty if none does."""
-        wire = self.to(reader, peer)
-        return wire.name if wire and wire.device else ""
+        wire = self.input_wire(reader, peer)
+        return wire.peer_name if wire and wire.peer_device else ""
 
-    def users(self, device: str, direction: Direction, element: str) -> list[Wire]:
+    def wires_of_element(self, device: str, direction: Direction, element: str) -> list[Wire]:
         """The wires on which an element of a device is read, "x", or commanded, "y"."""
-        return [wire for wire in self.at(device, direction) if wire.port.element(element)]
+        return [wire for wire in self.wires_to(device, direction) if wire.port.element(element)]
 
     def owners(self, device: Device) -> list[Wire]:
         """Who works with an effector or commands a receptor, the one of its name first."""
         direction: Direction | None = None if device.kind == "real_effector" else "y"
         found: dict[str, Wire] = {}
-        for wire in self.at(device.qualified_name, direction):
+        for wire in self.wires_to(device.qualified_name, direction):
             found.setdefault(wire.subsystem.qualified_name, wire)
         return sorted(found.values(), key=lambda wire: wire.subsystem.name != device.name)
 
     @cached_property
-    def contested(self) -> frozenset[str]:
+    def shared_devices(self) -> frozenset[str]:
         """Devices with several owners; what these need of them is checked once there is one."""
         return frozenset(n for n, device in self.devices.items() if len(self.owners(device)) > 1)

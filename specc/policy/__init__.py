@@ -1,21 +1,21 @@
 """What happens to findings before they are shown: ignore comments, settings, strictness."""
 
-from specc.policy.judge import Judged, judge
+from specc.policy.judge import Judgement, judge
 from specc.policy.settings import (
     Overrides,
     Settings,
     allowed_paths,
-    forget,
+    clear_cache,
     project_of,
     settings_for,
 )
 
 __all__ = [
-    "Judged",
+    "Judgement",
     "Overrides",
     "Settings",
     "allowed_paths",
-    "forget",
+    "clear_cache",
     "judge",
     "project_of",
     "settings_for",

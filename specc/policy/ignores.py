@@ -34,7 +34,7 @@ class Ignore:
     place: Place
     comment: Comment
     reason: str
-    rest: tuple[str, ...]
+    other_codes: tuple[str, ...]
 
 
 def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
@@ -67,8 +67,8 @@ def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
 def unused(source: SourceFile, entry: Ignore) -> Diagnostic:
     """The finding about a code that suppresses nothing."""
     message = f"there is no {entry.code} here to ignore"
-    if entry.rest:
-        codes = ", ".join(entry.rest)
+    if entry.other_codes:
+        codes = ", ".join(entry.other_codes)
         edit = Edit(_codes_place(source, entry.comment), codes)
         fix = Fix(f"take {entry.code} out of the comment", (edit,))
     else:
@@ -92,7 +92,7 @@ def _entries(
 def _line_meant(source: SourceFile, comment: Comment) -> int:
     """The line of the comment, or the next one that is neither empty nor a comment alone."""
     line = source.span(Place(source.path, (), "text", comment.start, comment.end)).line
-    return source.next_with_content[line] if comment.alone else line
+    return source.next_with_content[line] if comment.is_whole_line else line
 
 
 def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
@@ -151,6 +151,6 @@ def _whole(source: SourceFile, comment: Comment) -> Place:
     while start > 0 and text[start - 1] in " \t":
         start -= 1
     end = comment.end
-    if comment.alone:
+    if comment.is_whole_line:
         end = broken.end() if (broken := _LINE_BREAK.match(text, end)) else end
     return Place(source.path, (), "text", start, end)

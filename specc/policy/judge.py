@@ -16,7 +16,7 @@ _EXPLORED = "W10"
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class Judgement:
     """Findings that are left; `used` are the places of the codes in comments that suppressed some.
 
     `ignored` counts the findings that comments or settings suppress.
@@ -33,8 +33,11 @@ class Judged:
 
 
 def judge(
-    diagnostics: Iterable[Diagnostic], sources: Sources, settings: Settings, whole: bool = True
-) -> Judged:
+    diagnostics: Iterable[Diagnostic],
+    sources: Sources,
+    settings: Settings,
+    is_complete: bool = True,
+) -> Judgement:
     """Apply ignore comments, then settings.
 
     Errors and open points always pass. A comment
@@ -43,7 +46,7 @@ def judge(
     and no comment is called unused.
     """
     found = list(dict.fromkeys(diagnostics))
-    complete = whole and all(finding.severity == "warning" for finding in found)
+    complete = is_complete and all(finding.severity == "warning" for finding in found)
     ignores, faults = _all_ignores(sources)
     kept, used = _commented(found, ignores, sources)
     left = [finding for finding in kept if settings.shows(finding)]
@@ -55,7 +58,7 @@ def judge(
     left += [finding for finding in rest if settings.shows(finding)]
     if settings.strict:
         left = [replace(finding, promoted=not finding.code.startswith("E")) for finding in left]
-    return Judged(tuple(left), ignored, frozenset(used))
+    return Judgement(tuple(left), ignored, frozenset(used))
 
 
 def _all_ignores(sources: Sources) -> tuple[list[tuple[SourceFile, Ignore]], list[Diagnostic]]:

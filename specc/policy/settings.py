@@ -15,9 +15,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from specc.diagnostics import Diagnostic, nearest, renaming, surely_meant
+from specc.diagnostics import Diagnostic, nearest, rename_fix, sole_correction
 from specc.diagnostics.code import all_codes
-from specc.read import Reach
+from specc.read import AllowedPaths
 from specc.source import Place, SourceFile
 
 FILE = "pyproject.toml"
@@ -107,7 +107,7 @@ class Overrides:
     ignore: tuple[str, ...] | None = None
     strict: bool | None = None
 
-    def over(self, settings: Settings) -> Settings:
+    def applied_to(self, settings: Settings) -> Settings:
         """The settings with what the command line says in place of theirs."""
         said = {"select": self.select, "ignore": self.ignore, "strict": self.strict}
         given: dict[str, Any] = {key: value for key, value in said.items() if value is not None}
@@ -133,11 +133,11 @@ def settings_for(path: str) -> FoundSettings:
     return FoundSettings()
 
 
-def allowed_paths(path: str) -> Reach:
+def allowed_paths(path: str) -> AllowedPaths:
     """What a file may name: its folder, or that of the pyproject.toml above it, and `allow`."""
     settings = settings_for(os.path.dirname(os.path.abspath(path))).settings
     allowed = (os.path.join(settings.base, folder) for folder in settings.allow)
-    return Reach(tuple(os.path.realpath(folder) for folder in (project_of(path), *allowed)))
+    return AllowedPaths(tuple(os.path.realpath(folder) for folder in (project_of(path), *allowed)))
 
 
 def project_of(path: str) -> str:
@@ -146,7 +146,7 @@ def project_of(path: str) -> str:
     return str(next((d for d in (start, *start.parents) if (d / FILE).is_file()), start))
 
 
-def forget() -> None:
+def clear_cache() -> None:
     """Read settings again the next time that they are needed: a file may have changed."""
     _settings_in.cache_clear()
 
@@ -304,8 +304,8 @@ def _bad_item(items: list[str]) -> str:
 def _unknown(key: str, place: Place) -> Diagnostic:
     close = nearest(key, KEYS)
     hint = f"did you mean `{close[0]}`?" if close else _KNOWN_KEYS
-    meant = surely_meant(key, close)
-    fix = renaming(place, key, meant)
+    meant = sole_correction(key, close)
+    fix = rename_fix(place, key, meant)
     return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint, fix=fix)
 
 

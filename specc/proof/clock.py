@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
-from specc.lang.bounds import operation_of
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.dependence_order import InOrder
+from specc.lang.evaluate import operation_of
 from specc.lang.kinds import kind
 from specc.lang.ranges import Operation, Range
 from specc.limits import spend
 from specc.model.expr import (
-    Among,
     Binary,
     Builtin,
     Call,
@@ -24,7 +22,9 @@ from specc.model.expr import (
     Component,
     ConstantRef,
     Expr,
+    InDependenceOrder,
     IsNone,
+    IsOneOf,
     LetRef,
     Logic,
     Number,
@@ -81,7 +81,9 @@ class Timer:
         self._timings: dict[int, Timing] = {}
         self._turns: dict[int, TurningPoints | None] = {}
         lets = numbering.lets
-        self._conditions_of_lets = InOrder(lets, lambda name: self.timed_conditions(lets[name]))
+        self._conditions_of_lets = InDependenceOrder(
+            lets, lambda name: self.timed_conditions(lets[name])
+        )
         for value in numbering.named_values():
             self._add(value)
             self._timing(value)
@@ -223,8 +225,8 @@ class Timer:
             case Binary(op=op):
                 return op in "+-"
             case Builtin(name=name):
-                return FUNCTIONS[name].is_followed
-        return isinstance(expr, (Among, Choice, Compare, Component, IsNone, Logic, Unary))
+                return FUNCTIONS[name].is_modelled
+        return isinstance(expr, (IsOneOf, Choice, Compare, Component, IsNone, Logic, Unary))
 
     def _is_known(self, expr: Expr) -> bool:
         return self._numbering.constant_value(self._numbering.number(expr)) is not None

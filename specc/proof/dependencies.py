@@ -14,7 +14,6 @@ from specc.lang.builtins import FUNCTIONS
 from specc.limits import spend
 from specc.model.expr import (
     LENGTH,
-    Among,
     Binary,
     BoundVariable,
     Builtin,
@@ -25,6 +24,7 @@ from specc.model.expr import (
     Expr,
     FieldOf,
     Input,
+    IsOneOf,
     Items,
     Logic,
     MemoryRef,
@@ -115,7 +115,7 @@ class _Index:
 
 
 _LOOKED_INTO = (
-    Among, Binary, Choice, Compare, Component, Items, Logic, Quantifier, Unary
+    IsOneOf, Binary, Choice, Compare, Component, Items, Logic, Quantifier, Unary
 )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from specc.lang import show
 from specc.limits import spend
-from specc.model.expr import COMPARED, Expr
+from specc.model.expr import COMPARISONS, Expr
 from specc.reachable import reachable
 
 # What conditions ask about. Atoms of one variable are related; those of different ones are not.
@@ -106,7 +106,7 @@ class Quantity:
                 found.append(tuple(t >= value and op != "==" for op, t in tests))
             is_possible = self.least is None or value >= self.least
             if is_possible and (not self.is_integer or value == math.floor(value)):
-                found.append(tuple(COMPARED[op](value, t) for op, t in tests))
+                found.append(tuple(COMPARISONS[op](value, t) for op, t in tests))
             below = value
         if below < math.inf:
             found.append((False,) * len(tests))

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 
 from specc.lang import ranges
-from specc.lang.bounds import bounds
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of_parts
 from specc.lang.ranges import ANY, NOT_NEGATIVE, Range
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.model.expr import (
     LENGTH,
     Binary,
@@ -32,10 +32,10 @@ from specc.model.expr import (
     Node,
     Number,
     Quantifier,
-    Sure,
     TextLiteral,
     Truth,
     Unary,
+    Unwrap,
     children,
 )
 from specc.model.types import Int, ListOf, Real
@@ -119,7 +119,7 @@ class Numbering:
         return known[1]
 
     def _number(self, expr: Expr, inside: Depths) -> int:
-        while isinstance(expr, Sure):
+        while isinstance(expr, Unwrap):
             expr = expr.value
         match expr:
             case LetRef(name=name) | ConstantRef(name=name) if name in self._named(expr):
@@ -154,7 +154,7 @@ class Numbering:
     def _range_of(self, number: int) -> Range:
         value = self._values.get(number)
         if isinstance(value, (int, float)):
-            return ranges.of_value(value)
+            return ranges.range_of_value(value)
         return self._ranges.get(number, ANY)
 
     def _compound(self, expr: Expr, parts: list[int]) -> int:
@@ -183,9 +183,9 @@ class Numbering:
         match expr:
             case Builtin(name=name, args=(several,)) if name == LENGTH:
                 return int(isinstance(several.type, ListOf) and several.type.nonempty), math.inf
-        found = bounds(expr, [self._range_of(part) for part in parts])
+        found = range_of_parts(expr, [self._range_of(part) for part in parts])
         is_square = isinstance(expr, Binary) and expr.op == "*" and parts[0] == parts[1]
-        return ranges.both(found, NOT_NEGATIVE) if is_square else found
+        return ranges.intersection(found, NOT_NEGATIVE) if is_square else found
 
     def _constant_number(self, value: KnownValue) -> int:
         # 0.0 and -0.0 are equal, but not the same divisor.
@@ -212,7 +212,7 @@ def _fold(expr: Unary | Binary | Builtin, known: list[KnownValue | None]) -> flo
         case Binary(op=op):
             return _computed(SIGNS[op].value, known)
     function = FUNCTIONS[expr.name]
-    if not function.folds:
+    if not function.is_foldable:
         return None
     is_real = isinstance(expr.type, Real)
     return _computed(lambda *args: function.value(*(map(float, args) if is_real else args)), known)

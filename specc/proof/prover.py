@@ -41,7 +41,7 @@ class Prover:
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
         known = lets, {**constants, **own}, always_present
-        period_s = 1 / subsystem.rate_hz if subsystem.rated else None
+        period_s = 1 / subsystem.rate_hz if subsystem.has_rate else None
         self._translator = Translator(*known, period_s)
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
@@ -94,7 +94,7 @@ class Prover:
         behaviour = self._subsystem.state(state).behaviour
         make = self._translator.make
         conditions = tuple(self._formula(row.condition.when) for row in rows)
-        ended = ((self._formula(when), holds) for when, holds in behaviour.ended(cause))
+        ended = ((self._formula(when), holds) for when, holds in behaviour.facts_after(cause))
         context = tuple(f if holds else make.negation(f) for f, holds in ended)
         key = conditions, context, without
         if key not in self._questions:

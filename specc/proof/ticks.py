@@ -14,7 +14,7 @@ from fractions import Fraction
 
 from specc.limits import spend
 from specc.model.expr import Expr, MemoryRef
-from specc.model.requirement import Junction, Temporal, TemporalFormula, TickCondition
+from specc.model.requirement import BoolOp, Temporal, TemporalFormula, TickCondition
 from specc.model.types import Bool
 from specc.proof.decide import is_satisfiable
 from specc.proof.formula import Formula, Variable, atoms_of
@@ -61,7 +61,7 @@ class Ticks:
         match formula:
             case TickCondition(that=that):
                 return self._translator.formula(that)
-            case Junction(op=op, operands=operands):
+            case BoolOp(op=op, operands=operands):
                 parts = [self.formula_at(operand) for operand in operands]
                 if op == "not":
                     return self.make.negation(parts[0])

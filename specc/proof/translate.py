@@ -16,10 +16,9 @@ from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.limits import is_used_up
 from specc.model.expr import (
-    COMPARED,
+    COMPARISONS,
     FLOAT,
     MIRRORED,
-    Among,
     Binary,
     Builtin,
     Choice,
@@ -28,6 +27,7 @@ from specc.model.expr import (
     Expr,
     Fresh,
     IsNone,
+    IsOneOf,
     LetRef,
     Logic,
     Nothing,
@@ -131,7 +131,7 @@ class Translator:
                 return self.make.choice(*(self._bool(p, bound) for p in (test, then, otherwise)))
             case Compare():
                 return self._compare(expr, bound)
-            case Among(item=item, members=members):
+            case IsOneOf(item=item, members=members):
                 return self._among(expr, item, members, bound)
             case IsNone(value=value):
                 return self._is_none(expr, value, bound)
@@ -251,9 +251,9 @@ class Translator:
             self._numbering.constant_number(right, bound),
         )
         if x is not None and y is not None:
-            return bool(COMPARED[op](x, y))
+            return bool(COMPARISONS[op](x, y))
         if a == b:
-            return bool(COMPARED[op](0, 0))
+            return bool(COMPARISONS[op](0, 0))
         if x is not None or (y is None and a > b):
             left, right, a, b, y, op = right, left, b, a, x, MIRRORED[op]
         if y is not None and isinstance(left, Unary):

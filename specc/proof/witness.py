@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from specc.model.expr import Among, Compare, Expr, Member
-from specc.model.logic import joined, opposite
+from specc.model.expr import Compare, Expr, IsOneOf, Member, junction, opposite
 from specc.model.types import Bool
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of
 from specc.proof.table import Column, Table
@@ -44,13 +43,13 @@ def condition_for(table: Table, allowed: int, target: int, asked: frozenset[Atom
         for literal in case:
             bits &= literal.bits
         left &= ~bits
-        found.append(joined("and", [literal.expr for literal in case]))
-    return joined("or", found) if found else None
+        found.append(junction("and", [literal.expr for literal in case]))
+    return junction("or", found) if found else None
 
 
 def excluding(condition: Expr, other: Expr) -> Expr:
     """The condition without what another one has in common with it."""
-    return joined("and", [condition, opposite(other)])
+    return junction("and", [condition, opposite(other)])
 
 
 def _minimise(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:
@@ -75,7 +74,7 @@ def _literals(table: Table, left: int, asked: frozenset[Atom]) -> Iterator[_Lite
         if isinstance(item := column.variable, EnumItem):
             assert item.expr is not None  # the translator gives it
             members = _members(item, answered)
-            expr: Expr = Among(item.expr, frozenset(members), type=_BOOL)
+            expr: Expr = IsOneOf(item.expr, frozenset(members), type=_BOOL)
             if len(members) == 1:
                 member = Member(members[0], type=item.expr.type)
                 expr = Compare("==", item.expr, member, type=_BOOL)
@@ -230,7 +229,7 @@ def truth_assignment(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]
     variable = column.variable
     if isinstance(variable, EnumItem) and variable.expr is not None:
         members = frozenset(_members(variable, answered))
-        yield Among(variable.expr, members, type=Bool()), True
+        yield IsOneOf(variable.expr, members, type=Bool()), True
         return
     for atom, yes in answered:
         if atom.expr is not None:

@@ -22,7 +22,7 @@ class Comment:
     start: int
     end: int
     text: str
-    alone: bool
+    is_whole_line: bool
 
 
 def comments_of(source: SourceFile) -> list[Comment]:

@@ -99,7 +99,7 @@ _VALUES = frozenset((ScalarEvent, AliasEvent, MappingStartEvent, SequenceStartEv
 
 
 @dataclass(frozen=True, slots=True)
-class Built:
+class ComposedValue:
     """A value and its place; `size` counts the keys and values in it, aliases expanded."""
 
     data: Any
@@ -107,7 +107,7 @@ class Built:
     size: int
 
 
-def compose(path: str, text: str) -> tuple[Built | None, tuple[Diagnostic, ...]]:
+def compose(path: str, text: str) -> tuple[ComposedValue | None, tuple[Diagnostic, ...]]:
     """Data with places, and findings, of a YAML text that holds no forbidden character.
 
     There is no data when the text is not YAML or goes beyond the limits of depth and size.
@@ -137,10 +137,10 @@ class _Composer:
         self._path = path
         self._text = text
         self._events = events(text)
-        self._anchors: dict[str, Built | None] = {}
+        self._anchors: dict[str, ComposedValue | None] = {}
         self._nodes = 0
 
-    def document(self) -> Built | None:
+    def document(self) -> ComposedValue | None:
         """The value of the one document; None if there is none."""
         root, documents = None, 0
         for event in self._events:
@@ -148,10 +148,10 @@ class _Composer:
                 documents += 1
                 if documents > 1:
                     hint = "delete the `---`, or move what follows it to a file of its own"
-                    self._stop("E0008", "a second document starts here", event, hint)
+                    self._abort("E0008", "a second document starts here", event, hint)
             elif type(event) in _VALUES:
                 root = self._value(event, 0, None)
-        return Built(*root, self._nodes) if root else None
+        return ComposedValue(*root, self._nodes) if root else None
 
     def report(self, code: str, message: str, start: int, end: int, hint: str) -> None:
         """Add a finding about a stretch of the text."""
@@ -170,7 +170,7 @@ class _Composer:
         else:
             value = self._collection(event, depth)
         if event.anchor is not None:
-            self._anchors[event.anchor] = Built(*value, self._nodes - before)
+            self._anchors[event.anchor] = ComposedValue(*value, self._nodes - before)
         return value
 
     def _scalar(self, event: Any, key: TextNode | None) -> tuple[Any, TextNode]:
@@ -187,7 +187,7 @@ class _Composer:
         return data, node
 
     def _node(self, event: Any) -> TextNode:
-        start, end = self._begin(event), event.end_mark.index
+        start, end = self._start_of(event), event.end_mark.index
         return TextNode(start, end, event.value, event.style or "", _NO_PARTS, _NO_PARTS)
 
     def _collection(self, event: Any, depth: int) -> tuple[Any, TextNode]:
@@ -195,7 +195,7 @@ class _Composer:
             self._too_deep(event)
         if event.anchor is not None:
             self._anchors[event.anchor] = None
-        start = self._begin(event)
+        start = self._start_of(event)
         node = TextNode(start, start)
         compose_parts = self._mapping if type(event) is MappingStartEvent else self._sequence
         data, last = compose_parts(node, depth + 1)
@@ -220,7 +220,7 @@ class _Composer:
             self._count(2, event)
             key = self._key(event)
             name = key.scalar or ""
-            keep = self._is_good(key, name, whole)
+            keep = self._accepts_key(key, name, whole)
             data, node = self._value(next(self._events), depth, key)
             if keep:
                 found[name], whole.keys[name], whole.values[name] = data, key, node
@@ -229,12 +229,12 @@ class _Composer:
     def _key(self, event: Any) -> TextNode:
         if type(event) is not ScalarEvent:
             hint = "a key is a name or a text in quotes"
-            self._stop("E0012", "this cannot be a key", event, hint)
+            self._abort("E0012", "this cannot be a key", event, hint)
         if event.ctag is not None:
             self._refuse_tag(event)
         return self._node(event)
 
-    def _is_good(self, key: TextNode, name: str, whole: TextNode) -> bool:
+    def _accepts_key(self, key: TextNode, name: str, whole: TextNode) -> bool:
         """Whether a mapping can have the key, which is reported if not."""
         if not key.style and name in _NULLS:
             hint = "write the key before the colon, in quotes if it is meant as text"
@@ -263,11 +263,11 @@ class _Composer:
     def _alias(self, event: Any, depth: int) -> tuple[Any, TextNode]:
         if event.anchor not in self._anchors:
             hint = f"write `&{event.anchor}` before the value that is meant"
-            self._stop("E0015", f"no anchor is called `{event.anchor}`", event, hint)
+            self._abort("E0015", f"no anchor is called `{event.anchor}`", event, hint)
         target = self._anchors[event.anchor]
         if target is None:
             hint = "an alias may only name a value that is complete before it"
-            self._stop("E0015", f"`*{event.anchor}` stands inside its own value", event, hint)
+            self._abort("E0015", f"`*{event.anchor}` stands inside its own value", event, hint)
         self._count(target.size, event)
         if depth + _height(target.node) > MAX_DEPTH:
             self._too_deep(event)
@@ -277,11 +277,11 @@ class _Composer:
         self._nodes += nodes
         if self._nodes > MAX_VALUES:
             hint = f"with its aliases written out, a file may hold {MAX_VALUES} values"
-            self._stop("E0017", "the file holds too many values", event, hint)
+            self._abort("E0017", "the file holds too many values", event, hint)
 
     def _too_deep(self, event: Any) -> NoReturn:
         hint = f"values may be nested {MAX_DEPTH} levels deep"
-        self._stop("E0016", "this is nested too deep", event, hint)
+        self._abort("E0016", "this is nested too deep", event, hint)
 
     def _refuse_tag(self, event: Any) -> None:
         hint = "delete it; a value in quotes is text, any other is what it looks like"
@@ -302,7 +302,7 @@ class _Composer:
             )
             raise _GiveUpError
 
-    def _begin(self, event: Any) -> int:
+    def _start_of(self, event: Any) -> int:
         """Where a value begins, behind its anchor."""
         start: int = event.start_mark.index
         if event.anchor is None:
@@ -311,7 +311,7 @@ class _Composer:
         # An empty value ends with its anchor.
         return min(anchor.end(), max(start, event.end_mark.index)) if anchor else start
 
-    def _stop(self, code: str, message: str, event: Any, hint: str) -> NoReturn:
+    def _abort(self, code: str, message: str, event: Any, hint: str) -> NoReturn:
         self.report(code, message, event.start_mark.index, event.end_mark.index, hint)
         raise _GiveUpError
 

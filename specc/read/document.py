@@ -12,7 +12,7 @@ from typing import Any
 from specc.diagnostics import Diagnostic, nearest
 from specc.limits import MAX_BYTES
 from specc.read.compose import compose
-from specc.read.permitted import claims_to_be_one
+from specc.read.permitted import claims_to_be_specification
 from specc.refusal import reason_of
 from specc.resources import is_library_part, library_parts, on_disk
 from specc.source import Place, SourceFile
@@ -177,7 +177,7 @@ def read_file(path: str, row_keys: tuple[str, ...] = ()) -> Document:
 def specification(document: Document) -> Document:
     """The document; of one that does not say that it is a specification nothing is kept."""
     source = document.source
-    if not source.text.strip() or claims_to_be_one(source.text):
+    if not source.text.strip() or claims_to_be_specification(source.text):
         return document
     hint = "a specification has `specc: 1`"
     finding = Diagnostic("E0022", "not a specification", Place(source.path), help=hint)

@@ -15,12 +15,12 @@ _CLAIM = re.compile(r"""(?:^|[\r{,])\ufeff?[ \t]*(["']?)specc\1[ \t]*:""", re.MU
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class AllowedPaths:
     """Folders, by their real paths, of which the first is the project; without any, everything."""
 
     folders: tuple[str, ...] = ()
 
-    def holds(self, path: str) -> bool:
+    def contains(self, path: str) -> bool:
         """Whether a file lies inside, wherever links lead, or is a part of the library."""
         if is_library_part(path):
             return True
@@ -32,7 +32,7 @@ class Reach:
             os.path.commonpath((real, folder)) == folder for folder in self.folders
         )
 
-    def way_in(self, path: str) -> str:
+    def hint_to_allow(self, path: str) -> str:
         """What to do about a file that lies outside."""
         real = os.path.realpath(path)
         folder = real if os.path.isdir(real) else os.path.dirname(real)
@@ -42,7 +42,7 @@ class Reach:
             f'allow its folder in that file: `[tool.specc]` with `allow = ["{beyond}"]`'
         )
 
-    def link_below(self, folder: str) -> str | None:
+    def escaping_link(self, folder: str) -> str | None:
         """A link below a folder that leads outside; None if there is none.
 
         Raises:
@@ -55,17 +55,17 @@ class Reach:
                 count += 1
                 if count > MAX_ENTRIES:
                     raise OverflowError(f"the folder has more than {MAX_ENTRIES} files")
-                if os.path.islink(path) and not self.holds(path):
+                if os.path.islink(path) and not self.contains(path):
                     return path
                 if os.path.isdir(path) and (real := os.path.realpath(path)) not in seen:
                     seen.add(real)
                     waiting.append(path)
         return None
 
-    def link_out(self, path: str) -> Diagnostic:
+    def link_finding(self, path: str) -> Diagnostic:
         """The finding about a path that the command line gives, and that lies outside."""
         message = "a symbolic link leads out of the project"
-        return Diagnostic("E0021", message, Place(path), help=self.way_in(path))
+        return Diagnostic("E0021", message, Place(path), help=self.hint_to_allow(path))
 
 
 def _entries(folder: str) -> list[str]:
@@ -75,9 +75,9 @@ def _entries(folder: str) -> list[str]:
         return []
 
 
-ANYWHERE = Reach()
+ANYWHERE = AllowedPaths()
 
 
-def claims_to_be_one(text: str) -> bool:
+def claims_to_be_specification(text: str) -> bool:
     """Whether a text says that it is a specification; any other must not be shown."""
     return _CLAIM.search(text) is not None

@@ -6,33 +6,32 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from specc.answers import AnswerCache
-from specc.diagnostics import Related
+from specc.diagnostics import Diagnostic, Related
+from specc.lang import ExprError, parse_type
 from specc.lang.packages import PACKAGES
-from specc.model.binding import PLANT
+from specc.model.expr import Call
+from specc.model.fsm import Trace
 from specc.model.requirement import Requirement
-from specc.model.system import Agent, Constant, Operator, Plant, System
+from specc.model.system import PLANT, Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
 from specc.model.wires import Wires
-from specc.read import ANYWHERE, Reach
+from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.agents import AgentResolver
-from specc.resolve.command_line import Given
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Findings, SetValues, YamlNode
 from specc.resolve.definitions import Definitions, types_in
+from specc.resolve.elements import check_interfaces
+from specc.resolve.expansion import groups_of
 from specc.resolve.expressions import Expressions
-from specc.resolve.formula_lets import Lets
-from specc.resolve.groups import groups_of
-from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
-from specc.resolve.plant import resolve_plant
 from specc.resolve.readings import World
-from specc.resolve.requirements import FormulaResolver
-from specc.resolve.reuse import Setting
-from specc.resolve.task import disturbances_of, resolve_task, untimely
+from specc.resolve.requirements import FormulaResolver, Lets
+from specc.resolve.reuse import Setting, is_agent
+from specc.resolve.simulation import resolve_plant, resolve_task, why_untimely
 from specc.resolve.uses import definitions_of, named_in_agents, types_named
-from specc.source import relative_path
+from specc.schema.files import AgentDef
+from specc.source import beside, relative_path
 
-__all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
+__all__ = ["Findings", "Load", "Loaded", "Resolved", "is_certain", "resolve", "resolve_alone"]
 
 
 _NO_NAME = "the file has no `system:`", "add `system: a_name`"
@@ -61,9 +60,9 @@ def resolve(
     file: Loaded,
     load: Load,
     findings: Findings,
-    reach: Reach = ANYWHERE,
-    instead: Mapping[str, Where] | None = None,
-    stop_when: Where | None = None,
+    reach: AllowedPaths = ANYWHERE,
+    instead: Mapping[str, YamlNode] | None = None,
+    stop_when: YamlNode | None = None,
 ) -> Resolved:
     """Resolve the system of `file`; other files come through `load`.
 
@@ -74,7 +73,7 @@ def resolve(
     _report_lacking(file, findings)
     groups = groups_of(spec.agents, file.top["agents"])
     copies = {agent: group for group, of in groups.items() for agent in of.values()}
-    given = Given(instead or {}, copies)
+    given = SetValues(instead or {}, copies)
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach, given)
     library.agents, library.groups = tuple(spec.agents), groups
     definitions = replace(library, shared=True).definitions(file)
@@ -89,14 +88,17 @@ def resolve(
     check_interfaces(known, findings)
     requirements = formulas.requirements(spec.require, file.top["require"])
     named = types_named(findings, file.path)
+    operators: dict[str, Operator] = {}
+    for operator in (each for used in known for each in used.operators.values()):
+        operators.setdefault(operator.name, operator)
     system = System(
         spec.system or "",
         spec.title,
         os.path.basename(file.path),
         tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
         types_in(known),
-        _operators(known),
-        _constants(definitions, findings.cache),
+        tuple(operators.values()),
+        tuple(definitions.constants.values()),
         tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
         plant,
@@ -133,8 +135,10 @@ def _plant(file: Loaded, library: Library, definitions: Definitions) -> Plant | 
     definition, top, findings = file.spec.plant, file.top, library.findings
     if definition is None:
         return None
-    model = _relative(library, file, definition.model) if definition.model else ""
-    plant = resolve_plant(definition, top["plant"], model, findings, definitions)
+    model = definition.model
+    if model:
+        model = relative_path(beside(file.path, model), library.base)
+    plant = resolve_plant(definition, top["plant"], model, Expressions(findings, definitions))
     if plant.observed and PLANT in file.spec.agents:
         findings.report(
             "E0205",
@@ -161,48 +165,28 @@ def _world(
 
 def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> Task | None:
     """The task, if there is one, with the disturbances and the `formulas` that they wait for."""
-    definition, where = file.spec.task, file.top["task"]
+    definition = file.spec.task
     if definition is None:
         return None
-    findings, known = formulas.expressions.findings, formulas.expressions.definitions
-    wrong, given = resolver.broken | resolver.faulty, resolver.library.given
-    task = resolve_task(
-        definition, where, tuple(formulas.world.agents), findings, wrong, known, given
+    known = formulas.expressions
+    return resolve_task(
+        definition,
+        file.top["task"],
+        tuple(formulas.world.agents),
+        resolver.broken | resolver.faulty,
+        Expressions(known.findings, known.definitions),
+        resolver.library.given,
+        lambda text, at: formulas.requirement(text, "", at),
     )
 
-    def condition(text: str, at: Where) -> Requirement | None:
-        return formulas.requirement(text, "", at)
 
-    disturbed = disturbances_of(definition.disturb, where["disturb"], condition, findings, known)
-    return replace(task, disturbances=disturbed)
-
-
-def _stop(formulas: FormulaResolver, at: Where) -> Requirement | None:
+def _stop(formulas: FormulaResolver, at: YamlNode) -> Requirement | None:
     """The formula that ends a run; None after reporting an error."""
     found = formulas.requirement(str(at.raw), "", at)
-    if found is not None and (wrong := untimely(found, "a run", "end")):
+    if found is not None and (wrong := why_untimely(found, "a run", "end")):
         message, way = wrong
         formulas.expressions.findings.report("E0335", message, at.place, help=way)
     return found
-
-
-def _constants(definitions: Definitions, kept: AnswerCache | None) -> tuple[Constant, ...]:
-    """The constants of the system: the same objects as before if all that they name is the same."""
-    if kept is None:
-        return tuple(definitions.constants.values())
-    known: dict[str, tuple[str, Constant]] = kept.answer("constants", None) or {}
-    found = {}
-    for name, constant in definitions.constants.items():
-        behind = definitions.made_from.of(definitions.made_from.constants.get(name, constant))
-        before = known.get(name)
-        found[name] = before if before and before[0] == behind else (behind, constant)
-    kept.keep("constants", None, found)
-    return tuple(constant for _, constant in found.values())
-
-
-def _relative(library: Library, file: Loaded, path: str) -> str:
-    """A path in a file, from the folder of the specification."""
-    return relative_path(library.beside(file, path), library.base)
 
 
 def _agents(
@@ -223,8 +207,99 @@ def _agents(
     return tuple(a for a in found if a is not None), resolver
 
 
-def _operators(known: list[Definitions]) -> tuple[Operator, ...]:
-    merged: dict[str, Operator] = {}
-    for operator in (each for definitions in known for each in definitions.operators.values()):
-        merged.setdefault(operator.name, operator)
-    return tuple(merged.values())
+_NEEDS_USER = ("E04", "E05", "O04", "O05", "O0601", "W04", "W05")
+_OF_ITSELF = (
+    "E0221", "E033", "E06", "E0705", "O0602", "O0603", "O0604", "O0605", "O0606", "O0607", "W033",
+    "W034", "W06",
+)  # fmt: skip
+"""What follows from the description alone: its tables, its expressions, and what it lacks itself;
+its user can give nothing but values of parameters, the rate and the title.
+"""
+
+
+def resolve_alone(
+    file: Loaded, load: Load, findings: Findings, reach: AllowedPaths
+) -> tuple[System, AgentResolver]:
+    """Resolve a description with its user left open; definitions have no user to leave open.
+
+    The system that is returned holds the described part alone. Findings that only a user could mend
+    are left out.
+    """
+    library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
+    frames = {name: name for name, kind in file.spec.parameters.items() if kind == "frame"}
+    definitions = library.start(file, frames)
+    given = _parameters(file, definitions, findings)
+    library.complete(definitions, file, given)
+    agent, resolver = _described(file, library, Setting(file, definitions, given), findings)
+    check_interfaces((definitions, *resolver.instances), findings)
+    found = findings.diagnostics
+    found[:] = [d for d in found if not d.code.startswith(_NEEDS_USER)]
+    # Functions that nobody knows give the parameters their values.
+    parameters = [
+        Operator(c.value.operator, (), c.value.type, "", "", Trace(), c.place)
+        for subsystem in agent.subsystems
+        for c in subsystem.constants
+        if isinstance(c.value, Call)
+    ]
+    system = System(
+        name="",
+        title="",
+        file="",
+        frames=tuple(sorted(definitions.frame_titles.items())),
+        types=types_in((definitions,)),
+        operators=(*definitions.operators.values(), *parameters),
+        constants=tuple(definitions.constants.values()),
+        files=tuple(sorted(definitions.files.values())),
+        agents=(agent,),
+        plant=None,
+        task=None,
+    )
+    return system, resolver
+
+
+def is_certain(diagnostic: Diagnostic, path: str) -> bool:
+    """Whether what a check found in the part of a file holds whoever uses it."""
+    return diagnostic.code.startswith(_OF_ITSELF) and diagnostic.primary.file == path
+
+
+def _parameters(file: Loaded, known: Definitions, findings: Findings) -> tuple[Constant, ...]:
+    """The value parameters as constants with values that only an unknown function knows."""
+    given = []
+    for name, text in file.spec.parameters.items():
+        where = file.top["parameters"][name]
+        if text == "frame" or is_agent(text, known):
+            continue
+        try:
+            type_ = parse_type(text, known.names())
+        except ExprError as error:
+            findings.expression_error(where, error)
+        else:
+            given.append(Constant(name, Call(f"?{name}", (), type=type_), "", where.key))
+    return tuple(given)
+
+
+def _described(
+    file: Loaded, library: Library, setting: Setting, findings: Findings
+) -> tuple[Agent, AgentResolver]:
+    """The agent of the file, or one that consists of the subsystem of the file."""
+    spec, top = file.spec, file.top
+    control = spec.agent.control if spec.agent else spec.subsystem
+    user, where = file, top["agent"]["control"] if spec.agent else top["subsystem"]
+    seen: set[str] = set()
+    while control and control.use and user.path not in seen:
+        seen.add(user.path)
+        used = library.load(beside(user.path, control.use), where["use"])
+        control = used.spec.subsystem if used else None
+        user, where = (used, used.top["subsystem"]) if used else (user, where)
+    peers = tuple(dict.fromkeys((*control.x, *control.y))) if control else ()
+    resolver = AgentResolver(library, findings, ("", *peers))
+    nobody = Agent("", "", "", (), (), top.key)
+    if spec.agent is not None:
+        return resolver.resolve("", spec.agent, top["agent"], setting) or nobody, resolver
+    if spec.subsystem is None:
+        return nobody, resolver
+    around = AgentDef()
+    ends = {peer: f"{peer}.c" for peer in peers}
+    where = top["subsystem"]
+    subsystem = resolver.subsystem("", "c", "control", around, spec.subsystem, where, ends, setting)
+    return replace(nobody, subsystems=(subsystem,) if subsystem else ()), resolver

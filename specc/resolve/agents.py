@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
 
 from specc.diagnostics import Diagnostic
-from specc.limits import left, spend
-from specc.model.system import Agent, Device, DeviceKind, Element, Shared, Subsystem, SubsystemKind
+from specc.model.system import Agent, Device, DeviceKind, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers
-from specc.resolve.context import Findings, Where, duration_in, trace_of
-from specc.resolve.definitions import Definitions
-from specc.resolve.elements import with_safe
+from specc.resolve.context import Findings, YamlNode, duration_in, trace_of
+from specc.resolve.definitions import Definitions, Groups
+from specc.resolve.elements import all_elements, with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
+from specc.resolve.expansion import NAME, groups_of, with_device_buffers, with_machine, with_members
 from specc.resolve.expressions import Expressions, rate_of
-from specc.resolve.groups import Groups, groups_of, with_members
-from specc.resolve.interfaces import all_elements
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import Setting, agent_in, indexed, reuse
-from specc.resolve.through import NAME, with_buffers, with_machine
-from specc.schema.files import AgentDef, DeviceDef
-from specc.schema.subsystem import BufferDef, SubsystemDef
-from specc.source import Place
+from specc.schema.files import AgentDef
+from specc.schema.subsystem import SubsystemDef
 
-_Control = tuple[SubsystemDef, Where, Setting]
+_Control = tuple[SubsystemDef, YamlNode, Setting]
 """A control subsystem, where it is described, and the names in force there."""
 
 
@@ -45,7 +40,7 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: Where,
+        where: YamlNode,
         at: Setting,
         instead: _Control | None = None,
     ) -> Agent | None:
@@ -70,7 +65,7 @@ class AgentResolver:
             part = control, here, peers, replace(inside, groups=virtual)
             subsystems.append(self.subsystem(name, "c", "control", definition, *part))
         subsystems += self._virtual(name, definition, where, at)
-        devices = self._devices(name, definition, where, at)
+        devices = tuple(self._devices(name, definition, where, at))
         found = tuple(s for s in subsystems if s is not None)
         return Agent(name, definition.kind or "", definition.title, found, devices, where.key)
 
@@ -78,9 +73,9 @@ class AgentResolver:
         self,
         name: str,
         definition: AgentDef,
-        where: Where,
+        where: YamlNode,
         at: Setting,
-        instead: _Control | None,
+        control: _Control | None,
     ) -> Agent | None:
         """The agent of a description or of another system, with its own control or another."""
         used = reuse(definition, where, at, self.library, name)
@@ -92,30 +87,25 @@ class AgentResolver:
             return None
         self._refuse_parts(definition, where)
         self.instances.append(used.definitions)
-        if instead is None and definition.control is not None:
-            instead = definition.control, where["control"], at
-        agent = self.resolve(name, inner, here, used, instead)
+        if control is None and definition.control is not None:
+            control = definition.control, where["control"], at
+        agent = self.resolve(name, inner, here, used, control)
         if agent is None:
             return None
-        kind = definition.kind or ("" if instead else agent.kind)
+        kind = definition.kind or ("" if control else agent.kind)
         return replace(agent, title=definition.title or agent.title, kind=kind, place=where.key)
 
     def _virtual(
-        self, agent: str, around: AgentDef, where: Where, at: Setting
-    ) -> list[Subsystem | None]:
-        found = []
-        groups: tuple[tuple[str, SubsystemKind, Mapping[str, SubsystemDef]], ...] = (
-            ("virtual_effectors", "virtual_effector", around.virtual_effectors),
-            ("virtual_receptors", "virtual_receptor", around.virtual_receptors),
-        )
-        for group, kind, members in groups:
-            for name, definition in members.items():
+        self, agent: str, around: AgentDef, where: YamlNode, at: Setting
+    ) -> Iterator[Subsystem | None]:
+        kinds: tuple[SubsystemKind, ...] = ("virtual_effector", "virtual_receptor")
+        known = at.definitions.interfaces
+        for kind in kinds:
+            for name, definition in getattr(around, f"{kind}s").items():
                 peers = peers_of_virtual(agent, name, kind, definition, around)
-                part = definition, where[group][name]
-                known = at.definitions.interfaces
-                whole = with_buffers(*part, kind, name, around, where, known, self.findings)
-                found.append(self.subsystem(agent, name, kind, around, *whole, peers, at))
-        return found
+                part = definition, where[f"{kind}s"][name]
+                whole = with_device_buffers(*part, kind, name, around, where, known, self.findings)
+                yield self.subsystem(agent, name, kind, around, *whole, peers, at)
 
     def subsystem(
         self,
@@ -124,13 +114,14 @@ class AgentResolver:
         kind: SubsystemKind,
         around: AgentDef,
         definition: SubsystemDef,
-        where: Where,
+        where: YamlNode,
         peers: Mapping[str, str],
         at: Setting,
     ) -> Subsystem | None:
         """The subsystem that `where` describes or uses, or None if what it uses cannot be used."""
-        before, withheld = len(self.findings.diagnostics), self.findings.suppressed
-        repeated = len(self.findings.repeated)
+        findings = self.findings
+        before, suppressed = len(findings.diagnostics), findings.suppressed
+        repeated = len(findings.repeated)
         at = indexed(at, definition.each, where, self.findings)
         levels, inside = self._levels(f"{agent}.{name}", definition, where, at)
         if inside is None:
@@ -141,7 +132,6 @@ class AgentResolver:
         )
         interfaces = inside.definitions.interfaces
         described, here = with_machine(described, here, interfaces, self.findings)
-        inside = replace(inside, groups=groups)
         device_user, at_uses = _first(levels, "uses")
         if definition.uses is None and device_user.uses is not None and kind != "control":
             peers = peers_of_virtual(agent, name, kind, device_user, around)
@@ -155,27 +145,47 @@ class AgentResolver:
         absent = {peer: f"{agent}.{peer}" for peer in missing}
         self.broken |= set(absent.values())
         peers = {**peers, **absent}
-        rate = self._rate(*_first(levels, "rate"), where)
-        budget_s = duration_in(*_first(levels, "budget"), "budget", self.findings)
-        title = next((level.title for level, _ in levels if level.title), "")
-
-        def made() -> Subsystem:
-            found = self._inside(agent, name, kind, described, here, peers, inside, rate)
-            return replace(found, title=title, place=where.key, budget_s=budget_s)
-
-        times = rate, budget_s
-        given = kind, title, where.key, here.place, tuple(peers.items()), times, repr(groups)
-        behind = inside.definitions.made_from.of(here.raw) if self.findings.cache else ""
-        # Notes for completion have the types of all constants.
-        constants = inside.definitions.constants.values()
-        types = tuple((constant.name, constant.value.type) for constant in constants)
-        resolved = self._kept(f"{agent}.{name}", (*given, behind, types), made)
-        self._note_errors(resolved.qualified_name, here, before, repeated, withheld)
+        timed, at_rate = _first(levels, "rate")
+        rate = None
+        if timed.rate is None:
+            message = "the subsystem has no rate yet"
+            findings.report("O0601", message, where.key, help="add e.g. `rate: 100 Hz`")
+        else:
+            rate = rate_of(timed.rate, at_rate["rate"], findings)
+        budget_s = duration_in(*_first(levels, "budget"), "budget", findings)
+        expressions = Expressions(findings, inside.definitions, home=here, groups=groups)
+        ports, memory, lets, scope = resolve_buffers(described, here, peers, expressions)
+        machine = MachineResolver(described, here, scope, ports, memory, expressions)
+        resolved = Subsystem(
+            agent=agent,
+            name=name,
+            kind=kind,
+            title=next((level.title for level, _ in levels if level.title), ""),
+            rate_hz=rate or Fraction(1),
+            ports=tuple(port for port in ports if port.other_end),
+            constants=inside.given,
+            memory=memory,
+            lets=lets,
+            **machine.resolve(),
+            initial_state=self._initial_state(described, here),
+            trace=trace_of(described),
+            place=where.key,
+            outside=inside.definitions.outside(),
+            has_rate=rate is not None,
+            has_initial_state=described.initial_state in described.states,
+            budget_s=budget_s,
+        )
+        found = [*findings.diagnostics[before:], *findings.repeated[repeated:]]
+        if found:
+            inner = all(_only_inside(finding, here) for finding in found)
+            (self.faulty if inner else self.broken).add(resolved.qualified_name)
+        elif findings.suppressed > suppressed:
+            self.faulty.add(resolved.qualified_name)
         return resolved
 
     def _levels(
-        self, name: str, definition: SubsystemDef, where: Where, at: Setting
-    ) -> tuple[list[tuple[SubsystemDef, Where]], Setting | None]:
+        self, name: str, definition: SubsystemDef, where: YamlNode, at: Setting
+    ) -> tuple[list[tuple[SubsystemDef, YamlNode]], Setting | None]:
         """A subsystem and the descriptions that it uses, each the next one.
 
         And the names in force in the last one; None if one cannot be used, which is reported.
@@ -194,17 +204,6 @@ class AgentResolver:
             inside = used
         return levels, inside
 
-    def _note_errors(
-        self, name: str, here: Where, before: int, repeated: int, withheld: int
-    ) -> None:
-        """Note what the errors found since some counts mean for others who look at a subsystem."""
-        found = [*self.findings.diagnostics[before:], *self.findings.repeated[repeated:]]
-        if found:
-            inner = all(_only_inside(finding, here) for finding in found)
-            (self.faulty if inner else self.broken).add(name)
-        elif self.findings.suppressed > withheld:
-            self.faulty.add(name)
-
     def _groups(
         self, kind: SubsystemKind, agent: str, virtual: Groups, given: Definitions
     ) -> Groups:
@@ -217,97 +216,36 @@ class AgentResolver:
         }
         return {name: members for name, members in (others | virtual).items() if members}
 
-    def _kept(
-        self, name: str, given: tuple[object, ...], made: Callable[[], Subsystem]
-    ) -> Subsystem:
-        """A subsystem as an earlier analysis has it, if that found nothing wrong with it."""
-        findings, kept = self.findings, self.findings.cache
-        if kept is None:
-            return made()
-        known: tuple[Subsystem, tuple[list[Any], ...], int] | None = kept.answer(name, given)
-        if known is not None and known[2] <= left("parts"):  # else it is made, as far as it goes
-            spend("parts", known[2])
-            findings.note(known[1])
-            return known[0]
-        before, noted, parts = self._told(), findings.noted(), left("parts")
-        subsystem = made()
-        if self._told() == before:
-            kept.keep(name, given, (subsystem, findings.notes(noted), parts - left("parts")))
-        return subsystem
-
-    def _told(self) -> tuple[int, ...]:
-        """What would be different if anything had been found, or looked up to be suggested."""
-        findings = self.findings
-        return len(findings.diagnostics), findings.suppressed, left("names compared")
-
-    def _inside(
-        self,
-        agent: str,
-        name: str,
-        kind: SubsystemKind,
-        definition: SubsystemDef,
-        where: Where,
-        peers: Mapping[str, str],
-        at: Setting,
-        rate: Fraction | None,
-    ) -> Subsystem:
-        expressions = Expressions(self.findings, at.definitions, home=where, groups=at.groups)
-        buffers = resolve_buffers(definition, where, peers, expressions)
-        machine = MachineResolver(
-            definition, where, buffers.scope, buffers.ports, buffers.memory, expressions
-        )
-        return Subsystem(
-            agent=agent,
-            name=name,
-            kind=kind,
-            title=definition.title,
-            rate_hz=rate or Fraction(1),
-            ports=tuple(port for port in buffers.ports if port.other_end),
-            constants=at.given,
-            memory=buffers.memory,
-            lets=buffers.lets,
-            **machine.resolve(),
-            initial_state=self._initial_state(definition, where),
-            trace=trace_of(definition),
-            place=where.key,
-            outside=at.definitions.outside(),
-            rated=rate is not None,
-            begun=definition.initial_state in definition.states,
-        )
-
-    def _rate(self, definition: SubsystemDef, at: Where, where: Where) -> Fraction | None:
-        text = definition.rate
-        if text is None:
-            message = "the subsystem has no rate yet"
-            self.findings.report("O0601", message, where.key, help="add e.g. `rate: 100 Hz`")
-            return None
-        return rate_of(text, at["rate"], self.findings)
-
-    def _initial_state(self, definition: SubsystemDef, where: Where) -> str:
-        if definition.initial_state in definition.states:
-            self.findings.use(where["states"][definition.initial_state].key, where, "initial_state")
-            return definition.initial_state
-        if definition.initial_state is None or not definition.states:
-            code, message, help_text = _unstarted(definition)
-            self.findings.report(code, message, where.key, help=help_text)
-        else:
-            place = where["initial_state"].place
-            self.findings.unknown(
-                "E0217", "state", definition.initial_state, definition.states, place
+    def _initial_state(self, definition: SubsystemDef, where: YamlNode) -> str:
+        name, states, findings = definition.initial_state, definition.states, self.findings
+        if name in states:
+            findings.use(where["states"][name].key, where, "initial_state")
+            return name
+        if name is not None and states:
+            findings.unknown("E0217", "state", name, states, where["initial_state"].place)
+        elif states:
+            message = "the subsystem has no initial state yet"
+            help = "add `initial_state:` with the state of the first period"
+            findings.report("O0602", message, where.key, help=help)
+        elif definition.behaviours:
+            message, help = (
+                "the subsystem has no states yet",
+                "add `states:`, each with a behaviour",
             )
-        return next(iter(definition.states), "")
+            findings.report("O0604", message, where.key, help=help)
+        else:
+            help = "add `behaviours:`, then `states:` that execute them"
+            message = "the subsystem has no behaviours yet"
+            findings.report("O0603", message, where.key, help=help)
+        return next(iter(states), "")
 
     def _devices(
-        self, agent: str, around: AgentDef, where: Where, at: Setting
-    ) -> tuple[Device, ...]:
-        groups: tuple[tuple[str, DeviceKind, Mapping[str, DeviceDef]], ...] = (
-            ("real_effectors", "real_effector", around.real_effectors),
-            ("real_receptors", "real_receptor", around.real_receptors),
-        )
-        found = []
-        for group, kind, members in groups:
-            for name, item in members.items():
-                here = where[group][name]
+        self, agent: str, around: AgentDef, where: YamlNode, at: Setting
+    ) -> Iterator[Device]:
+        kinds: tuple[DeviceKind, ...] = ("real_effector", "real_receptor")
+        for kind in kinds:
+            for name, item in getattr(around, f"{kind}s").items():
+                here = where[f"{kind}s"][name]
                 inside = indexed(at, item.each, here, self.findings)
                 expressions = Expressions(self.findings, inside.definitions)
                 x, commands = all_elements(item.x, here["x"], "x", expressions)
@@ -317,13 +255,12 @@ class AgentResolver:
                     *(agent, name, kind, item.title, x, y, trace_of(item), here.key, inside.given),
                     duration_in(item, here, "silence", self.findings),
                 )
-                sides = ((x, item.x, commands), (y, item.y, reports))
-                if any(_lacks(*side) for side in sides):
-                    self.broken.add(device.qualified_name)
-                found.append(device)
-        return tuple(found)
+                for found, buffer, shared in ((x, item.x, commands), (y, item.y, reports)):
+                    if len(found) < len(buffer.elements) or (buffer.interface and not shared):
+                        self.broken.add(device.qualified_name)
+                yield device
 
-    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: Where) -> None:
+    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: YamlNode) -> None:
         """Report parts beside `use`, which would be described twice."""
         what, parts = "subsystem", definition.given - _BESIDE_USE
         help = "only title, `rate`, `budget` and `uses` may be others; say the rest in that file"
@@ -334,12 +271,11 @@ class AgentResolver:
             message = f"`{key}` has no effect: another file describes the {what}"
             self.findings.report("E0104", message, where[key].key, help=help)
 
-    def _no_description(self, what: str, where: Where, agents: Iterable[str] = ()) -> None:
+    def _no_description(self, what: str, where: YamlNode, agents: Iterable[str] = ()) -> None:
         """Report a file without such a part; `agents` are those of a system."""
-        known = ", ".join(f"`{agent}`" for agent in agents)
         message = f"the file describes no {what}"
         help = f"the file needs `{what}:` at its top level"
-        if known:
+        if known := ", ".join(f"`{agent}`" for agent in agents):
             message = "the system has no agent of this name, and more than one of others"
             help = f"give the agent the name of one of them: {known}"
         self.findings.report("E0219", message, where["use"].place, help=help)
@@ -349,23 +285,18 @@ _BESIDE_USE = {"for", "use", "title", "rate", "budget", "with", "uses", "eq", "t
 _DESCRIBED = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
 
 
-def _lacks(found: tuple[Element, ...], buffer: BufferDef, shared: Shared | None) -> bool:
-    """Whether elements of a buffer are not known."""
-    return len(found) < len(buffer.elements) or (buffer.interface is not None and not shared)
-
-
 _INNER = frozenset(
     ("memory", "let", "conditions", "functions", "behaviours", "states", "initial_state")
 ) | {NAME, "rate", "budget"}
 _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 
 
-def _first(levels: list[tuple[SubsystemDef, Where]], key: str) -> tuple[SubsystemDef, Where]:
+def _first(levels: list[tuple[SubsystemDef, YamlNode]], key: str) -> tuple[SubsystemDef, YamlNode]:
     """The level that says something for a key: users come before what they use."""
     return next((level for level in levels if getattr(level[0], key) is not None), levels[-1])
 
 
-def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
+def _only_inside(finding: Diagnostic, subsystem: YamlNode) -> bool:
     """Whether an error leaves the buffers and the graph of states of the subsystem known.
 
     A row with an unknown condition is known to exist; one with an unknown state is not.
@@ -375,25 +306,9 @@ def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
     place, depth = finding.primary, len(subsystem.route)
     if place.file != subsystem.file or place.route[:depth] != subsystem.route:
         return False
-    part = place.route[depth] if len(place.route) > depth else ""
-    if finding.code == "O0205" and (part == "uses" or _is_buffer(place, depth)):
+    inner = place.route[depth:]
+    part = inner[0] if inner else ""
+    is_peer = len(inner) == 2 and part in ("x", "y") and place.part == "key"
+    if finding.code == "O0205" and (part == "uses" or is_peer):
         return True
     return part in _INNER or (part == "transitions" and place.route[-1] in (2, "when"))
-
-
-def _is_buffer(place: Place, depth: int) -> bool:
-    """Whether a place in a subsystem, which is `depth` steps down, is the peer of a buffer."""
-    route = place.route[depth:]
-    return len(route) == 2 and route[0] in ("x", "y") and place.part == "key"
-
-
-def _unstarted(definition: SubsystemDef) -> tuple[str, str, str]:
-    """What comes next in a subsystem that has no initial state: code, message, help."""
-    if definition.states:
-        help_text = "add `initial_state:` with the state of the first period"
-        return "O0602", "the subsystem has no initial state yet", help_text
-    if definition.behaviours:
-        help_text = "add `states:`, each with a behaviour"
-        return "O0604", "the subsystem has no states yet", help_text
-    help_text = "add `behaviours:`, then `states:` that execute them"
-    return "O0603", "the subsystem has no behaviours yet", help_text

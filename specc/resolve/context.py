@@ -7,58 +7,48 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from math import isfinite
 from typing import Any, Literal
 
-from specc.answers import AnswerCache
-from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
-from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, or_else
+from specc.diagnostics import Diagnostic, Related, is_typo, nearest, rename_fix, sole_correction
+from specc.lang import FOLLOW_UP, ExprError, Scope, TypeNames, joined_help
 from specc.model.expr import Expr, Unknown
-from specc.model.trace import Trace
-from specc.model.types import Type
-from specc.model.units import UnitError, parse_unit
-from specc.read import Reach
-from specc.schema.texts import Traced
-from specc.schema.unfold import Unfolded, route_below
+from specc.model.fsm import Trace
+from specc.model.types import Real, Type
+from specc.model.units import DIMENSIONLESS, UnitError, parse_unit
+from specc.read import AllowedPaths
+from specc.schema.desugar import Desugared, route_below
+from specc.schema.keys import Traced
 from specc.source import Place, Route
 
 # What every part of resolving shares: a cursor into the files and the list of findings.
 
 
 @dataclass(frozen=True, slots=True)
-class Where:
+class YamlNode:
     """A value in a file: its route and what the YAML has there."""
 
     file: str
     route: Route
     raw: object
 
-    def __getitem__(self, key: str | int) -> Where:
-        whole, route = self.raw, (*self.route, key)
-        if type(whole) is dict:  # as nearly all are
-            return Where(self.file, route, whole.get(key))
-        if isinstance(whole, list) and isinstance(key, int) and key < len(whole):
-            return Where(self.file, route, whole[key])
-        if isinstance(whole, dict):
-            return Where(self.file, route_below(whole, key, self.route), whole.get(key))
-        return Where(self.file, route, None)
-
-    def scalar(self, key: str) -> Where:
-        """The value at `key`, or this value itself where the short form is used."""
-        return self[key] if isinstance(self.raw, dict) else self
-
-    def cell(self, key: str | int, index: int) -> Where:
-        """The value at `key`, or at `index` where a row is written as a list."""
-        return self[index] if isinstance(self.raw, list) else self[key]
+    def __getitem__(self, key: str | int) -> YamlNode:
+        raw, value = self.raw, None
+        if isinstance(raw, dict):
+            value = raw.get(key)
+        elif isinstance(raw, list) and isinstance(key, int) and key < len(raw):
+            value = raw[key]
+        return YamlNode(self.file, route_below(raw, key, self.route), value)
 
     @property
     def mapping(self) -> dict[str, Any]:
         """A copy of the mapping that stands here; empty if there is none."""
         return dict(self.raw) if isinstance(self.raw, dict) else {}
 
-    def having(self, raw: Mapping[str, Any]) -> Where:
+    def with_content(self, raw: Mapping[str, Any]) -> YamlNode:
         """The same place with other contents, of which some may come from elsewhere as before."""
-        routes = self.raw.routes if isinstance(self.raw, Unfolded) else {}
-        return Where(self.file, self.route, Unfolded(raw, routes))
+        routes = self.raw.routes if isinstance(self.raw, Desugared) else {}
+        return YamlNode(self.file, self.route, Desugared(raw, routes))
 
     @property
     def place(self) -> Place:
@@ -78,19 +68,19 @@ class Meaning:
     `places` are those of the definitions in force, by kind and name, `home` is the subsystem.
     """
 
-    where: Where
+    where: YamlNode
     text: str
     scope: Scope
     expr: Expr | None
     places: Mapping[str, Place]
-    home: Where | None = None
+    home: YamlNode | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class TypeText:
     """The text of a type, of a signature or of an interface with its arguments, in its scope."""
 
-    where: Where
+    where: YamlNode
     form: Literal["type", "signature", "interface"]
     text: str
     names: TypeNames
@@ -113,9 +103,8 @@ class Use:
 class Findings:
     """Collects diagnostics, so that all that is wrong is reported in one go.
 
-    For editors there are `meanings`, every expression that was read, `types`, every type, and
-    `uses`, the names in all other texts; and `kept`, what they found earlier.
-    `withheld` counts errors that only follow from others and are not reported.
+    `meanings` has every expression that was read, `types` every type, `uses` the names in all
+    other texts. `suppressed` counts errors that only follow from others and are not reported.
     """
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
@@ -123,10 +112,9 @@ class Findings:
     types: list[TypeText] = field(default_factory=list)
     uses: list[Use] = field(default_factory=list)
     suppressed: int = 0
-    cache: AnswerCache | None = None
     depth: int = 0
     """Of the definition that is being made inside others."""
-    unread: bool = False
+    has_unread_file: bool = False
     """Whether a file under `use:` cannot be read: any name that is unknown may be one of its."""
     repeated: list[Diagnostic] = field(default_factory=list)
     """Missing parts that are reported at another place that needs them."""
@@ -134,36 +122,19 @@ class Findings:
 
     def certain(self, found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
         """Those findings that do not depend on names in a file that cannot be read."""
-        return tuple(d for d in found if not self.unread or d.code.startswith(_OF_FILES))
-
-    @property
-    def _notes(self) -> tuple[list[Any], ...]:
-        return self.meanings, self.types, self.uses
-
-    def noted(self) -> tuple[int, ...]:
-        """How much is noted for editors."""
-        return tuple(map(len, self._notes))
-
-    def notes(self, since: tuple[int, ...] = (0, 0, 0)) -> tuple[list[Any], ...]:
-        """What is noted for editors, without what was `noted` before."""
-        return tuple(notes[count:] for notes, count in zip(self._notes, since, strict=True))
-
-    def note(self, notes: tuple[list[Any], ...]) -> None:
-        """Take in the notes of others."""
-        for known, more in zip(self._notes, notes, strict=True):
-            known += more
+        return tuple(d for d in found if not self.has_unread_file or d.code.startswith(_OF_FILES))
 
     def use(
         self,
         of: Place | None,
-        at: Where,
+        at: YamlNode,
         *below: str | int,
         part: Literal["key", "value"] = "value",
         start: int | None = None,
         end: int | None = None,
     ) -> None:
-        """Note for an editor that a value at or below a place, a key or a part of it is a name."""
-        if of is not None and self.cache is not None:
+        """Record that a value at or below a place, a key or a part of it names a definition."""
+        if of is not None:
             self.uses.append(Use(Place(at.file, (*at.route, *below), part, start, end), of))
 
     def report(
@@ -181,7 +152,7 @@ class Findings:
 
     def expression_error(
         self,
-        where: Where,
+        where: YamlNode,
         error: ExprError,
         target: Related | None = None,
         lacks: Place | None = None,
@@ -198,25 +169,24 @@ class Findings:
         related = tuple(Related(origin.place, origin.words) for origin in error.origins)
         if target is not None and error.expected is not None:
             related += (target,)
-        found = Diagnostic(
-            error.code, error.message, place, "", related, error.help, lacks=_all(lacks)
-        )
-        self._add(replace(found, fix=renaming(place, error.wrong, error.repair)))
+        missing = (lacks,) if lacks else ()
+        found = Diagnostic(error.code, error.message, place, "", related, error.help, lacks=missing)
+        self._add(replace(found, fix=rename_fix(place, error.wrong, error.repair)))
 
-    def outside(self, reach: Reach, path: str, where: Where) -> None:
+    def report_outside(self, reach: AllowedPaths, path: str, where: YamlNode) -> None:
         """Report a file that a specification may not name."""
         message = f"the file lies outside the project: {path}"
-        self.report("E0021", message, where.place, help=reach.way_in(path))
+        self.report("E0021", message, where.place, help=reach.hint_to_allow(path))
 
-    def leaking(self, reach: Reach, folder: str, where: Where) -> None:
+    def report_escape(self, reach: AllowedPaths, folder: str, where: YamlNode) -> None:
         """Report a folder from which a link leads to what a specification may not name."""
         try:
-            link = reach.link_below(folder)
+            link = reach.escaping_link(folder)
         except OverflowError as error:
             self.report("E0017", str(error), where.place, help="name a smaller folder")
         else:
             if link:
-                self.outside(reach, link, where)
+                self.report_outside(reach, link, where)
 
     def unknown(
         self,
@@ -233,32 +203,34 @@ class Findings:
         name may be that of something to come.
         """
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
-        help = suggestion(name, names)
+        help = suggest(name, names)
         may_come = what in _MAY_COME and (what != "agent" or name.isidentifier())
-        if may_come and not is_slip(name, names):
+        if may_come and not is_typo(name, names):
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
-            way = or_else(_MAY_COME[what], help if names else "")
+            way = joined_help(_MAY_COME[what], help if names else "")
             if what.endswith("condition") and not name.isidentifier():
                 way = "give it a name under `conditions:`, and write that name here"
                 way = way if what.startswith("initial") else f"write `{{when: ...}}`, or {way}"
-            self.not_there(part, place, way, lacks)
+            self.report_missing(part, place, way, lacks)
             return True
-        fix = renaming(place, name, surely_meant(name, nearest(name, names)))
+        fix = rename_fix(place, name, sole_correction(name, nearest(name, names)))
         message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
         self.diagnostics.append(
-            Diagnostic(code, message, place, "", (), help, fix, lacks=_all(lacks))
+            Diagnostic(code, message, place, "", (), help, fix, lacks=(lacks,) if lacks else ())
         )
         return False
 
-    def not_there(self, part: str, place: Place, help: str, lacks: Place | None = None) -> None:
+    def report_missing(
+        self, part: str, place: Place, help: str, lacks: Place | None = None
+    ) -> None:
         """Report a part that something refers to and that may still come."""
         message = f"{part} is not there yet"
-        self._add(Diagnostic("O0205", message, place, help=help, lacks=_all(lacks)))
+        self._add(Diagnostic("O0205", message, place, help=help, lacks=(lacks,) if lacks else ()))
 
     def _add(self, found: Diagnostic) -> None:
         """Add a diagnostic; a missing part is reported once, with everything that refers to it."""
         if found.code == "O0205":
-            index = self._lacking.setdefault(_part(found), len(self.diagnostics))
+            index = self._lacking.setdefault(_missing_part(found), len(self.diagnostics))
             if index < len(self.diagnostics):
                 earlier = self.diagnostics[index]
                 more = (Related(found.primary, "needed here as well"),)
@@ -294,29 +266,22 @@ _MAY_COME = {
 _MOST_RELATED = 4
 
 
-def _all(place: Place | None) -> tuple[Place, ...]:
-    return (place,) if place else ()
-
-
-def _part(finding: Diagnostic) -> object:
-    """What is not there: a part of one subsystem or of the whole file."""
+def _missing_part(finding: Diagnostic) -> object:
+    """What is not there: a part of the whole file, of one subsystem or of a section."""
     place, message = finding.primary, finding.message
-    of = () if message.startswith(_OF_A_FILE) else _owner(place.route)
-    return place.file, message, of
+    if message.startswith(_OF_A_FILE):
+        return place.file, message, ()
+    route = place.route
+    above = {"agents": 2, "agent": 1}.get(str(route[0]) if route else "", 0)
+    depth = 1 if not above or route[above : above + 1] == ("control",) else 2
+    return place.file, message, route[: above + depth]
 
 
 _OF_A_FILE = ("frame ", "type ", "interface ", "field ", "member ", "operator ")
 """How findings begin that miss what is one for a whole file."""
 
 
-def _owner(route: Route) -> Route:
-    """The subsystem that a route leads into, or the section of the file."""
-    above = {"agents": 2, "agent": 1}.get(str(route[0]) if route else "", 0)
-    depth = 1 if not above or route[above : above + 1] == ("control",) else 2
-    return route[: above + depth]
-
-
-def suggestion(name: str, known: list[str]) -> str:
+def suggest(name: str, known: list[str]) -> str:
     """A way out for an unknown name: `did you mean ...?`, or what there is."""
     close = nearest(name, known)
     if close:
@@ -329,14 +294,10 @@ def suggestion(name: str, known: list[str]) -> str:
 
 def trace_of(part: Traced) -> Trace:
     """Where in the paper a part comes from."""
-    told = part.eq, part.table, part.fig
-    return Trace(*told) if any(told) else _UNTRACED
+    return Trace(part.eq, part.table, part.fig)
 
 
-_UNTRACED = Trace()
-
-
-def nobody_knows(where: Where, type_: Type) -> Unknown:
+def unknown_at(where: YamlNode, type_: Type) -> Unknown:
     """A distinct value for every place, so that no two of them count as the same."""
     return Unknown("/".join(map(str, where.route)), type=type_)
 
@@ -348,7 +309,9 @@ def nobody_knows(where: Where, type_: Type) -> Unknown:
 _DURATION = re.compile(r"\s*(\d{1,12}(?:\.\d{1,12})?)\s+([a-z]+)\s*", re.ASCII)
 
 
-def duration_in(definition: object, where: Where, key: str, findings: Findings) -> Fraction | None:
+def duration_in(
+    definition: object, where: YamlNode, key: str, findings: Findings
+) -> Fraction | None:
     """Seconds that a definition says under a key, as `20 ms` or `0.5 s`.
 
     None if it says nothing there, or after reporting.
@@ -385,3 +348,62 @@ def file_hint(path: str, relative: str) -> str:
         return "the path is relative to the file that names it"
     beside = os.path.dirname(relative)
     return f"did you mean `{os.path.join(beside, close[0])}`?"
+
+
+_LONGEST_NUMBER = 100
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
+_QUANTITY = rf"\s*({_NUMBER})\s*(?:\[([^\[\]]*)\])?\s*"
+
+
+def quantity(text: str) -> tuple[Fraction, str] | None:
+    """Number and unit of a value that is one, as written: `0.1[m/s]`."""
+    found = re.fullmatch(_QUANTITY, text)
+    if not found or len(found[1]) > _LONGEST_NUMBER or not isfinite(float(found[1])):
+        return None
+    return Fraction(found[1]), (found[2] or "").strip()
+
+
+def in_unit(text: str, unit: str) -> str:
+    """A value as written; a number without a unit gets this one, if it is not empty."""
+    found = quantity(text) if unit else None
+    return text if found is None or found[1] else f"{text.strip()}[{unit}]"
+
+
+@dataclass(eq=False, slots=True)
+class SetValues:
+    """`texts` are those of the command line, by the names of what they are values of.
+
+    `copies` has the agents of each `for` with the name of them all, `units` everything that can be
+    given, each with the unit of a number without one.
+    """
+
+    texts: Mapping[str, YamlNode] = field(default_factory=dict)
+    copies: Mapping[str, str] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+
+    def of(self, name: str, written: str, declared: Type | None = None) -> YamlNode | None:
+        """The text to take instead of what a file has for a name, if there is one.
+
+        Parameters of copies have a name that is their own, and one that they share.
+        What has a name first keeps it: descriptions that use others come before these.
+        """
+        if name in self.units:
+            return None
+        agent, dot, rest = name.partition(".")
+        shared = f"{self.copies.get(agent, agent)}{dot}{rest}"
+        number = quantity(written)
+        unit = number[1] if number else ""
+        if not unit and isinstance(declared, Real) and declared.unit != DIMENSIONLESS:
+            unit = str(declared.unit)
+        self.units[name] = unit
+        self.units.setdefault(shared, unit)
+        found = self.texts.get(name) or self.texts.get(shared)
+        return found and replace(found, raw=in_unit(str(found.raw), unit))
+
+    def report_unknown(self, findings: Findings) -> None:
+        """Report names that are those of nothing."""
+        for name, where in self.texts.items():
+            if name not in self.units:
+                code, what = ("E0210", "parameter") if "." in name else ("E0201", "constant")
+                known = [other for other in self.units if ("." in other) == ("." in name)]
+                findings.unknown(code, what, name, known, where.key)

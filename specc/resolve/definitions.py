@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import count, islice
-from typing import TypeVar
+from itertools import count
 from zlib import crc32
 
 from specc.diagnostics import Related
-from specc.lang import ExprError, TypeNames
-from specc.lang.mentioned import names_of_signature, names_of_type
-from specc.lang.types import MakeType
-from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
-from specc.model.expr import ConstantRef, Expr, Number, mapped
-from specc.model.system import Constant, NamedType, Operator, Outside
-from specc.model.trace import Trace
-from specc.model.types import Frame, Int
-from specc.resolve.context import Findings, Where
-from specc.resolve.fingerprint import Fingerprint
-from specc.resolve.groups import Groups
+from specc.lang import FOLLOW_UP, Declaration, ExprError, TypeNames, parse_type
+from specc.lang.types import MakeType, names_of_signature, names_of_type
+from specc.limits import MAX_DEPTH, MAX_EXPRESSION_PARTS, MAX_TYPE_PARTS, OUT_OF_PARTS, spend
+from specc.model.expr import ConstantRef, Expr, Number, map_children
+from specc.model.fsm import Trace
+from specc.model.system import Constant, NamedType, Operator, OuterName
+from specc.model.types import Enum, Frame, Int, Opaque, Record, Type
+from specc.resolve.context import Findings, TypeText, YamlNode
 from specc.schema.files import TypeDef
 from specc.schema.subsystem import InterfaceDef
 from specc.source import Place
@@ -72,43 +68,32 @@ def inlined(expr: Expr, constants: Mapping[str, Constant], kept: Collection[str]
     Raises:
         ExprError: the values have too many parts; constants of constants can stand for billions.
     """
-    return _Inlining(constants, kept).of(expr) if constants else expr
+    inside = parts = 0
 
-
-@dataclass(eq=False, slots=True)
-class _Inlining:
-    constants: Mapping[str, Constant]
-    kept: Collection[str]
-    inside: int = 0
-    """How many constants are being written out, one in the other."""
-    parts: int = 0
-
-    def of(self, expr: Expr) -> Expr:
-        if self.inside:
-            self._count(expr)
-        if isinstance(expr, ConstantRef):
-            return self._value(expr)
-        return mapped(expr, self.of)
-
-    def _value(self, expr: ConstantRef) -> Expr:
-        found = None if expr.name in self.kept else self.constants.get(expr.name)
-        if found is None:
-            return expr
-        self.inside += 1
-        value = replace(self.of(found.value), span=expr.span)
-        self.inside -= 1
+    def written_out(part: Expr) -> Expr:
+        nonlocal inside, parts
+        if inside:
+            parts += 1
+            is_allowed = spend("parts", 1)
+            if parts > MAX_EXPRESSION_PARTS or not is_allowed:
+                most = f"more than {MAX_EXPRESSION_PARTS} parts"
+                message = f"with its constants written out, this has {most}"
+                message = message if is_allowed else OUT_OF_PARTS
+                raise ExprError(message, *part.span, "compute the value in an operator", "E0017")
+        if not isinstance(part, ConstantRef):
+            return map_children(part, written_out)
+        if part.name in kept or part.name not in constants:
+            return part
+        inside += 1
+        value = replace(written_out(constants[part.name].value), span=part.span)
+        inside -= 1
         return value
 
-    def _count(self, expr: Expr) -> None:
-        self.parts += 1
-        is_allowed = spend("parts", 1)
-        if self.parts > MAX_EXPRESSION_PARTS or not is_allowed:
-            message = (
-                f"with its constants written out, this has more than {MAX_EXPRESSION_PARTS} parts"
-            )
-            if not is_allowed:
-                message = OUT_OF_PARTS
-            raise ExprError(message, *expr.span, "compute the value in an operator", "E0017")
+    return written_out(expr) if constants else expr
+
+
+Groups = dict[str, dict[tuple[int, ...], str]]
+"""Name of a group -> indices of each member and its name."""
 
 
 # Named sets of elements of buffers.
@@ -119,11 +104,11 @@ class Interface:
     """An interface at its place, with what the texts of its elements may name."""
 
     definition: InterfaceDef
-    where: Where
+    where: YamlNode
     definitions: Definitions
 
 
-def indices_of(each: Mapping[str, str], where: Where) -> dict[str, Constant]:
+def indices_of(each: Mapping[str, str], where: YamlNode) -> dict[str, Constant]:
     """The indices of the `for` of a part at `where`, each with its one value."""
     return {
         name: Constant(name, Number(int(text), type=Int()), "", where["for"][name].key)
@@ -131,7 +116,7 @@ def indices_of(each: Mapping[str, str], where: Where) -> dict[str, Constant]:
     }
 
 
-def report_taken(index: Constant, kind: str, first: Place, findings: Findings) -> None:
+def report_clash(index: Constant, kind: str, first: Place, findings: Findings) -> None:
     """Report an index with the name of something else, which is defined at `first`."""
     message = f"`{index.name}` is the name of {kind} already"
     related = (Related(first, "first defined here"),)
@@ -153,7 +138,7 @@ def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
     return {name: OpenSize(mark, name) for name, mark in zip(named, marks(), strict=False)}
 
 
-def sizes_met(signature: str, types: Mapping[str, TypeDef]) -> set[str]:
+def sizes_in(signature: str, types: Mapping[str, TypeDef]) -> set[str]:
     """The names of sizes in a signature and in the types of one file that it mentions."""
     named, done, found = list(names_of_signature(signature, types)), set[str](), set[str]()
     while named:
@@ -171,30 +156,6 @@ def sizes_met(signature: str, types: Mapping[str, TypeDef]) -> set[str]:
 # What the expressions of one file may name: frames, types, constants, files and operators.
 
 
-Thing = TypeVar("Thing")
-
-
-@dataclass(frozen=True, slots=True)
-class _Earlier(Mapping[str, Thing]):
-    """A view of the first `count` constants; each constant sees others before it."""
-
-    constants: Mapping[str, Constant]
-    serial: Mapping[str, int]
-    count: int
-    of: Callable[[Constant], Thing]
-
-    def __getitem__(self, name: str) -> Thing:
-        if self.serial.get(name, self.count) >= self.count:
-            raise KeyError(name)
-        return self.of(self.constants[name])
-
-    def __iter__(self) -> Iterator[str]:
-        return islice(self.constants, self.count)
-
-    def __len__(self) -> int:
-        return self.count
-
-
 @dataclass(eq=False, slots=True)
 class Definitions:
     """Names in force in one file. `frames` maps a name to the frame that it stands for."""
@@ -207,6 +168,8 @@ class Definitions:
     type_traces: dict[str, Trace] = field(default_factory=dict)
     interfaces: dict[str, Interface] = field(default_factory=dict)
     constants: dict[str, Constant] = field(default_factory=dict)
+    declared: dict[str, Declaration] = field(default_factory=dict)
+    """The constants as scopes have them."""
     files: dict[str, tuple[str, str]] = field(default_factory=dict)
     """Each with its name in the system and its path."""
     operators: dict[str, Operator] = field(default_factory=dict)
@@ -224,20 +187,13 @@ class Definitions:
     """As `Scope.has_points`."""
     in_place: bool = False
     """Whether the parameters are indices, and all other constants those of the file."""
-    made_from: Fingerprint = field(default_factory=Fingerprint)
-    """What is defined in the file and in those that it uses."""
-
-    _serial: dict[str, int] = field(default_factory=dict)
-    """Constant -> how many were there before it."""
 
     def add(self, constant: Constant) -> None:
         """Take in a constant, which those after it may name."""
-        self._serial.setdefault(constant.name, len(self._serial))
         self.constants[constant.name] = constant
-
-    def earlier(self, of: Callable[[Constant], Thing]) -> Mapping[str, Thing]:
-        """Something of each constant that is there now, whatever others come later."""
-        return _Earlier(self.constants, self._serial, len(self._serial), of)
+        self.declared[constant.name] = Declaration(
+            constant.value.type, constant.place, constant.value
+        )
 
     def inlined(self, expr: Expr) -> Expr:
         """The expression without constants of descriptions; see `inlining` for the error."""
@@ -251,12 +207,11 @@ class Definitions:
             constants=dict(self.constants),
             given=(self.given or {}) | {index.name: index for index in indices},
             in_place=self.given is None or self.in_place,
-            made_from=replace(self.made_from, others=f"{self.made_from.others} {indices}"),
-            _serial=dict(self._serial),
+            declared=dict(self.declared),
         )
         for index in indices:
             if earlier := self.constants.get(index.name):
-                report_taken(index, "a constant", earlier.place, findings)
+                report_clash(index, "a constant", earlier.place, findings)
             found.add(index)
         return found
 
@@ -264,16 +219,14 @@ class Definitions:
         """What type texts may name; with `variables`, undeclared frames are variables."""
         return TypeNames(self.frames, self.types, self.sizes, variables)
 
-    def outside(self) -> tuple[Outside, ...]:
+    def outside(self) -> tuple[OuterName, ...]:
         """Constants and files, also those with an error in their definition."""
-        found = []
-        for label, place in self.places.items():
-            kind, name = label.split(" ", 1)
-            if kind == "constant":
-                found.append(Outside("constant", name, place))
-            elif kind == "file":
-                found.append(Outside("file", name, place))
-        return tuple(found)
+        return tuple(
+            OuterName("constant" if kind == "constant" else "file", name, place)
+            for label, place in self.places.items()
+            for kind, _, name in [label.partition(" ")]
+            if kind in ("constant", "file")
+        )
 
     def claim(self, kind: str, name: str, place: Place, findings: Findings) -> bool:
         """Whether `name` is free; reports a second definition with the place of the first."""
@@ -291,19 +244,15 @@ class Definitions:
         self.frame_titles |= other.frame_titles
         for label, place in other.places.items():
             kind, name = label.split(" ", 1)
-            if kind != "parameter" and self.claim(kind, name, place, findings):
-                self._copy(kind, name, other)
-
-    def _copy(self, kind: str, name: str, other: Definitions) -> None:
-        theirs = getattr(other, f"{kind}s")
-        if name not in theirs:
-            return
-        if kind == "constant":
-            self.add(theirs[name])
-        else:
-            getattr(self, f"{kind}s")[name] = theirs[name]
-        if kind == "type" and name in other.type_traces:
-            self.type_traces[name] = other.type_traces[name]
+            if kind == "parameter" or not self.claim(kind, name, place, findings):
+                continue
+            theirs = getattr(other, f"{kind}s")
+            if name in theirs and kind == "constant":
+                self.add(theirs[name])
+            elif name in theirs:
+                getattr(self, f"{kind}s")[name] = theirs[name]
+            if kind == "type" and name in other.type_traces:
+                self.type_traces[name] = other.type_traces[name]
 
 
 def types_in(several: Iterable[Definitions]) -> tuple[NamedType, ...]:
@@ -314,3 +263,130 @@ def types_in(several: Iterable[Definitions]) -> tuple[NamedType, ...]:
         for name, trace in known.type_traces.items()
     }
     return tuple(found[name] for name in sorted(found))
+
+
+@dataclass(eq=False, slots=True)
+class TypeMaker:
+    """Makes the type of a name, for given frames; a type that contains itself is an error."""
+
+    name: str
+    definition: TypeDef
+    where: YamlNode
+    definitions: Definitions
+    findings: Findings
+    _made: dict[tuple[Frame, ...], Type] = field(default_factory=dict)
+    _making: bool = False
+    _broken: bool = False
+    _enum: Type | None = None
+
+    def __call__(self, frames: tuple[Frame, ...]) -> Type:
+        """The type with these frames; raises `ExprError` if they do not suit it."""
+        if frames not in self._made:
+            self._made[frames] = self._bounded(frames)
+        return self._made[frames]
+
+    def _bounded(self, frames: tuple[Frame, ...]) -> Type:
+        if len(frames) != len(self.definition.frames):
+            wanted = len(self.definition.frames)
+            raise ExprError(
+                f"type `{self.name}` takes {wanted} frames, not {len(frames)}",
+                0,
+                0,
+                f"write `{self.name}[{', '.join(self.definition.frames)}]` with frames of yours"
+                if wanted
+                else f"write `{self.name}`",
+                "E0306",
+            )
+        if self._making:
+            message, help_text = f"type `{self.name}` contains itself", "break the circle"
+            raise ExprError(message, 0, 0, help_text, "E0306")
+        self._making = True
+        self.findings.depth += 1
+        try:
+            if self.findings.depth > MAX_DEPTH:
+                message = f"types are more than {MAX_DEPTH} levels deep"
+                raise ExprError(message, 0, 0, _TOO_LARGE, "E0016")
+            made = self._make(frames)
+        finally:
+            self._making = False
+            self.findings.depth -= 1
+        parts, levels = made.extent
+        whole = f"with the types in it written out, `{self.name}`"
+        if levels > MAX_DEPTH:
+            raise self._refused(f"{whole} is more than {MAX_DEPTH} levels deep", "E0016")
+        if parts > MAX_TYPE_PARTS:
+            raise self._refused(f"{whole} has more than {MAX_TYPE_PARTS} parts", "E0017")
+        return made
+
+    def enum(self) -> Type | None:
+        """The type if it is an enum; made once."""
+        if self._enum is None and (self.definition.type or "").lstrip().startswith("enum"):
+            try:
+                self._enum = self(())
+            except ExprError:
+                return None
+        return self._enum
+
+    def check(self, frames: tuple[Frame, ...]) -> None:
+        """Report what is wrong with the definition, once, at its own place."""
+        given = [self.definition.type, self.definition.fields, self.definition.opaque]
+        if sum(part is not None for part in given) != 1:
+            message = f"type `{self.name}` needs one of `type`, `fields` and `opaque`"
+            help_text = "keep the one that says what the type is"
+            self.findings.report("E0104", message, self.where.place, help=help_text)
+            return
+        if self.definition.codec is not None and not self.definition.opaque:
+            message = f"type `{self.name}` has a codec and is not opaque"
+            help_text = "remove `codec`: values of all other types are recorded as they are"
+            self.findings.report("E0104", message, self.where["codec"].place, help=help_text)
+        self._note(frames)
+        try:
+            self(frames)
+        except ExprError as error:
+            self.findings.expression_error(self.where["type"], error)
+
+    def _note(self, frames: tuple[Frame, ...]) -> None:
+        """Note for editors which texts of types the definition has."""
+        given, known = self.definition, self.definitions
+        local = known.frames | dict(zip(given.frames, frames, strict=True))
+        names = TypeNames(local, known.types, known.sizes)
+        texts = [(self.where["fields"][n], text) for n, text in (given.fields or {}).items()]
+        texts += [(self.where["type"], given.type)] if given.type else []
+        notes = (TypeText(at, "type", text, names, known.places) for at, text in texts)
+        self.findings.types.extend(notes)
+
+    def _refused(self, message: str, code: str) -> ExprError:
+        """Report that the type is too large, here and nowhere else."""
+        error = ExprError(message, 0, 0, _TOO_LARGE, code)
+        self.findings.expression_error(self.where["type"], error)
+        self._broken = True
+        return ExprError(message, 0, 0, code=FOLLOW_UP)
+
+    def _parsed(self, where: YamlNode, text: str, names: TypeNames) -> Type:
+        """A type in the definition; what is wrong with it is reported here and nowhere else."""
+        if not self._broken:
+            try:
+                return parse_type(text, names)
+            except ExprError as error:
+                self.findings.expression_error(where, error)
+                self._broken = True
+        raise ExprError(f"type `{self.name}` has an error", 0, 0, code=FOLLOW_UP)
+
+    def _make(self, frames: tuple[Frame, ...]) -> Type:
+        definition = self.definition
+        local = dict(zip(definition.frames, frames, strict=True))
+        known = self.definitions
+        names = TypeNames(known.frames | local, known.types, known.sizes)
+        if definition.opaque:
+            codec = definition.codec
+            functions = (codec.encode, codec.decode) if codec else ()
+            return Opaque(self.name, frames, definition.python or "", functions)
+        if definition.fields is not None:
+            texts, at = definition.fields.items(), self.where["fields"]
+            fields = tuple((n, self._parsed(at[n], t, names)) for n, t in texts)
+            return Record(self.name, frames, fields, definition.python or "")
+        made = self._parsed(self.where["type"], definition.type or "", names)
+        return Enum(self.name, made.members) if isinstance(made, Enum) else made
+
+
+_TOO_LARGE = "use an opaque type for a part"

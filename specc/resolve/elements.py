@@ -2,34 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import Literal
 
-from specc.lang import Declared
-from specc.model.expr import Call, Expr, FileRef, MemoryRef, constants_in, walk
-from specc.model.system import Element, Safe
+from specc.diagnostics import Related
+from specc.lang import FOLLOW_UP, TYPE_WORDS, Declaration, ExprError, parse_interface
+from specc.lang.types import MakeType
+from specc.model.expr import Call, Expr, FileRef, MemoryRef, constant_names, walk
+from specc.model.system import Element, InterfaceRef, SafeOutput
+from specc.model.types import Frame, Type
 from specc.reachable import reachable
-from specc.resolve.context import Where, duration_in, trace_of
+from specc.resolve.context import Findings, TypeText, YamlNode, duration_in, trace_of
+from specc.resolve.definitions import Definitions, Interface
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
-from specc.schema.subsystem import ElementDef, InputDef, ReceivedDef, SafeDef
+from specc.schema.subsystem import BufferDef, ElementDef, InputDef, ReceivedDef, SafeDef
 
 
 def resolve_elements(
-    elements: Mapping[str, ElementDef], where: Where, expressions: Expressions
+    elements: Mapping[str, ElementDef], where: YamlNode, expressions: Expressions
 ) -> tuple[Element, ...]:
     """The elements of one buffer; one whose type is wrong is left out and marked as broken."""
     found = []
     for name, definition in elements.items():
         at = where[name]
-        type_ = expressions.type(at.scalar("type"), definition.type)
+        type_ = expressions.type(at["type"], definition.type)
         if type_ is None:
             expressions.broken.add(name)
             continue
         init = None
         if definition.init is not None:
-            scope = replace(constant_scope(expressions.definitions), later=expressions.later)
+            scope = replace(
+                constant_scope(expressions.definitions), uninitialized=expressions.later
+            )
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
         is_received = isinstance(definition, ReceivedDef)
@@ -46,7 +53,7 @@ def resolve_elements(
 def with_safe(
     accepted: tuple[Element, ...],
     definition: DeviceDef,
-    where: Where,
+    where: YamlNode,
     reported: tuple[Element, ...],
     expressions: Expressions,
 ) -> tuple[Element, ...]:
@@ -59,28 +66,26 @@ def with_safe(
             found.append(element)
             continue
         at = where[element.name]["safe"]
-        safe = _safe(declared, at, element, reported, expressions)
-        found.append(replace(element, safe=safe))
+        found.append(replace(element, safe=_safe(declared, at, element, reported, expressions)))
     return tuple(found)
 
 
 def _safe(
     declared: SafeDef,
-    at: Where,
+    at: YamlNode,
     element: Element,
     reported: tuple[Element, ...],
     expressions: Expressions,
-) -> Safe | None:
+) -> SafeOutput | None:
     constants = constant_scope(expressions.definitions)
-    scope = replace(constants, memory={e.name: Declared(e.type, e.place) for e in reported})
-    here = at.scalar("is")
+    scope = replace(constants, memory={e.name: Declaration(e.type, e.place) for e in reported})
+    here = at["is"]
     value = expressions.value(here, declared.value, scope, element.type, element.place)
     otherwise = None
     if declared.otherwise is not None:
         there = at["otherwise"]
-        otherwise = expressions.value(
-            there, declared.otherwise, constants, element.type, element.place
-        )
+        wanted = element.type, element.place
+        otherwise = expressions.value(there, declared.otherwise, constants, *wanted)
         if otherwise is not None and _may_fail(otherwise, expressions):
             message = "this is sent if `safe` fails, so it must not be able to fail itself"
             help_text = "write numbers, or constants that no operator computes"
@@ -89,16 +94,127 @@ def _safe(
         message = f"`safe` of `{element.name}` may fail, and nothing says what is sent then"
         help_text = "add `otherwise:` with a constant: `safe: {is: ..., otherwise: ...}`"
         expressions.findings.report("E0412", message, here.place, help=help_text)
-    return Safe(value, otherwise, at.key) if value is not None else None
+    return SafeOutput(value, otherwise, at.key) if value is not None else None
 
 
 def _may_fail(value: Expr, expressions: Expressions) -> bool:
     """Whether it calls an operator, reads a file, or asks for what may never have been reported."""
     constants = expressions.definitions.constants
-
-    def used(part: Expr) -> list[str]:
-        return [name for name in constants_in(part) if name in constants]
-
-    names = reachable(used(value), lambda name: used(constants[name].value))
+    names = reachable(
+        (name for name in constant_names(value) if name in constants),
+        lambda name: [n for n in constant_names(constants[name].value) if n in constants],
+    )
     parts = (value, *(constants[name].value for name in names))
     return any(isinstance(node, Call | FileRef | MemoryRef) for p in parts for node in walk(p))
+
+
+def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
+    """Report what is wrong with interfaces whoever uses them, each once.
+
+    What names a type parameter is checked where the interface is used.
+    """
+    all_of_them = {i.where.key: i for d in known for i in d.interfaces.values()}
+    for interface in all_of_them.values():
+        definition = interface.definition
+        for key, words, kind in (("frames", (), "frame"), ("types", TYPE_WORDS, "type")):
+            for index, name in enumerate(getattr(definition, key)):
+                if name in words or name in getattr(definition, key)[:index]:
+                    message = f"`{name}` cannot be the name of a {kind} parameter here"
+                    place = interface.where[key][index].place
+                    help_text = "it stands for something else already: choose another name"
+                    findings.report("E0221", message, place, help=help_text)
+        alone = _alone(interface)
+        findings.diagnostics += alone.diagnostics
+        findings.meanings += alone.meanings
+        findings.types += alone.types
+        findings.uses += alone.uses
+
+
+def all_elements(
+    buffer: BufferDef, at: YamlNode, direction: Literal["x", "y"], expressions: Expressions
+) -> tuple[tuple[Element, ...], InterfaceRef | None]:
+    """The elements of a buffer: those of its interface, if that is known, and its own."""
+    found = resolve_elements(buffer.elements, at, expressions)
+    if buffer.interface is None:
+        return found, None
+    used = _elements_of(buffer.interface, at["is"], expressions)
+    if used is None:
+        return found, None
+    interface, shared = used
+    if direction == "y":
+        shared = tuple(replace(element, init=None, max_age_s=None) for element in shared)
+    first = {element.name: element.place for element in shared}
+    for element in (element for element in found if element.name in first):
+        message = f"the interface has an element `{element.name}` already"
+        related = (Related(first[element.name], "first defined here"),)
+        help = "delete or rename one of the two"
+        expressions.findings.report("E0205", message, element.place, related=related, help=help)
+    return (*shared, *found), InterfaceRef(buffer.interface, interface.where.key)
+
+
+def _elements_of(
+    text: str, where: YamlNode, expressions: Expressions
+) -> tuple[Interface, tuple[Element, ...]] | None:
+    """The interface that a buffer names at `where` and its elements, or None after reporting."""
+    definitions, findings = expressions.definitions, expressions.findings
+    known = definitions.interfaces
+    names = definitions.names()
+    findings.types.append(TypeText(where, "interface", text, names, definitions.places))
+    takes = {n: (i.definition.frames, i.definition.types) for n, i in known.items()}
+    try:
+        used = parse_interface(text, names, takes)
+    except ExprError as error:
+        findings.expression_error(where, error)
+        return None
+    interface = known[used.name]
+    scratch = Findings()
+    found = _elements(interface, used.frames, used.types, scratch, expressions.broken)
+    if scratch.diagnostics and not _alone(interface).diagnostics:
+        first = scratch.diagnostics[0]
+        findings.report(
+            "E0237",
+            f"`{text}` is not possible: {first.message}",
+            where.place,
+            related=(Related(first.primary, "with these types, this is wrong"),),
+            help=first.help,
+        )
+    elif scratch.diagnostics:
+        findings.suppressed += 1
+    return interface, found
+
+
+def _alone(interface: Interface) -> Findings:
+    """What is found in an interface whatever types it is given."""
+    definition, alone = interface.definition, Findings()
+    frames = tuple(f"?{name}" for name in definition.frames)
+    _elements(interface, frames, (None,) * len(definition.types), alone, set())
+    return alone
+
+
+def _elements(
+    interface: Interface,
+    frames: tuple[Frame, ...],
+    types: tuple[Type | None, ...],
+    findings: Findings,
+    broken: set[str],
+) -> tuple[Element, ...]:
+    """Its elements for frames and types; a type that is None is not known."""
+    definition, around = interface.definition, interface.definitions
+    own = dict(zip(definition.frames, frames, strict=True))
+    makers = {n: _maker(n, type_) for n, type_ in zip(definition.types, types, strict=True)}
+    local = replace(around, frames=around.frames | own, types=around.types | makers)
+    expressions = Expressions(findings, local, broken)
+    return resolve_elements(definition.elements, interface.where, expressions)
+
+
+def _maker(name: str, type_: Type | None) -> MakeType:
+    """What makes the type that a parameter stands for."""
+
+    def make(frames: tuple[Frame, ...]) -> Type:
+        if frames:
+            raise ExprError(f"`{name}` takes no frames", 0, 0, f"write `{name}`", "E0306")
+        if type_ is None:
+            raise ExprError(f"`{name}` is not known", 0, 0, code=FOLLOW_UP)
+        return type_
+
+    return make

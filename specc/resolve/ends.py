@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from specc.model.system import SubsystemKind
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Findings, YamlNode
 from specc.schema import SubsystemDef
 from specc.schema.files import AgentDef, DeviceDef
 from specc.source import Place
@@ -46,7 +46,13 @@ def peers_of_control(agent: str, around: AgentDef, agents: Collection[str]) -> d
     """Peer -> other end for a control subsystem: own virtual ones, receptors, other agents."""
     peers = {other: f"{other}.c" for other in agents if other != agent}
     receptors = list(around.real_receptors)
-    peers |= {name: f"{agent}.R.{name}" for name in receptors if _is_configured(name, around)}
+    for name in receptors:
+        # A buffer of that name may as well be one to a virtual receptor.
+        device, control = around.real_receptors[name], around.control
+        ends = (control.x.get(name), control.y.get(name)) if control else ()
+        own = {element for end in ends if end for element in end.elements}
+        if not own or not own.isdisjoint({*device.x.elements, *device.y.elements}):
+            peers[name] = f"{agent}.R.{name}"
     if len(receptors) == 1:
         peers["R"] = f"{agent}.R.{receptors[0]}"
     for name in (*around.virtual_effectors, *around.virtual_receptors):
@@ -63,10 +69,10 @@ class Neighbours:
     around: AgentDef
     agents: Collection[str]
     findings: Findings
-    at: Where
+    at: YamlNode
     """The subsystem in its agent."""
 
-    def missing_devices(self, definition: SubsystemDef, where: Where) -> list[str]:
+    def missing_devices(self, definition: SubsystemDef, where: YamlNode) -> list[str]:
         """Devices that a subsystem uses and that are not there or not for it, after reporting."""
         word = word_of(self.kind)
         other = "receptor" if word == "effector" else "effector"
@@ -95,7 +101,7 @@ class Neighbours:
     def missing_peers(
         self,
         definition: SubsystemDef,
-        where: Where,
+        where: YamlNode,
         peers: Mapping[str, str],
         devices: Collection[str],
     ) -> Iterator[str]:
@@ -114,16 +120,15 @@ class Neighbours:
                     yield peer
 
     def _may_come(
-        self, peer: str, elements: Collection[str], where: Where, peers: Mapping[str, str]
+        self, peer: str, elements: Collection[str], where: YamlNode, peers: Mapping[str, str]
     ) -> bool:
         """Whether a peer that does not exist may be to come; reports it in any case."""
         place = where[peer].key
         if part := self._absent(peer, elements):
-            self.findings.not_there(part, place, "add it to the agent")
+            self.findings.report_missing(part, place, "add it to the agent")
             return True
         if rule := self._broken_rule(peer):
-            message, hint = rule
-            self.findings.report("E0401", message, place, help=hint)
+            self.findings.report("E0401", rule[0], place, help=rule[1])
             return False
         return self.findings.unknown("E0218", "peer", peer, peers, place)
 
@@ -165,11 +170,3 @@ class Neighbours:
                 "name them under `uses:`",
             )
         return None
-
-
-def _is_configured(name: str, around: AgentDef) -> bool:
-    """Whether a buffer of that name in the control subsystem is one to the real receptor."""
-    device, control = around.real_receptors[name], around.control
-    ends = (control.x.get(name), control.y.get(name)) if control else ()
-    own = {element for end in ends if end for element in end.elements}
-    return not own or not own.isdisjoint({*device.x.elements, *device.y.elements})

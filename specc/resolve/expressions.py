@@ -6,6 +6,7 @@ import ast
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
@@ -14,8 +15,8 @@ from specc.diagnostics import Diagnostic, Related
 from specc.lang import (
     CUT_SHORT,
     FOLLOW_UP,
-    FOR_WANT_OF_CONTEXT,
-    Declared,
+    NEEDS_CONTEXT,
+    Declaration,
     Environment,
     ExprError,
     ExprErrors,
@@ -24,17 +25,17 @@ from specc.lang import (
     check,
     count_parts,
     evaluate,
+    expand_groups,
     parse,
     parse_type,
-    spread,
 )
-from specc.limits import take
-from specc.model.expr import Expr, constants_in, has_unknown
+from specc.limits import spend_or_raise
+from specc.model.expr import Expr, constant_names, has_unknown
 from specc.model.system import Constant
 from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
-from specc.resolve.context import Findings, Meaning, TypeText, Where
-from specc.resolve.definitions import Definitions, indices_of, inlined, report_taken
+from specc.resolve.context import Findings, Meaning, TypeText, YamlNode
+from specc.resolve.definitions import Definitions, indices_of, inlined, report_clash
 from specc.source import Place, Sources
 
 # Expressions that a YAML comment cuts short.
@@ -69,10 +70,10 @@ _OF_A_DECLARATION = 4
 def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> float:
     """The value of an expression over constants; raises ExprError if only a run can tell it."""
     try:
-        count = partial(take, "folding")
+        count = partial(spend_or_raise, "folding")
         value = float(evaluate(inlined(expr, constants), Environment(count=count)))
     except (LookupError, ArithmeticError, ValueError) as error:
-        if constants_in(expr) and not isinstance(error, LookupError):
+        if constant_names(expr) and not isinstance(error, LookupError):
             raise ExprError("", *expr.span, code=FOLLOW_UP) from None  # they have no value
         value = math.nan
     if math.isfinite(value):
@@ -95,11 +96,11 @@ class Expressions:
     definitions: Definitions
     broken: set[str] = field(default_factory=set)
     unresolved: set[str] = field(default_factory=set)
-    home: Where | None = None
+    home: YamlNode | None = None
     groups: Mapping[str, Members] = field(default_factory=dict)
     """Names of many peers, with the peers."""
 
-    def type(self, where: Where, text: str) -> Type | None:
+    def type(self, where: YamlNode, text: str) -> Type | None:
         """The type that `text` spells, or None after reporting."""
         names = self.definitions.names()
         self.findings.types.append(TypeText(where, "type", text, names, self.definitions.places))
@@ -110,17 +111,17 @@ class Expressions:
             self.report(where, text, error)
             return None
 
-    def tree(self, where: Where, text: str) -> ast.expr | None:
+    def tree(self, where: YamlNode, text: str) -> ast.expr | None:
         """The syntax tree of `text`, or None after reporting."""
         try:
-            return spread(parse(text), self.groups)
+            return expand_groups(parse(text), self.groups)
         except ExprError as error:
             self.report(where, text, error)
             return None
 
     def value(
         self,
-        where: Where,
+        where: YamlNode,
         text: str,
         scope: Scope,
         expected: Type | None,
@@ -133,11 +134,11 @@ class Expressions:
         expr = self._parsed(where, text, scope, expected, declared)
         return None if expr is None or has_unknown(expr) else expr
 
-    def condition(self, where: Where, text: str, scope: Scope) -> Expr | None:
+    def condition(self, where: YamlNode, text: str, scope: Scope) -> Expr | None:
         """The typed condition, parts of which are unknown after reporting, or None."""
         return self._parsed(where, text, scope, Bool(), None)
 
-    def inside(self, where: Where, text: str, scope: Scope) -> None:
+    def inside(self, where: YamlNode, text: str, scope: Scope) -> None:
         """Report what is wrong in an expression, whatever it is used for."""
         self._note(where, text, scope, None)
         tree = self.tree(where, text)
@@ -147,11 +148,16 @@ class Expressions:
             check(tree, text, scope)
         except ExprErrors as errors:
             for error in errors.errors:
-                if error.code not in FOR_WANT_OF_CONTEXT:
+                if error.code not in NEEDS_CONTEXT:
                     self.report(where, text, error)
 
     def _parsed(
-        self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
+        self,
+        where: YamlNode,
+        text: str,
+        scope: Scope,
+        expected: Type | None,
+        declared: Place | None,
     ) -> Expr | None:
         expr = self._typed(where, text, scope, expected, declared)
         self._note(where, text, scope, expr)
@@ -161,15 +167,19 @@ class Expressions:
             self.report(where, text, error)
             return None
 
-    def _note(self, where: Where, text: str, scope: Scope, expr: Expr | None) -> None:
-        """Note a text for editors; outside of subsystems `resolve.uses` reads it, too."""
-        if self.home is None or self.findings.cache is not None:
-            told = None if expr is None or has_unknown(expr) else expr
-            places = self.definitions.places
-            self.findings.meanings.append(Meaning(where, text, scope, told, places, self.home))
+    def _note(self, where: YamlNode, text: str, scope: Scope, expr: Expr | None) -> None:
+        """Record the meaning of a text for editors and `resolve.uses`."""
+        known = None if expr is None or has_unknown(expr) else expr
+        places = self.definitions.places
+        self.findings.meanings.append(Meaning(where, text, scope, known, places, self.home))
 
     def _typed(
-        self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
+        self,
+        where: YamlNode,
+        text: str,
+        scope: Scope,
+        expected: Type | None,
+        declared: Place | None,
     ) -> Expr | None:
         tree = self.tree(where, text)
         if tree is None:
@@ -186,7 +196,7 @@ class Expressions:
             return errors.expr
 
     def report(
-        self, where: Where, text: str, error: ExprError, target: Related | None = None
+        self, where: YamlNode, text: str, error: ExprError, target: Related | None = None
     ) -> None:
         """Tell an error of a text, but not that a name is unknown whose own definition is wrong."""
         named = text[error.start : error.end].rsplit(".", 1)[-1]
@@ -199,14 +209,10 @@ class Expressions:
         if error.code.startswith(("E02", "O02")) and known:
             self.findings.suppressed += 1
             return
-        self.findings.expression_error(where, error, target, self._lacking(text, error))
-
-    def _lacking(self, text: str, error: ExprError) -> Place | None:
-        """Where the element, or the buffer, would be declared that an error says is not there."""
-        dotted = _ELEMENT.search(text[: error.end])
-        if self.home is None or error.code not in ("E0203", "E0204", "O0205") or dotted is None:
-            return None
-        return self.element(*re.split(r"\s*\.\s*", dotted[0]))
+        lacks = None
+        if buffer and error.code in ("E0203", "E0204", "O0205"):
+            lacks = self.element(*named_buffer.split("."))
+        self.findings.expression_error(where, error, target, lacks)
 
     @property
     def later(self) -> frozenset[str]:
@@ -218,16 +224,8 @@ class Expressions:
         home = self.home
         return home.raw.get(key) or () if home and isinstance(home.raw, dict) else ()
 
-    def _declaration(self, name: str) -> tuple[str, Place] | None:
-        """What a name is that an index may not have, and where it is declared."""
-        for key, kind in _LATER.items():
-            if self.home is not None and name in self._own_names(key):
-                return kind, self.home[key][name].key
-        constant = self.definitions.constants.get(name)
-        return ("a constant", constant.place) if constant else None
-
     def indexed(
-        self, each: Mapping[str, str], where: Where, scope: Scope
+        self, each: Mapping[str, str], where: YamlNode, scope: Scope
     ) -> tuple[dict[str, Constant], Scope]:
         """The indices of the `for` of a part at `where`, and the scope of its expressions.
 
@@ -237,9 +235,13 @@ class Expressions:
             return {}, scope
         indices = indices_of(each, where)
         for index in indices.values():
-            if declared := self._declaration(index.name):
-                report_taken(index, *declared, self.findings)
-        known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
+            constant = self.definitions.constants.get(index.name)
+            key = next((key for key in _LATER if index.name in self._own_names(key)), None)
+            if self.home is not None and key:
+                report_clash(index, _LATER[key], self.home[key][index.name].key, self.findings)
+            elif constant:
+                report_clash(index, "a constant", constant.place, self.findings)
+        known = {n: Declaration(i.value.type, i.place, i.value) for n, i in indices.items()}
         return indices, replace(scope, constants={**scope.constants, **known})
 
     def element(self, *steps: str) -> Place | None:
@@ -255,20 +257,13 @@ _NUMBER = re.compile(r"\d{1,12}(?:\.\d{0,12}|/\d{1,12})?(?:[eE][+-]?\d{1,2})?", 
 _RATE_SLIP = re.compile(r"(\d{1,12}(?:\.\d{1,12})?)\s*(?:hz)?", re.ASCII | re.IGNORECASE)
 
 
-def _fraction(text: str) -> Fraction:
-    """Exact value of a number of bearable size. Raises ValueError for anything else."""
-    if not _NUMBER.fullmatch(text):
-        raise ValueError(text)
-    return Fraction(text)
-
-
-def rate_of(text: str, where: Where, findings: Findings) -> Fraction | None:
+def rate_of(text: str, where: YamlNode, findings: Findings) -> Fraction | None:
     """Periods per second from `500 Hz`, `2 kHz` or `10 ms`; None after reporting."""
     number, _, unit_text = text.strip().partition(" ")
-    try:
-        value, unit = _fraction(number), parse_unit(unit_text.strip() or "1")
-    except (ValueError, ZeroDivisionError, UnitError):
-        unit = None
+    value, unit = Fraction(0), None
+    with suppress(ZeroDivisionError, UnitError):
+        if _NUMBER.fullmatch(number):
+            value, unit = Fraction(number), parse_unit(unit_text.strip() or "1")
     scaled = value * Fraction(unit.scale).limit_denominator(10**9) if unit else Fraction(0)
     if unit and unit.same_kind(HERTZ) and scaled > 0:
         return scaled

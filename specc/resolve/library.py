@@ -5,27 +5,37 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from specc.lang import (
     RESERVED,
     TYPE_WORDS,
-    Declared,
     ExprError,
     Scope,
     members_of,
     parse_signature,
 )
-from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, left, spend
+from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, remaining, spend
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
-from specc.read import ANYWHERE, Reach
-from specc.resolve.command_line import Given
-from specc.resolve.context import Findings, TypeText, Where, file_hint, trace_of
-from specc.resolve.definitions import Definitions, Interface, open_sizes, sizes_met
+from specc.read import ANYWHERE, AllowedPaths
+from specc.resolve.context import (
+    Findings,
+    SetValues,
+    TypeText,
+    YamlNode,
+    file_hint,
+    trace_of,
+)
+from specc.resolve.definitions import (
+    Definitions,
+    Groups,
+    Interface,
+    TypeMaker,
+    open_sizes,
+    sizes_in,
+)
 from specc.resolve.expressions import Expressions
-from specc.resolve.groups import Groups
-from specc.resolve.named_types import TypeMaker
 from specc.schema import SpecFile
 from specc.schema.files import OperatorDef, TypeDef
 from specc.source import Place, beside, relative_path
@@ -37,14 +47,14 @@ class Loaded:
 
     path: str
     spec: SpecFile
-    top: Where
+    top: YamlNode
 
 
 _Section = Literal["frames", "types", "operators", "files", "constants", "interfaces"]
 _WORDS = {"types": TYPE_WORDS, "operators": RESERVED}
 """Names that a specification does not give."""
 
-Load = Callable[[str, Where | None], Loaded | None]
+Load = Callable[[str, YamlNode | None], Loaded | None]
 """Reads and shapes a file, reporting what is wrong at the place that names it."""
 
 
@@ -58,8 +68,8 @@ class Library:
     load: Load
     base: str
     findings: Findings
-    reach: Reach = ANYWHERE
-    given: Given = field(default_factory=Given)
+    reach: AllowedPaths = ANYWHERE
+    given: SetValues = field(default_factory=SetValues)
     shared: bool = False
     agents: tuple[str, ...] = ()
     """Names of all agents of the system, some of which are `groups`."""
@@ -67,7 +77,7 @@ class Library:
     _using: tuple[str, ...] = ()
     _known: dict[str, Definitions] = field(default_factory=dict)
     """Of files that others use, by path: what two use is built once."""
-    _meant: dict[str, dict[object, str]] = field(default_factory=dict)
+    _names_by_meaning: dict[str, dict[object, str]] = field(default_factory=dict)
     """Operator or file, as it is written -> what it means and where -> its name in the system."""
 
     def definitions(
@@ -78,11 +88,11 @@ class Library:
         sizes: Mapping[str, int] | None = None,
     ) -> Definitions:
         """Definitions in force in `file`; `frames`, `given` and `sizes` are of its parameters."""
-        own = self.begun(file, frames, sizes)
+        own = self.start(file, frames, sizes)
         self.complete(own, file, given)
         return own
 
-    def begun(
+    def start(
         self,
         file: Loaded,
         frames: dict[str, Frame] | None = None,
@@ -97,31 +107,20 @@ class Library:
         own.places |= {f"parameter {n}": parameters[n].key for n in file.spec.parameters}
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         self._use_others(file, own)
-        if self.findings.cache is not None:
-            self._note_texts(file, (frames, sizes), own)
-        self._frames(file, own)
+        for name, title, _ in self._unclashing("frames", file, own):
+            own.frames.setdefault(name, name)
+            own.frame_titles[own.frames[name]] = title
         self._types(file, own)
         for name, text in file.spec.parameters.items():
             note = TypeText(parameters[name], "type", text, own.names(), own.places)
             self.findings.types.append(note)
         return own
 
-    def _note_texts(self, file: Loaded, given: object, own: Definitions) -> None:
-        """Note what a file defines, beside the files that it uses, for answers that are kept."""
-        constants = file.top["constants"]
-        other = set(get_args(_Section)) - {"constants"}
-        texts = [file.top[key].raw for key in ("specc", "use", "parameters", *sorted(other))]
-        own.made_from.add((file.path, given, texts))
-        for name in file.spec.constants:
-            own.made_from.define(name, (file.path, constants[name].raw))
-
     def complete(
         self, own: Definitions, file: Loaded, given: tuple[Constant, ...] | None = None
     ) -> None:
         """Add what else is in force in `file`, whose value parameters are `given`."""
         if given is not None:
-            if self.findings.cache is not None:
-                own.made_from.add(given)
             own.given = {c.name: c for c in given}
             for constant in given:
                 if constant.name not in own.constants:
@@ -129,16 +128,13 @@ class Library:
         self._files(file, own)
         self._operators(file, own)
         self._constants(file, own)
-        self._interfaces(file, own)
-
-    def beside(self, file: Loaded, relative: str) -> str:
-        """Path of a file that `file` names, relative to the working directory."""
-        return beside(file.path, relative)
+        for name, definition, where in self._unclashing("interfaces", file, own):
+            own.interfaces[name] = Interface(definition, where, own)
 
     def _use_others(self, file: Loaded, own: Definitions) -> None:
         for index, relative in enumerate(file.spec.use):
             where = file.top["use"][index]
-            path = self.beside(file, relative)
+            path = beside(file.path, relative)
             if len(self._using) >= MAX_DEPTH:
                 message = f"files use files more than {MAX_DEPTH} levels deep"
                 self.findings.report("E0016", message, where.place, help="use them side by side")
@@ -150,21 +146,20 @@ class Library:
                 continue
             other = self.load(path, where)
             if other is None:
-                self.findings.unread = True
+                self.findings.has_unread_file = True
                 continue
             if other.path not in self._known:
                 inner = replace(self, _using=(*self._using, file.path))
                 self._known[other.path] = inner.definitions(other)
             known = self._known[other.path]
-            own.made_from.merge(known.made_from)
             if self._is_allowed(1 + len(known.places) // _NAMES_OF_A_PART, where.place):
                 own.absorb(known, self.findings)
             else:
-                self.findings.unread = True
+                self.findings.has_unread_file = True
 
-    def _claimed(
+    def _unclashing(
         self, section: _Section, file: Loaded, own: Definitions
-    ) -> Iterator[tuple[str, Any, Where]]:
+    ) -> Iterator[tuple[str, Any, YamlNode]]:
         """The definitions of a section whose names are free; others are reported.
 
         A description has them again each time that it is used. Where the allowance for that is used
@@ -184,14 +179,9 @@ class Library:
             elif own.claim(kind, name, where.key, self.findings):
                 yield name, definition, where
 
-    def _frames(self, file: Loaded, own: Definitions) -> None:
-        for name, title, _ in self._claimed("frames", file, own):
-            own.frames.setdefault(name, name)
-            own.frame_titles[own.frames[name]] = title
-
     def _types(self, file: Loaded, own: Definitions) -> None:
         makers = []
-        for name, definition, where in self._claimed("types", file, own):
+        for name, definition, where in self._unclashing("types", file, own):
             makers.append(TypeMaker(name, definition, where, own, self.findings))
             own.types[name] = makers[-1]
             own.type_traces[name] = trace_of(definition)
@@ -199,16 +189,16 @@ class Library:
             maker.check(tuple(f"?{f}" for f in maker.definition.frames))
 
     def _files(self, file: Loaded, own: Definitions) -> None:
-        for name, relative, where in self._claimed("files", file, own):
-            path = self.beside(file, relative)
+        for name, relative, where in self._unclashing("files", file, own):
+            path = beside(file.path, relative)
             own.files[name] = (
-                self._in_system("file", name, path, where.key, own),
-                self._beside_system(path),
+                self._unique_name("file", name, path, where.key, own),
+                relative_path(path, self.base),
             )
-            if not self.reach.holds(path):
-                self.findings.outside(self.reach, path, where)
+            if not self.reach.contains(path):
+                self.findings.report_outside(self.reach, path, where)
             elif os.path.isdir(path):
-                self.findings.leaking(self.reach, path, where)
+                self.findings.report_escape(self.reach, path, where)
             elif not os.path.isfile(path):
                 what = f"`{relative}` is neither a file nor a folder"
                 message = what if os.path.exists(path) else f"no file `{relative}`"
@@ -220,7 +210,7 @@ class Library:
         # Uses of one description with other frames have one operator.
         unframed = replace(names, frames={f: f for f in own.frames})
         is_unframed = unframed.frames == names.frames
-        for name, definition, where in self._claimed("operators", file, own):
+        for name, definition, where in self._unclashing("operators", file, own):
             text, at = definition.signature, where["signature"]
             self.findings.types.append(TypeText(at, "signature", text, names, own.places))
             try:
@@ -235,10 +225,10 @@ class Library:
                 self.findings.report("O0201", message, where.key, help=help_text)
             same = signature if is_unframed else parse_signature(text, unframed)
             means = definition.python, same
-            met = sizes_met(text, file.spec.types) if own.sizes else ()
+            met = sizes_in(text, file.spec.types) if own.sizes else ()
             sizes = ",".join(f"{n}={size}" for n, size in own.sizes.items() if n in met)
             own.operators[name] = Operator(
-                self._in_system("operator", name, means, where.key, own, sizes),
+                self._unique_name("operator", name, means, where.key, own, sizes),
                 *signature,
                 definition.python or "",
                 definition.title,
@@ -248,61 +238,49 @@ class Library:
 
     def _is_allowed(self, parts: int, where: Place) -> bool:
         """Whether so many parts are allowed; reports the first ones that are not."""
-        is_first = left("parts") >= 0
+        is_first = remaining("parts") >= 0
         if spend("parts", parts):
             return True
         if is_first:
             self.findings.report("E0017", OUT_OF_PARTS, where, help=DESCRIBE_LESS)
         return False
 
-    def _in_system(
+    def _unique_name(
         self, kind: str, name: str, means: object, at: Place, own: Definitions, sizes: str = ""
     ) -> str:
         """The name of an operator or file in the whole system, where names may be used again.
 
         An operator with `sizes` has a name of its own for each of these.
         """
-        known = self._meant.setdefault(f"{kind} {name}", {})
+        known = self._names_by_meaning.setdefault(f"{kind} {name}", {})
         found = known.get((at, sizes)) or known.get(means)
         if found is None:
-            found = name if not (known or sizes) else f"{name}@{self._beside_system(at.file)}"
+            found = name if not (known or sizes) else f"{name}@{relative_path(at.file, self.base)}"
             found += f"#{sizes}" if sizes else ""
         known[at, sizes] = known[means] = found
-        own.made_from.others += found
         return found
-
-    def _beside_system(self, path: str) -> str:
-        """A path relative to the folder of the system, alike on all machines."""
-        return relative_path(path, self.base)
-
-    def _interfaces(self, file: Loaded, own: Definitions) -> None:
-        for name, definition, where in self._claimed("interfaces", file, own):
-            own.interfaces[name] = Interface(definition, where, own)
 
     def _constants(self, file: Loaded, own: Definitions) -> None:
         expressions = Expressions(self.findings, own)
         below = set(file.spec.constants) - own.constants.keys() - own.broken
-        around = replace(constant_scope(own), below=below)
-        for name, definition, where in self._claimed("constants", file, own):
-            scope = replace(around, constants=_declared(own))
+        around = replace(constant_scope(own), later_constants=below)
+        for name, definition, where in self._unclashing("constants", file, own):
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
-            value = expressions.value(where.scalar("is"), definition.value, scope, wanted)
+            value = expressions.value(where["is"], definition.value, around, wanted)
             place = where.key
-            other = self.given.instead(name, definition.value, wanted) if self.shared else None
+            other = self.given.of(name, definition.value, wanted) if self.shared else None
             if value is not None and other is not None:
-                value = expressions.value(other, str(other.raw), scope, value.type, place)
+                value = expressions.value(other, str(other.raw), around, value.type, place)
                 place = other.key
             below.discard(name)
             if value is None:
                 own.broken.add(name)
-            else:
-                set_ = self._set(name, file)
-                own.add(set_ or Constant(name, value, definition.title, place))
-
-    def _set(self, name: str, file: Loaded) -> Constant | None:
-        """A constant that the command line gives, of a file used for its definitions, too."""
-        known = self._known.get(file.path) if not self.shared and name in self.given.texts else None
-        return known.constants.get(name) if known else None
+                continue
+            # A file that is used for its definitions, too, has what the command line gives.
+            is_set = not self.shared and name in self.given.texts
+            known = self._known.get(file.path) if is_set else None
+            constant = known.constants.get(name) if known else None
+            own.add(constant or Constant(name, value, definition.title, place))
 
 
 _NAMES_OF_A_PART = 8
@@ -320,24 +298,12 @@ def _parts(definition: object) -> int:
 
 def constant_scope(definitions: Definitions) -> Scope:
     """What a constant may name: earlier constants, operators, enum members and files."""
+    makers = [maker for maker in definitions.types.values() if isinstance(maker, TypeMaker)]
+    enums = (maker.enum() for maker in makers)
     return Scope(
-        constants=_declared(definitions),
-        enums=enum_members(definitions),
+        constants=definitions.declared,
+        enums=members_of(enum for enum in enums if isinstance(enum, Enum)),
         files={name: known for name, (known, _) in definitions.files.items()},
         operators=definitions.operators,
         has_points=definitions.has_points,
     )
-
-
-def _declared(definitions: Definitions) -> Mapping[str, Declared]:
-    """The constants that are there now."""
-    return definitions.earlier(lambda c: Declared(c.value.type, c.place, c.value))
-
-
-def enum_members(definitions: Definitions) -> dict[str, tuple[Enum, ...]]:
-    """Member -> the declared enums that have it."""
-    makers = [maker for maker in definitions.types.values() if isinstance(maker, TypeMaker)]
-    return members_of(made for maker in makers if isinstance(made := maker.enum(), Enum))
-
-
-__all__ = ["Library", "Load", "Loaded", "constant_scope", "enum_members"]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from specc.lang import Scope
-from specc.model.expr import FALSE, TRUE, Expr
+from specc.model.expr import FALSE, TRUE, Expr, junction, negation
 from specc.model.fsm import (
     OTHERWISE,
     Assignment,
@@ -18,19 +18,20 @@ from specc.model.fsm import (
     ConditionKind,
     Function,
     State,
+    Trace,
     Transition,
 )
-from specc.model.logic import joined, negation
 from specc.model.system import Element, Memory, Port
-from specc.model.trace import Trace
 from specc.model.types import Bool
-from specc.resolve.context import Findings, Where, nobody_knows, trace_of
+from specc.reachable import grouped
+from specc.resolve.context import Findings, YamlNode, trace_of, unknown_at
 from specc.resolve.definitions import inlined
+from specc.resolve.expansion import targets_of
 from specc.resolve.expressions import Expressions
-from specc.resolve.groups import targets_of
 from specc.resolve.uses import note_element, note_row, note_target
 from specc.schema.subsystem import (
     AssignmentDef,
+    BehaviourDef,
     ConditionDef,
     ErrorDef,
     FunctionDef,
@@ -52,7 +53,7 @@ class MachineResolver:
     """Resolves one subsystem's machine in the scope that its buffers make."""
 
     definition: SubsystemDef
-    where: Where
+    where: YamlNode
     scope: Scope
     ports: tuple[Port, ...]
     memory: tuple[Memory, ...]
@@ -80,9 +81,16 @@ class MachineResolver:
 
         What has errors is unknown in it or left out, after reporting.
         """
-        self._resolve_conditions()
-        self._resolve_functions()
-        self._resolve_behaviours()
+        kinds: tuple[ConditionKind, ...] = ("initial", "terminal", "error")
+        for kind in kinds:
+            for name, item in getattr(self.definition.conditions, kind).items():
+                at = self.where["conditions"][kind][name]
+                self._conditions[kind, name] = self._declared(kind, name, item, at)
+        for name, function in self.definition.functions.items():
+            self._functions[name] = self._function(name, function, self.where["functions"][name])
+        for name, behaviour in self.definition.behaviours.items():
+            at = self.where["behaviours"][name]
+            self._behaviours[name] = self._behaviour(name, behaviour, at)
         return {
             "conditions": tuple(self._conditions.values()),
             "functions": tuple(self._functions.values()),
@@ -92,34 +100,22 @@ class MachineResolver:
             "axioms": self._axioms(),
         }
 
-    def _resolve_conditions(self) -> None:
-        kinds: tuple[tuple[ConditionKind, Mapping[str, ConditionDef]], ...] = (
-            ("initial", self.definition.conditions.initial),
-            ("terminal", self.definition.conditions.terminal),
-            ("error", self.definition.conditions.error),
-        )
-        for kind, conditions in kinds:
-            for name, item in conditions.items():
-                at = self.where["conditions"][kind][name]
-                self._conditions[kind, name] = self._declared(kind, name, item, at)
-
-    def _declared(self, kind: ConditionKind, name: str, item: ConditionDef, at: Where) -> Condition:
-        when = self._when(kind, name, item, at)
-        if when is None:
-            when = nobody_knows(at, Bool())
+    def _declared(
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode
+    ) -> Condition:
+        if item.when is not None:
+            when = self.expressions.condition(at["when"], item.when, self.scope)
+        else:
+            when = None
+            message = f"nothing says when {kind} condition `{name}` holds"
+            self._open("O0202", message, at, "add `when:` with a Boolean expression")
+        when = unknown_at(at, Bool()) if when is None else when
         return Condition(name, kind, when, item.title, trace_of(item), at.key)
 
-    def _when(self, kind: ConditionKind, name: str, item: ConditionDef, at: Where) -> Expr | None:
-        if item.when is not None:
-            return self.expressions.condition(at.scalar("when"), item.when, self.scope)
-        message = f"nothing says when {kind} condition `{name}` holds"
-        self._open("O0202", message, at, "add `when:` with a Boolean expression")
-        return None
-
-    def _open(self, code: str, message: str, where: Where, help_text: str) -> None:
+    def _open(self, code: str, message: str, where: YamlNode, help_text: str) -> None:
         self._findings.report(code, message, where.key, help=help_text)
 
-    def _undeclared(self, kind: ConditionKind, name: str, where: Where) -> Condition:
+    def _undeclared(self, kind: ConditionKind, name: str, where: YamlNode) -> Condition:
         """A condition that the language has, or one of which nothing is known."""
         fixed = _FIXED[kind]
         if name in fixed:
@@ -129,64 +125,44 @@ class MachineResolver:
             message = f"`{name}` is the name of {_article(others[0])} condition only"
             help_text = f"declare it under `conditions:` as {_article(kind)} condition as well"
             self._findings.report("E0212", message, where.place, help=help_text)
-            return _vague(name, kind, where, where)
-        names = [n for k, n in self._conditions if k == kind] + list(fixed)
-        self._findings.unknown("E0212", f"{kind} condition", name, names, where.place)
-        return _vague(name, kind, where, where)
+        else:
+            names = [n for k, n in self._conditions if k == kind] + list(fixed)
+            self._findings.unknown("E0212", f"{kind} condition", name, names, where.place)
+        return _unknown_condition(name, kind, where, where)
 
-    def _resolve_functions(self) -> None:
-        where = self.where["functions"]
-        for name, item in self.definition.functions.items():
-            self._functions[name] = self._function(name, item, where[name])
-
-    def _function(self, name: str, item: FunctionDef, at: Where) -> Function:
+    def _function(self, name: str, item: FunctionDef, at: YamlNode) -> Function:
         made = [
             self._assignment(target, value, at[named])
             for named, value in item.targets.items()
             for target in targets_of(named, self.expressions.groups)
         ]
         if not made:
-            message, help_text = self._assigns_nothing(name)
+            message, help_text = (
+                f"function `{name}` assigns nothing yet",
+                "add a target, e.g. `y.c.T_c: ...`",
+            )
+            if (through := self.definition.through) and through.rule is not None:
+                message, help_text = f"`through: {through.rule}` passes nothing on yet", _NO_PASSING
             self._open("O0204", message, at, help_text)
         found = tuple(filter(None, made))
         whole = bool(found) and len(found) == len(made)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
 
-    def _assigns_nothing(self, name: str) -> tuple[str, str]:
-        """What is said of a function without targets, and the way out."""
-        through = self.definition.through
-        if through is None or through.rule is None:
-            return f"function `{name}` assigns nothing yet", "add a target, e.g. `y.c.T_c: ...`"
-        message = f"`through: {through.rule}` passes nothing on yet"
-        return message, (
-            "add elements to its device, or to both sides of its own, by the same names; a control "
-            "subsystem has one side only, so write targets there"
-        )
-
-    def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
-        found = self._target(target, at)
-        here = at.scalar("is")
-        indices, scope = self.expressions.indexed(item.each, at, self.scope)
-        if found is None:
-            self.expressions.inside(here, item.value, scope)
-            return None
-        peer, name, of = found
-        value = self.expressions.value(here, item.value, scope, of.type, of.place)
-        if value is None:
-            value = nobody_knows(at, of.type)
-        value = inlined(value, indices)
-        return Assignment(peer, name, value, trace_of(item), at.key)
-
-    def _target(self, target: str, at: Where) -> _Written | None:
-        """What a target is, `y.peer.element` or memory; None after reporting."""
+    def _assignment(self, target: str, item: AssignmentDef, at: YamlNode) -> Assignment | None:
         found = self._targets.get(target)
-        if self._findings.cache is not None:
-            note_target(self._findings, target, at, self.where, found[2] if found else None)
+        note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
             self._no_target(target, at)
-        return found
+        indices, scope = self.expressions.indexed(item.each, at, self.scope)
+        if found is None:
+            self.expressions.inside(at["is"], item.value, scope)
+            return None
+        peer, name, of = found
+        value = self.expressions.value(at["is"], item.value, scope, of.type, of.place)
+        value = inlined(unknown_at(at, of.type) if value is None else value, indices)
+        return Assignment(peer, name, value, trace_of(item), at.key)
 
-    def _no_target(self, target: str, at: Where) -> None:
+    def _no_target(self, target: str, at: YamlNode) -> None:
         match target.split("."):
             case ["y", peer, name]:
                 if f"y.{peer}" in self.expressions.unresolved:
@@ -202,24 +178,25 @@ class MachineResolver:
             case _ if target not in self.expressions.broken:
                 self._findings.unknown("E0214", "memory target", target, self._targets, at.key)
 
-    def _resolve_behaviours(self) -> None:
-        where = self.where["behaviours"]
-        for name, item in self.definition.behaviours.items():
-            at = where[name]
-            functions = [
-                function
-                for index, used in enumerate(item.functions)
-                if (function := self._used(name, index, used, at))
-            ]
-            terminal = self._terminal(name, item.terminal, at)
-            error = self._end("error", name, item.error or _NO_ERROR, at)
-            whole = len(functions) == len(item.functions) and all(f.whole for f in functions)
-            self._behaviours[name] = Behaviour(
-                name, tuple(functions), terminal, error, item.title, trace_of(item), at.key, whole
+    def _behaviour(self, name: str, item: BehaviourDef, at: YamlNode) -> Behaviour:
+        used = [self._used(name, index, used, at) for index, used in enumerate(item.functions)]
+        functions = tuple(function for function in used if function)
+        terminal = at["terminal"]
+        if item.terminal is not None:
+            end = self._ending("terminal", name, item.terminal, terminal)
+        else:
+            message = f"nothing says when behaviour `{name}` ends"
+            self._open(
+                "O0606", message, at, "add `terminal:` with a condition, `always` or `never`"
             )
+            end = _unknown_condition(name, "terminal", terminal, at)
+        error = self._ending("error", name, item.error or _NO_ERROR, at["error"])
+        whole = len(functions) == len(used) and all(f.is_complete for f in functions)
+        trace = trace_of(item)
+        return Behaviour(name, functions, end, error, item.title, trace, at.key, whole)
 
     def _used(
-        self, behaviour: str, index: int, used: UsedFunctionDef, inside: Where
+        self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode
     ) -> Function | None:
         """A function of a behaviour: one that is declared, or one that stands there."""
         known = self.definition.functions
@@ -237,34 +214,27 @@ class MachineResolver:
             hint = "make two items of the list: the name, and the function that stands in place"
             self._findings.report("E0104", message, at.place, help=hint)
         if used.function not in known:
-            place = at.scalar("function").place
+            place = at["function"].place
             self._findings.unknown("E0215", "function", used.function, known, place)
         self._findings.use(found.place if found else None, at, "function")
         return found
 
-    def _terminal(self, behaviour: str, given: TerminalDef | None, at: Where) -> Condition:
-        if given is not None:
-            return self._end("terminal", behaviour, given, at)
-        message = f"nothing says when behaviour `{behaviour}` ends"
-        self._open("O0606", message, at, "add `terminal:` with a condition, `always` or `never`")
-        return _vague(behaviour, "terminal", at["terminal"], at)
-
-    def _end(
-        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, inside: Where
+    def _ending(
+        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, at: YamlNode
     ) -> Condition:
-        """A condition of a behaviour: one that is declared, or one that stands there."""
+        """Resolve a behaviour's condition, named or inline."""
         name = f"{behaviour}.{kind}" if given.condition is None else given.condition
         if given.condition is None:
-            self._conditions[kind, name] = self._declared(kind, name, given, inside[kind])
+            self._conditions[kind, name] = self._declared(kind, name, given, at)
         elif given.when is not None:
             message = f"`{name}` has its expression where it is declared"
             hint = "write the name alone, or leave it out"
-            self._findings.report("E0104", message, inside[kind].place, help=hint)
+            self._findings.report("E0104", message, at.place, help=hint)
         known = self._conditions.get((kind, name))
         if known is None:
-            return self._undeclared(kind, name, inside[kind].scalar("condition"))
+            return self._undeclared(kind, name, at["condition"] if at.raw else at)
         if given.condition is not None:
-            self._findings.use(known.place, inside, kind, "condition")
+            self._findings.use(known.place, at["condition"])
         return known
 
     def _states(self) -> tuple[State, ...]:
@@ -285,7 +255,7 @@ class MachineResolver:
         return tuple(states)
 
     def _elements(
-        self, names: list[str], where: Where, known: dict[str, _Exchanged], code: str, what: str
+        self, names: list[str], where: YamlNode, known: dict[str, _Exchanged], code: str, what: str
     ) -> tuple[tuple[str, str], ...]:
         """Peer and element of the events or outputs that a state names."""
         found: list[tuple[str, str]] = []
@@ -298,50 +268,37 @@ class MachineResolver:
                     self._findings.unknown(code, what, name, known, at.place)
         return tuple(found)
 
-    def _unknown_behaviour(self, state: str, name: str | None, at: Where) -> Behaviour:
+    def _unknown_behaviour(self, state: str, name: str | None, at: YamlNode) -> Behaviour:
         known = self._behaviours
         if name is None:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
         elif known:
-            place = at.scalar("behaviour").place
-            self._findings.unknown("E0216", "behaviour", name, known, place)
+            self._findings.unknown("E0216", "behaviour", name, known, at["behaviour"].place)
         called = name or state
-        terminal = _vague(called, "terminal", at["terminal"], at)
-        error = _vague(called, "error", at["error"], at)
-        return Behaviour(called, (), terminal, error, "", Trace(), at.place, whole=False)
+        terminal = _unknown_condition(called, "terminal", at["terminal"], at)
+        error = _unknown_condition(called, "error", at["error"], at)
+        return Behaviour(called, (), terminal, error, "", Trace(), at.place, is_complete=False)
 
     def _transitions(self) -> tuple[Transition, ...]:
         rows, table = [], self.where["transitions"]
         for index, item in enumerate(self.definition.transitions):
             at, when = table[index], item.when
-            sources = self._sources(item.sources, at)
-            known = self._is_state(item.target, at, "to", 3)
+            sources = [n for i, n in enumerate(item.sources) if self._is_state(n, at["from"][i])]
+            known = self._is_state(item.target, at["to"])
             note_row(self._findings, item, at, self.where, self._conditions)
             condition = self._conditions.get(("initial", when))
             is_remainder = when == OTHERWISE and condition is None
             if condition is None:
-                condition = self._undeclared("initial", when, at.cell("when", 2))
-            told = condition, item.target, trace_of(item), at.place, is_remainder
-            for source in sources if known else ():
-                rows.append(Transition(source, item.cause, *told))
-        return _spelled_out(rows)
+                condition = self._undeclared("initial", when, at["when"])
+            rest = condition, item.target, trace_of(item), at.place, is_remainder
+            rows += [Transition(source, item.cause, *rest) for source in sources if known]
+        return _with_remainders(rows)
 
-    def _sources(self, written: list[str], row: Where) -> list[str]:
-        """The states that a row is for."""
-        if self.definition.states.keys() >= set(written):
-            return written
-        at = row.cell("from", 0)
-        if not isinstance(at.raw, list):
-            return [name for name in written if self._is_state(name, row, "from", 0)]
-        return [name for n, name in enumerate(written) if self._is_state(name, at, n, n)]
-
-    def _is_state(self, name: str, row: Where, key: str | int, index: int) -> bool:
-        """Whether there is a state of the name that stands in a row, or a list."""
+    def _is_state(self, name: str, at: YamlNode) -> bool:
         known = self.definition.states
         if known and name not in known:
-            place = row.cell(key, index).place
-            self._findings.unknown("E0217", "state", name, known, place)
+            self._findings.unknown("E0217", "state", name, known, at.place)
         return name in known
 
     def _axioms(self) -> tuple[Axiom, ...]:
@@ -355,30 +312,30 @@ class MachineResolver:
         return tuple(axioms)
 
 
-def _spelled_out(rows: Sequence[Transition]) -> tuple[Transition, ...]:
+def _with_remainders(rows: Sequence[Transition]) -> tuple[Transition, ...]:
     """The rows, with what `otherwise` stands for: no other row of the state and cause applies."""
-    remainders = {(row.source, row.cause) for row in rows if row.remainder}
-    others: dict[tuple[str, Cause], list[Condition]] = {place: [] for place in remainders}
-    for row in rows if others else ():
-        if not row.remainder and (row.source, row.cause) in others:
-            others[row.source, row.cause].append(row.condition)
-    return tuple(
-        _remainder(row, others[row.source, row.cause]) if row.remainder else row for row in rows
-    )
-
-
-def _remainder(row: Transition, others: Sequence[Condition]) -> Transition:
-    title = " or ".join(f"`{other.name}`" for other in others)
-    when = none_of([other.when for other in others])
-    condition = replace(row.condition, when=when, title=f"not {title}" if title else "")
-    return replace(row, condition=condition)
+    found = []
+    others = grouped(((r.source, r.cause), r.condition) for r in rows if not r.is_otherwise)
+    for row in rows:
+        if row.is_otherwise:
+            around = others.get((row.source, row.cause), [])
+            title = " or ".join(f"`{other.name}`" for other in around)
+            when = none_of([other.when for other in around])
+            condition = replace(row.condition, when=when, title=f"not {title}" if title else "")
+            row = replace(row, condition=condition)
+        found.append(row)
+    return tuple(found)
 
 
 def none_of(conditions: Sequence[Expr]) -> Expr:
     """The condition that none of some holds."""
-    return negation(joined("or", conditions))
+    return negation(junction("or", conditions))
 
 
+_NO_PASSING = (
+    "add elements to its device, or to both sides of its own, by the same names; a control "
+    "subsystem has one side only, so write targets there"
+)
 _NO_ERROR = ErrorDef(condition="never")
 _ENDS: dict[str, Expr] = {"always": TRUE, "never": FALSE}
 # `otherwise` is of the other rows, once they are known.
@@ -393,6 +350,6 @@ def _article(kind: str) -> str:
     return f"{'an' if kind[0] in 'ei' else 'a'} {kind}"
 
 
-def _vague(name: str, kind: ConditionKind, where: Where, at: Where) -> Condition:
+def _unknown_condition(name: str, kind: ConditionKind, where: YamlNode, at: YamlNode) -> Condition:
     """A condition, missing at `where`, of which nothing is known but its name."""
-    return Condition(name, kind, nobody_knows(where, Bool()), "", Trace(), at.place)
+    return Condition(name, kind, unknown_at(where, Bool()), "", Trace(), at.place)

@@ -11,15 +11,14 @@ from typing import Literal
 from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.parse import nodes_of, span
-from specc.lang.peer_groups import Root
-from specc.model.binding import PLANT
+from specc.lang.syntax import Root
 from specc.model.expr import Offsets
 from specc.model.requirement import Reading
-from specc.model.system import Agent, Device, Element, Plant, Subsystem
+from specc.model.system import PLANT, Agent, Device, Element, Plant, Subsystem
 from specc.model.types import Bool, Enum
 from specc.model.wires import Direction, Wires
-from specc.resolve.context import suggestion
-from specc.resolve.groups import Groups
+from specc.resolve.context import suggest
+from specc.resolve.definitions import Groups
 from specc.source import Place
 
 
@@ -34,7 +33,7 @@ class World:
     agents: Sequence[Agent]
     wires: Wires
     plant: Plant | None
-    many: Mapping[Root, Groups]
+    groups: Mapping[Root, Groups]
     uncertain: frozenset[str]
 
 
@@ -58,7 +57,7 @@ class Names(ast.NodeTransformer):
         self._text = text
         self._others = set(others)
         self._agents = {agent.name: agent.place for agent in agents}
-        self._groups, self._seen = world.many.get("", {}), world.many.get(PLANT, {})
+        self._groups, self._seen = world.groups.get("", {}), world.groups.get(PLANT, {})
         self._observed = {item.name: item for item in plant.observed} if plant else {}
         self._roots = {*self._agents, PLANT} if plant else {*self._agents}
         self._wires = world.wires
@@ -202,18 +201,23 @@ class Names(ast.NodeTransformer):
             )
             raise formula_error(node, message, help)
         if len(steps) == 2:
-            return self._of_plant(name, steps[1], node)
+            item = self._observed.get(steps[1])
+            if item is None:
+                known = self._observed
+                raise self._unknown("value to observe", steps[1], known, node, None, "E0203")
+            self._note(node, None, item.place)
+            return Reading(name, "observed", "", (steps[1],), item.type, item.place)
         if len(steps) == 4:
             return self._of_device(name, steps, node)
         owner = self._subsystem(".".join(steps[:2]), node)
         if len(steps) == 5:
             return self._of_buffer(name, owner, steps, node)
         memory = {item.name: item for item in owner.memory}
-        item = memory.get(steps[2])
-        if item is None:
+        if steps[2] not in memory:
             raise self._unknown("memory element", steps[2], memory, node, owner, "E0201")
-        self._note(node, None, None, item.place)
-        return Reading(name, "memory", *_of(owner, item.name), item.type, item.place)
+        element = memory[steps[2]]
+        self._note(node, None, None, element.place)
+        return Reading(name, "memory", *_of(owner, element.name), element.type, element.place)
 
     def _of_buffer(self, name: str, owner: Subsystem, steps: list[str], node: ast.expr) -> Reading:
         _, _, side, peer, element = steps
@@ -223,7 +227,7 @@ class Names(ast.NodeTransformer):
             raise self._unknown(
                 f"{'input' if side == 'x' else 'output'} buffer", peer, peers, node, owner, "E0204"
             )
-        self._note(node, None, None, None, self._wires.named(owner, port))
+        self._note(node, None, None, None, self._wires.peer_place(owner, port))
         item = port.element(element)
         if item is None:
             known = [e.name for e in port.elements]
@@ -232,21 +236,16 @@ class Names(ast.NodeTransformer):
         place = item.type, item.place
         if side == "y":
             return Reading(name, "sent", *_of(owner, peer, element), *place)
-        wire = self._wires.to(owner.qualified_name, peer)
-        if wire and wire.device:
+        wire = self._wires.input_wire(owner.qualified_name, peer)
+        if wire and wire.peer_device:
             return Reading(name, "reported", *_of(owner, peer, element), *place)
         # What a subsystem has in its buffer is what was sent there last, or its initial value.
-        if wire is None or wire.end is None or not wire.end.element(element):
+        if wire is None or wire.peer_port is None or not wire.peer_port.element(element):
             raise ExprError("", *span(node), code=FOLLOW_UP)  # the ends differ, which is reported
         initial = (owner.qualified_name, peer, element) if item.init is not None else None
-        return Reading(name, "sent", wire.name, (wire.end.peer, element), *place, initial)
-
-    def _of_plant(self, name: str, seen: str, node: ast.expr) -> Reading:
-        item = self._observed.get(seen)
-        if item is None:
-            raise self._unknown("value to observe", seen, self._observed, node, None, "E0203")
-        self._note(node, None, item.place)
-        return Reading(name, "observed", "", (seen,), item.type, item.place)
+        return Reading(
+            name, "sent", wire.peer_name, (wire.peer_port.peer, element), *place, initial
+        )
 
     def _of_device(self, name: str, steps: list[str], node: ast.expr) -> Reading:
         device = self._devices.get(".".join(steps[:3]))
@@ -260,7 +259,9 @@ class Names(ast.NodeTransformer):
             item = next((e for e in elements if e.name == steps[3]), None)
             if item is not None:
                 self._note(node, None, None, None, item.place)
-                for wire in self._wires.users(device.qualified_name, direction, item.name):
+                for wire in self._wires.wires_of_element(
+                    device.qualified_name, direction, item.name
+                ):
                     found = _of(wire.subsystem, wire.port.peer, item.name)
                     return Reading(name, kind, *found, item.type, item.place)
                 raise ExprError("", *span(node), code=FOLLOW_UP)  # an unused device is reported
@@ -282,8 +283,8 @@ class Names(ast.NodeTransformer):
         owner: Subsystem | Device | None,
         code: str,
     ) -> ExprError:
-        doubtful = owner.qualified_name in self._uncertain if owner else name in self._uncertain
-        help = suggestion(name, sorted(known))  # type: ignore[call-overload]  # any iterable of names
+        doubtful = (owner.qualified_name if owner else name) in self._uncertain
+        help = suggest(name, sorted(known))  # type: ignore[call-overload]  # any iterable of names
         code = FOLLOW_UP if doubtful else code
         return formula_error(node, f"unknown {what} `{name}`", help, code)
 

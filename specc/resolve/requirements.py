@@ -3,39 +3,210 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping, Sequence
+import copy
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar, cast
 
 from specc.diagnostics import Related
-from specc.lang import FOLLOW_UP, Declared, ExprError, ExprErrors, Scope, check, spread
-from specc.lang.errors import each
-from specc.lang.parse import nodes_of, span
-from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
+from specc.lang import (
+    FOLLOW_UP,
+    RESERVED,
+    Declaration,
+    ExprError,
+    ExprErrors,
+    Scope,
+    check,
+    expand_groups,
+)
+from specc.lang.errors import collect
+from specc.lang.parse import DEEPEST, names_in, nodes_of, span
+from specc.lang.syntax import TIMED, USAGE, parse_formula, refuse_misspelling
 from specc.limits import MAX_SPAN_S
-from specc.model.expr import Expr, Logic, has_unknown
+from specc.model.expr import Expr, Logic, Offsets, has_unknown
 from specc.model.requirement import (
+    BoolOp,
     FormulaLet,
-    Junction,
     Reading,
     Requirement,
     Temporal,
     TemporalFormula,
     TickCondition,
-    reach_s,
+    horizon_s,
     span_of,
 )
 from specc.model.requirement import expressions as expressions_in
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
-from specc.resolve.context import Meaning, Use, Where
+from specc.resolve.context import Findings, Meaning, Use, YamlNode
 from specc.resolve.expressions import Expressions, known_number
-from specc.resolve.formula_lets import Lets, refuse_names
 from specc.resolve.library import constant_scope
 from specc.resolve.readings import Names, World, formula_error
 from specc.schema.files import FormulaLetDef, RequirementDef
+from specc.source import Place
+
+MOST_NODES = 5000
+"""Parts of a formula in which all names are written out."""
+ReadLet = Callable[[str, str, YamlNode], FormulaLet | None]
+"""Resolves a let by its name and text, or None after reporting."""
+
+
+class Lets:
+    """The names that formulas may use; what one stands for is counted before it is written out."""
+
+    def __init__(self, above: Lets | None = None) -> None:
+        """Those `above` hold as well."""
+        self._trees: dict[str, ast.expr | None] = dict(above._trees) if above else {}
+        self._sizes: dict[str, int] = dict(above._sizes) if above else {}
+        self.places: dict[str, Place] = dict(above.places) if above else {}
+        self.found: list[FormulaLet] = above.found if above else []
+        """Those without errors, in order of dependence."""
+
+    def define(
+        self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings, read: ReadLet
+    ) -> None:
+        """Read them, each after those that it names."""
+        for name in items:
+            self.places[name] = where[name].key
+        for name in self._ordered(items, where, findings):
+            text, at = items[name].value, where[name]["is"]
+            made = read(name, text, at)
+            self._trees[name] = None
+            if made is not None:
+                self.found.append(made)
+                try:
+                    tree = self.written_out(parse_formula(text))
+                    self._trees[name], self._sizes[name] = tree, len(nodes_of(tree))
+                except ExprError as error:  # nothing more is read in this run
+                    findings.expression_error(at, error)
+
+    def written_out(self, tree: ast.expr, uses: dict[Offsets, Place] | None = None) -> ast.expr:
+        """A formula with the text of each name in its place; `uses` gets these names.
+
+        Raises:
+            ExprError: a name has errors, means something else there, or too much is written out.
+        """
+        nodes = nodes_of(tree)
+        size = len(nodes)
+        for node in nodes:
+            if isinstance(node, ast.Name):
+                size += self._sizes.get(node.id, 0)
+                if size > MOST_NODES:
+                    message = f"a formula has at most {MOST_NODES} parts, its names written out"
+                    raise formula_error(node, message, "say less in one formula", "E0017")
+        if not self._trees:
+            return tree
+        writer = _Writer(self._trees, self.places, {} if uses is None else uses)
+        found: ast.expr = writer.visit(tree)
+        level: list[ast.AST] = [found]
+        for _ in range(DEEPEST):
+            level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if level:
+            message = f"with its names written out, this is nested more than {DEEPEST} deep"
+            raise formula_error(tree, message, "say less in one formula", "E0303")
+        return found
+
+    def _ordered(
+        self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings
+    ) -> tuple[str, ...]:
+        uses: dict[str, list[str]] = {name: [] for name in items}
+        for name, item in items.items():
+            with suppress(ExprError):
+                names = names_in(parse_formula(item.value))
+                uses[name] = [other for other in items if other in names]
+        while True:
+            try:
+                return tuple(TopologicalSorter(uses).static_order())
+            except CycleError as error:
+                cycle: list[str] = error.args[1][::-1]
+                path = " -> ".join(f"`{name}`" for name in cycle)
+                message = f"`{cycle[0]}` is defined by itself: {path}"
+                help = "say what it stands for without its own name"
+                findings.report("E0206", message, where[cycle[0]].key, help=help)
+                self._trees |= dict.fromkeys(cycle)
+                rest = [name for name in uses if name not in cycle]
+                uses = {name: [n for n in uses[name] if n in rest] for name in rest}
+
+
+class _Writer(ast.NodeTransformer):
+    """Writes what names stand for in their place, where no variable of a quantifier has one."""
+
+    def __init__(
+        self,
+        trees: Mapping[str, ast.expr | None],
+        places: Mapping[str, Place],
+        uses: dict[Offsets, Place],
+    ) -> None:
+        self._trees, self._places, self._uses = trees, places, uses
+        self._bound: frozenset[str] = frozenset()
+
+    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.expr:
+        """The variable of a quantifier hides a name."""
+        outer = self._bound
+        for part in node.generators:
+            part.iter = self.visit(part.iter)
+            if isinstance(part.target, ast.Name):
+                self._bound |= {part.target.id}
+        node.elt = self.visit(node.elt)
+        self._bound = outer
+        return node
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """A name that stands for something."""
+        if node.id in self._bound or node.id not in self._trees:
+            return node
+        self._uses[span(node)] = self._places[node.id]
+        tree = self._trees[node.id]
+        if tree is None:
+            raise ExprError("", *span(node), code=FOLLOW_UP)
+        written = copy.deepcopy(tree)
+        for part in nodes_of(written):
+            if isinstance(part, ast.Name) and part.id in self._bound:
+                message = f"`{node.id}` names `{part.id}`, which is a variable here"
+                raise formula_error(node, message, "give the variable another name")
+            if isinstance(part, ast.expr | ast.keyword):
+                ast.copy_location(part, node)
+        return written
+
+
+# A name means one thing.
+
+
+def refuse_names(
+    lets: Collection[str],
+    above: Mapping[str, Place],
+    known: Mapping[str, Place],
+    members: Collection[str],
+    world: World,
+) -> Iterator[tuple[str, str, tuple[Related, ...]]]:
+    """Lets that may not have their names: each with the message, and what has that name.
+
+    `known` are constants, `members` those of enums.
+    """
+    agents = {agent.name: agent.place for agent in world.agents}
+    states = {s.name: s.place for a in world.agents for m in a.subsystems for s in m.states}
+    named = (
+        ("another let", above),
+        ("a constant", known),
+        ("an agent", agents),
+        ("a state", states),
+    )
+    for name in lets:
+        if name in RESERVED or name in USAGE or name in ("state", "plant"):
+            yield name, f"`{name}` is a word of formulas and cannot name a let", ()
+        for kind, others in named:
+            if name in others:
+                related = (Related(others[name], kind),)
+                yield name, f"`{name}` names a let and {kind}", related
+        if name in members and name not in states:
+            yield name, f"`{name}` names a let and a member of an enum", ()
+        if any(name in groups for groups in world.groups.values()):
+            yield name, f"`{name}` names a let and a group", ()
+
 
 T = TypeVar("T")
 
@@ -49,18 +220,24 @@ class FormulaResolver:
     lets: Lets
 
     def requirements(
-        self, definitions: Sequence[RequirementDef], where: Where
+        self, definitions: Sequence[RequirementDef], where: YamlNode
     ) -> tuple[Requirement, ...]:
         """The requirements without errors; errors in others are reported."""
-        _report_same_names(definitions, where, self.expressions)
+        findings, first = self.expressions.findings, dict[str, YamlNode]()
+        for item, at in [(item, where[i]["name"]) for i, item in enumerate(definitions)]:
+            if item.name is not None and first.setdefault(item.name, at) is not at:
+                message = f"requirement `{item.name}` is defined twice"
+                related = (Related(first[item.name].place, "the other one"),)
+                help = "give one of the two another name"
+                findings.report("E0205", message, at.place, related=related, help=help)
         found = []
         for i, item in enumerate(definitions):
             inside = self.with_lets(item.let, where[i]["let"]) if item.let else self
-            name = item.name or ""
-            found.append(inside.requirement(item.that, item.because, where[i]["that"], name))
+            that = where[i]["that"]
+            found.append(inside.requirement(item.that, item.because, that, item.name or ""))
         return tuple(each for each in found if each is not None)
 
-    def with_lets(self, items: Mapping[str, FormulaLetDef], where: Where) -> FormulaResolver:
+    def with_lets(self, items: Mapping[str, FormulaLetDef], where: YamlNode) -> FormulaResolver:
         """A copy that knows these names as well."""
         lets, findings = Lets(self.lets), self.expressions.findings
         constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
@@ -78,10 +255,12 @@ class FormulaResolver:
         lets.define(known, where, findings, inside._named)
         return inside
 
-    def requirement(self, text: str, because: str, at: Where, name: str = "") -> Requirement | None:
+    def requirement(
+        self, text: str, because: str, at: YamlNode, name: str = ""
+    ) -> Requirement | None:
         """The requirement of a text; None after reporting an error."""
         reader = _RequirementReader(text, self)
-        found = self._meant(reader, at, reader.requirement)
+        found = self._resolved(reader, at, reader.requirement)
         if found is None:
             return None
         formula, lasts = found
@@ -89,21 +268,23 @@ class FormulaResolver:
         readings, names = tuple(reader.readings.values()), reader.names
         return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
-    def _named(self, name: str, text: str, at: Where) -> FormulaLet | None:
+    def _named(self, name: str, text: str, at: YamlNode) -> FormulaLet | None:
         """What a let stands for; None after reporting an error."""
         reader = _RequirementReader(text, self)
-        found = self._meant(reader, at, reader.named)
+        found = self._resolved(reader, at, reader.named)
         if found is None:
             return None
         self._note(reader, at, found)
         names, place = reader.names, self.lets.places[name]
-        if not isinstance(found, TickCondition | Junction | Temporal):
+        if not isinstance(found, TickCondition | BoolOp | Temporal):
             return FormulaLet(name, None, found, names, place)
         readings = tuple(reader.readings.values())
         said = Requirement(text, "", found, True, readings, at.place, name, names)
         return FormulaLet(name, said, None, names, place)
 
-    def _meant(self, reader: _RequirementReader, at: Where, read: Callable[[], T]) -> T | None:
+    def _resolved(
+        self, reader: _RequirementReader, at: YamlNode, read: Callable[[], T]
+    ) -> T | None:
         try:
             return read()
         except ExprErrors as failure:
@@ -113,38 +294,21 @@ class FormulaResolver:
                 self.expressions.report(at, reader.text, error)
         return None
 
-    def _note(self, reader: _RequirementReader, at: Where, found: TemporalFormula | Expr) -> None:
+    def _note(
+        self, reader: _RequirementReader, at: YamlNode, found: TemporalFormula | Expr
+    ) -> None:
         """Note the meaning of a text, for editors."""
-        if isinstance(found, TickCondition | Junction | Temporal):
-            parts = tuple(expressions_in(found))
+        if isinstance(found, TickCondition | BoolOp | Temporal):
+            parts = tuple(dict.fromkeys(expressions_in(found)))
         else:
             parts = (found,)
-        parts = tuple(dict.fromkeys(parts))
         whole = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
         self._meaning(reader, at, whole)
 
-    def _meaning(self, reader: _RequirementReader, at: Where, expr: Expr | None) -> None:
+    def _meaning(self, reader: _RequirementReader, at: YamlNode, expr: Expr | None) -> None:
         findings, places = self.expressions.findings, self.expressions.definitions.places
         findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
         findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
-
-
-def _report_same_names(
-    definitions: Sequence[RequirementDef], where: Where, expressions: Expressions
-) -> None:
-    first: dict[str, Where] = {}
-    for i, item in enumerate(definitions):
-        if item.name is None:
-            continue
-        at = where[i]["name"]
-        if first.setdefault(item.name, at) is not at:
-            expressions.findings.report(
-                "E0205",
-                f"requirement `{item.name}` is defined twice",
-                at.place,
-                related=(Related(first[item.name].place, "the other one"),),
-                help="give one of the two another name",
-            )
 
 
 class _RequirementReader:
@@ -155,7 +319,7 @@ class _RequirementReader:
         self.readings: dict[str, Reading] = {}
         self.text = text
         self._lets = known.lets
-        self._many = world.many
+        self._many = world.groups
         self._read: list[ast.expr] = []
         self._definitions = expressions.definitions
         self.scope = constant_scope(expressions.definitions)
@@ -172,7 +336,7 @@ class _RequirementReader:
         lasts = _operator(tree) == "always"
         inner = self._arguments(tree, 1)[0] if lasts else tree
         formula = self._formula(inner)
-        if (reach := reach_s(formula)) > MAX_SPAN_S:
+        if (reach := horizon_s(formula)) > MAX_SPAN_S:
             message = f"it is known {float(reach):g} s later what this formula says of a moment"
             help = f"let it look ahead over at most {MAX_SPAN_S} s, all in all"
             raise formula_error(inner, message, help)
@@ -185,9 +349,10 @@ class _RequirementReader:
             ExprErrors: the errors in the text.
         """
         tree = self._tree()
-        if isinstance(tree, ast.BoolOp) or _operator(tree) or _is_negation(tree):
+        is_negation = isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not)
+        if isinstance(tree, ast.BoolOp) or _operator(tree) or is_negation:
             return self._formula(tree)
-        refuse_misspelt(tree, self.scope.operators)
+        refuse_misspelling(tree, self.scope.operators)
         expr = self._condition(tree, None)
         return TickCondition(expr) if isinstance(expr.type, Bool) else expr
 
@@ -207,7 +372,7 @@ class _RequirementReader:
         tree = self._lets.written_out(self._read[0], self.uses)
         self._names.note_groups(tree)
         for root, groups in self._many.items():
-            tree = spread(tree, groups, root)
+            tree = expand_groups(tree, groups, root)
         self._read = [tree]
         self._names.refuse_unknown_groups(tree)
         return tree
@@ -216,14 +381,14 @@ class _RequirementReader:
         match node:
             case ast.BoolOp():
                 both = isinstance(node.op, ast.And)
-                return Junction("and" if both else "or", self._all(node.values), span(node))
+                return BoolOp("and" if both else "or", self._all(node.values), span(node))
             case ast.UnaryOp(op=ast.Not()):
-                return Junction("not", self._all([node.operand]), span(node))
+                return BoolOp("not", self._all([node.operand]), span(node))
         op = _operator(node)
         if op == "implies":
             premise, conclusion = self._all(self._arguments(node, 2))
-            opposite = Junction("not", (premise,), span_of(premise))
-            return Junction("or", (opposite, conclusion), span(node), premise)
+            opposite = BoolOp("not", (premise,), span_of(premise))
+            return BoolOp("or", (opposite, conclusion), span(node), premise)
         if op == "since":
             return Temporal("since", self._all(self._arguments(node, 2)), at=span(node))
         if op in TIMED:
@@ -233,12 +398,12 @@ class _RequirementReader:
         if op == "always":
             help = "what holds for some time is `throughout(0.2[s], p)`"
             raise formula_error(node, "`always` stands only around a whole requirement", help)
-        refuse_misspelt(node, self.scope.operators)
+        refuse_misspelling(node, self.scope.operators)
         return TickCondition(self._condition(node, Bool()))
 
     def _all(self, nodes: Sequence[ast.expr]) -> tuple[TemporalFormula, ...]:
         """The formulas of some operands; raises the errors of all of them together."""
-        return tuple(each(*(partial(self._formula, node) for node in nodes)))
+        return tuple(collect(*(partial(self._formula, node) for node in nodes)))
 
     def _condition(self, node: ast.expr, expected: Bool | None) -> Expr:
         for inner in nodes_of(node)[1:]:
@@ -247,7 +412,7 @@ class _RequirementReader:
                 help = "join formulas with `and`, `or`, `not` and `implies` only"
                 raise formula_error(inner, message, help)
         named = self._names.visit(node)
-        read = {r.name: Declared(r.type, r.place) for r in self.readings.values()}
+        read = {r.name: Declaration(r.type, r.place) for r in self.readings.values()}
         return self._typed(named, replace(self.scope, memory=read), expected)
 
     def _typed(self, node: ast.expr, scope: Scope, expected: Bool | Real | None) -> Expr:
@@ -273,10 +438,6 @@ class _RequirementReader:
         if op in TIMED:
             help += ": a run remembers only so much, so every operator but `always` has a bound"
         raise formula_error(node, f"`{op}` takes {count} argument{'s' * (count > 1)}", help)
-
-
-def _is_negation(node: ast.expr) -> bool:
-    return isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
 
 
 def _operator(node: ast.expr) -> str:

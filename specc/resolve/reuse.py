@@ -8,21 +8,27 @@ from functools import partial
 
 from specc.diagnostics import Related, nearest
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size, parse_type
-from specc.lang.mentioned import names_of
-from specc.limits import MAX_DEPTH, take
-from specc.model.expr import Call, Expr, constants_in, walk
+from specc.lang.types import names_of
+from specc.limits import MAX_DEPTH, spend_or_raise
+from specc.model.expr import Call, Expr, constant_names, walk
 from specc.model.system import Constant
 from specc.model.types import Frame, Int, Type
 from specc.reachable import reachable
-from specc.resolve.command_line import Given
-from specc.resolve.context import Findings, Where
-from specc.resolve.definitions import Definitions, OpenSize, indices_of, inlined, may_be_size
+from specc.resolve.context import Findings, YamlNode
+from specc.resolve.definitions import (
+    Definitions,
+    Groups,
+    OpenSize,
+    indices_of,
+    inlined,
+    may_be_size,
+)
 from specc.resolve.expressions import Expressions
-from specc.resolve.groups import Groups
 from specc.resolve.library import Library, Loaded, constant_scope
 from specc.schema import SpecFile, SubsystemDef
 from specc.schema.files import AgentDef
 from specc.schema.places import role_of
+from specc.source import beside
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,45 +45,42 @@ class Setting:
 
 
 def reuse(
-    user: AgentDef | SubsystemDef, where: Where, at: Setting, library: Library, name: str
+    user: AgentDef | SubsystemDef, where: YamlNode, at: Setting, library: Library, name: str
 ) -> Setting | None:
     """Load the file that `user` uses, at `where`, and bind its parameters to the arguments.
 
     `name` is that of the agent, or the qualified one of the subsystem, that it becomes.
     """
-    relative, using = user.use or "", at.using
-    path = library.beside(at.file, relative)
-    if path in (at.file.path, *using):
-        library.findings.report(
-            "E0207", f"`{relative}` uses itself", where["use"].place, help=_APART
-        )
+    relative, findings = user.use or "", library.findings
+    path, used = beside(at.file.path, relative), where["use"]
+    if path in (at.file.path, *at.using):
+        help = "describe the part here, or use another file"
+        findings.report("E0207", f"`{relative}` uses itself", used.place, help=help)
         return None
-    if len(using) >= MAX_DEPTH:
+    if len(at.using) >= MAX_DEPTH:
         message = f"files use files more than {MAX_DEPTH} levels deep"
-        library.findings.report("E0016", message, where["use"].place, help=_FLAT)
+        findings.report("E0016", message, used.place, help="use the file that describes the part")
         return None
-    file = library.load(path, where["use"])
+    file = library.load(path, used)
     if file is None:
         return None
-    outer, findings = at.definitions, library.findings
-    binder = _Binder(user.arguments, where["with"], where["use"], outer, findings)
-    frames = binder.frames(file)
-    whole, sizes = binder.sizes(file, library.given, name)
+    binder = _Binder(user.arguments, where, at.definitions, library, file, name)
+    binder.check_names()
+    frames = binder.frames()
+    constants, sizes = binder.sizes()
     if sizes is None:
         return None
-    definitions = library.begun(file, frames, sizes)
-    given = binder.values(file, definitions, library.given, name, whole)
-    agents, groups = binder.agents(file, definitions, library)
+    definitions = library.start(file, frames, sizes)
+    given = binder.values(definitions, constants)
+    agents, groups = binder.agents(definitions)
     if not binder.complete:
         return None
-    if library.findings.cache is not None:
-        definitions.made_from.add(outer.made_from.of(given))
     library.complete(definitions, file, given)
     definitions.agents, definitions.groups = agents, groups
-    return Setting(file, definitions, given, using=(*using, file.path))
+    return Setting(file, definitions, given, using=(*at.using, file.path))
 
 
-def indexed(at: Setting, each: Mapping[str, str], where: Where, findings: Findings) -> Setting:
+def indexed(at: Setting, each: Mapping[str, str], where: YamlNode, findings: Findings) -> Setting:
     """A setting with the indices of the `for` of a part at `where`, each with its one value."""
     if not each:
         return at
@@ -86,7 +89,7 @@ def indexed(at: Setting, each: Mapping[str, str], where: Where, findings: Findin
     return replace(at, definitions=definitions, given=(*at.given, *indices))
 
 
-def agent_in(file: Loaded, name: str) -> tuple[AgentDef | None, Where]:
+def agent_in(file: Loaded, name: str) -> tuple[AgentDef | None, YamlNode]:
     """The agent that a file describes; in a system that of the name, or the only one."""
     spec, top = file.spec, file.top
     if spec.agent is not None:
@@ -101,41 +104,61 @@ def is_agent(kind: str, known: Definitions) -> bool:
     return kind == "agent" and kind not in known.types
 
 
-_APART = "describe the part here, or use another file"
-_FLAT = "use the file that describes the part"
-
-
 @dataclass(eq=False, slots=True)
 class _Binder:
-    arguments: Mapping[str, str]
-    where: Where
-    used: Where
-    outer: Definitions
-    findings: Findings
-    complete: bool = True
+    """Binds the parameters of a description in `file` to the arguments that `at` gives."""
 
-    def frames(self, file: Loaded) -> dict[str, Frame]:
-        """Frame parameter -> actual frame; also reports missing and unknown arguments."""
-        parameters = file.spec.parameters
-        self._names(parameters)
+    arguments: Mapping[str, str]
+    at: YamlNode
+    outer: Definitions
+    library: Library
+    file: Loaded
+    user: str
+    complete: bool = True
+    findings: Findings = field(init=False)
+    where: YamlNode = field(init=False)
+    parameters: YamlNode = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.findings, self.where = self.library.findings, self.at["with"]
+        self.parameters = self.file.top["parameters"]
+
+    def check_names(self) -> None:
+        """Report unknown arguments, and parameters without one."""
+        parameters, meant = self.file.spec.parameters, set[str]()
+        for name in self.arguments:
+            if name not in parameters:
+                self.complete = False
+                self.findings.unknown("E0210", "parameter", name, parameters, self.where[name].key)
+                meant |= set(nearest(name, parameters))
+        for name in parameters:
+            if name not in self.arguments and name not in meant:
+                self.complete = False
+                message = f"parameter `{name}` has no value"
+                help_text = f"add `{name}: ...` under `with:`"
+                self.findings.report("E0211", message, self.at["use"].place, help=help_text)
         for name in self.arguments.keys() & parameters.keys():
-            self.findings.use(file.top["parameters"][name].key, self.where[name], part="key")
-        bound = {}
-        for name, kind in parameters.items():
-            if kind == "frame" and name in self.arguments:
-                actual = self.arguments[name]
-                if actual in self.outer.frames:
-                    bound[name] = self.outer.frames[actual]
-                    self._note("frame", actual, self.where[name])
-                else:
-                    self._fail()
-                    known = self.outer.frames
-                    self.findings.unknown("E0209", "frame", actual, known, self.where[name].place)
+            self.findings.use(self.parameters[name].key, self.where[name], part="key")
+
+    def _bound(self) -> Iterator[tuple[str, str, str]]:
+        """The parameters that have arguments: name, kind and argument."""
+        for name, kind in self.file.spec.parameters.items():
+            if name in self.arguments:
+                yield name, kind, self.arguments[name]
+
+    def frames(self) -> dict[str, Frame]:
+        """Frame parameter -> actual frame."""
+        bound, known = {}, self.outer.frames
+        for name, kind, actual in self._bound():
+            if kind == "frame" and actual in known:
+                bound[name] = known[actual]
+                self._note("frame", actual, self.where[name])
+            elif kind == "frame":
+                self.complete = False
+                self.findings.unknown("E0209", "frame", actual, known, self.where[name].place)
         return bound
 
-    def sizes(
-        self, file: Loaded, given: Given, user: str
-    ) -> tuple[dict[str, Constant | None], dict[str, int] | None]:
+    def sizes(self) -> tuple[dict[str, Constant | None], dict[str, int] | None]:
         """Parameters that may stand for sizes, as constants, and those that do.
 
         There are no sizes if one has no value, since no type is known without. What nothing in the
@@ -144,84 +167,77 @@ class _Binder:
         constants: dict[str, Constant | None] = {}
         sizes: dict[str, int] = {}
         is_known = True
-        for name, kind in file.spec.parameters.items():
-            if not may_be_size(kind) or name not in self.arguments:
+        for name, kind, _ in self._bound():
+            if not may_be_size(kind):
                 continue
-            where = self._written(name, Int(), given, user)
-            constants[name] = constant = self._constant(name, where, Int(), file)
+            where = self._argument(name, Int())
+            constants[name] = constant = self._constant(name, where, Int())
             if constant is None:
                 is_known = False
                 continue
             number = _whole(constant, self.outer)
             if isinstance(number, OpenSize) or (number is not None and is_size(number)):
                 sizes[name] = number
-            elif use := next(_uses(file.top, name, file.spec.types), None):
-                self._no_size(name, number, where, use)
+            elif use := next(_uses(self.file.top, name, self.file.spec.types), None):
+                value = "a number that only a run can tell" if number is None else str(number)
+                message = f"`{name}` is a size, {A_SIZE}, and not {value}"
+                related = (Related(use.place, f"`{name}` is the size of this"),)
+                self.findings.report("E0224", message, where.place, related=related, help=_SIZES)
                 is_known = False
         return constants, sizes if is_known else None
 
-    def _no_size(self, name: str, number: int | None, where: Where, use: Where) -> None:
-        """Report a parameter that is a size in the description, at `use`, and cannot be one."""
-        is_told = "a number that only a run can tell" if number is None else str(number)
-        message = f"`{name}` is a size, {A_SIZE}, and not {is_told}"
-        related = (Related(use.place, f"`{name}` is the size of this"),)
-        help = "write how many components there are, or a constant that no operator computes"
-        self.findings.report("E0224", message, where.place, related=related, help=help)
-
     def values(
-        self,
-        file: Loaded,
-        inner: Definitions,
-        given: Given,
-        user: str,
-        known: Mapping[str, Constant | None],
+        self, inner: Definitions, known: Mapping[str, Constant | None]
     ) -> tuple[Constant, ...]:
         """Value parameters as constants; their arguments are expressions of the using file.
 
-        Those of the `user` may be given on the command line. Some are `known` already.
+        Some may be given on the command line, and some are `known` already.
         """
         constants = []
-        for name, text in file.spec.parameters.items():
-            if text == "frame" or is_agent(text, inner) or name not in self.arguments:
+        for name, text, _ in self._bound():
+            if text == "frame" or is_agent(text, inner):
                 continue
             if name in known:
                 constants.append(known[name])
                 continue
-            expected = self._type(file.top["parameters"][name], text, inner)
-            if expected is not None:
-                where = self._written(name, expected, given, user)
-                constants.append(self._constant(name, where, expected, file))
+            try:
+                expected = parse_type(text, inner.names())
+            except ExprError as error:
+                self.complete = False
+                self.findings.expression_error(self.parameters[name], error)
+            else:
+                where = self._argument(name, expected)
+                constants.append(self._constant(name, where, expected))
         return tuple(constant for constant in constants if constant is not None)
 
-    def _written(self, name: str, expected: Type, given: Given, user: str) -> Where:
+    def _argument(self, name: str, expected: Type) -> YamlNode:
         """Where the argument for a parameter stands: in the file or on the command line."""
-        other = given.instead(f"{user}.{name}", self.arguments[name], expected)
-        return other or replace(self.where[name], raw=self.arguments[name])
+        text = self.arguments[name]
+        other = self.library.given.of(f"{self.user}.{name}", text, expected)
+        return other or replace(self.where[name], raw=text)
 
-    def _constant(self, name: str, where: Where, expected: Type, file: Loaded) -> Constant | None:
+    def _constant(self, name: str, where: YamlNode, expected: Type) -> Constant | None:
         """A parameter with its value, an expression of the using file; None after reporting."""
-        expressions = Expressions(self.findings, self.outer)
-        value = expressions.value(where, str(where.raw), constant_scope(self.outer), expected)
+        expressions, scope = Expressions(self.findings, self.outer), constant_scope(self.outer)
+        value = expressions.value(where, str(where.raw), scope, expected)
         try:
             if value is not None:
-                return Constant(name, _outside(value, self.outer, file.spec), "", where.key)
+                value = _closed(value, self.outer, self.file.spec)
+                return Constant(name, value, "", where.key)
         except ExprError as error:
             self.findings.expression_error(where, error)
-        self._fail()
+        self.complete = False
         return None
 
-    def agents(
-        self, file: Loaded, inner: Definitions, library: Library
-    ) -> tuple[dict[str, str], Groups]:
+    def agents(self, inner: Definitions) -> tuple[dict[str, str], Groups]:
         """Parameter that stands for an agent -> its name, and parameters that stand for many."""
-        known = {name: name for name in library.agents} | self.outer.agents
-        many = library.groups | self.outer.groups
+        known = {name: name for name in self.library.agents} | self.outer.agents
+        many = self.library.groups | self.outer.groups
         bound: dict[str, str] = {}
         groups: Groups = {}
-        for name, kind in file.spec.parameters.items():
-            if not is_agent(kind, inner) or name not in self.arguments:
+        for name, kind, actual in self._bound():
+            if not is_agent(kind, inner):
                 continue
-            actual = self.arguments[name]
             self._note("agent", actual, self.where[name])
             if actual in many:
                 own = {at: "_".join((name, *map(str, at))) for at in many[actual]}
@@ -230,39 +246,17 @@ class _Binder:
             elif actual in known:
                 bound[name] = known[actual]
             else:
-                self._fail()
+                self.complete = False
                 names = [*known, *many]
                 self.findings.unknown("E0218", "agent", actual, names, self.where[name].place)
         return bound, groups
 
-    def _names(self, parameters: Mapping[str, str]) -> None:
-        meant = set()
-        for name in self.arguments:
-            if name not in parameters:
-                self._fail()
-                self.findings.unknown("E0210", "parameter", name, parameters, self.where[name].key)
-                meant |= set(nearest(name, parameters))
-        for name in parameters:
-            if name not in self.arguments and name not in meant:
-                self._fail()
-                message = f"parameter `{name}` has no value"
-                help_text = f"add `{name}: ...` under `with:`"
-                self.findings.report("E0211", message, self.used.place, help=help_text)
-
-    def _type(self, where: Where, text: str, inner: Definitions) -> Type | None:
-        try:
-            return parse_type(text, inner.names())
-        except ExprError as error:
-            self._fail()
-            self.findings.expression_error(where, error)
-            return None
-
-    def _note(self, kind: str, name: str, at: Where) -> None:
+    def _note(self, kind: str, name: str, at: YamlNode) -> None:
         places = self.outer.places
         self.findings.use(places.get(f"{kind} {name}") or places.get(f"parameter {name}"), at)
 
-    def _fail(self) -> None:
-        self.complete = False
+
+_SIZES = "write how many components there are, or a constant that no operator computes"
 
 
 def _whole(given: Constant, outer: Definitions) -> int | None:
@@ -271,7 +265,7 @@ def _whole(given: Constant, outer: Definitions) -> int | None:
     marks = {name: partial(int, size.mark) for name, size in still.items()}
     try:
         value = inlined(given.value, outer.constants)
-        env = Environment(operators=marks, count=partial(take, "folding"))
+        env = Environment(operators=marks, count=partial(spend_or_raise, "folding"))
         number = int(evaluate(value, env))
     except (LookupError, ArithmeticError, ValueError, ExprError):
         return None
@@ -279,7 +273,7 @@ def _whole(given: Constant, outer: Definitions) -> int | None:
     return OpenSize(number, given.name) if is_open else number
 
 
-def _uses(where: Where, name: str, types: Collection[str]) -> Iterator[Where]:
+def _uses(where: YamlNode, name: str, types: Collection[str]) -> Iterator[YamlNode]:
     """The texts of types that have a name in the place of a size."""
     if isinstance(where.raw, str):
         role = role_of(where.route)
@@ -293,12 +287,12 @@ def _uses(where: Where, name: str, types: Collection[str]) -> Iterator[Where]:
             yield from _uses(where[key], name, types)
 
 
-def _outside(value: Expr, outer: Definitions, used: SpecFile) -> Expr:
+def _closed(value: Expr, outer: Definitions, used: SpecFile) -> Expr:
     """An argument without names that mean something else, or nothing, where it is used.
 
     What an agent is given goes on into its subsystems, so it keeps no names at all.
     """
     if outer.given is not None or used.agent is not None:
         return inlined(value, outer.constants)
-    met = reachable(constants_in(value), lambda name: constants_in(outer.constants[name].value))
+    met = reachable(constant_names(value), lambda name: constant_names(outer.constants[name].value))
     return inlined(value, outer.constants) if met.keys() & used.parameters.keys() else value

@@ -12,12 +12,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from specc.lang import RESERVED
-from specc.lang.mentioned import NameKind, NameMention, names_of
+from specc.lang.types import NameKind, NameMention, names_of
 from specc.model import expr as m
 from specc.model.fsm import Condition
 from specc.model.system import Definition, Element, Memory
 from specc.model.types import Enum, Record, Type
-from specc.resolve.context import Findings, Meaning, TypeText, Use, Where
+from specc.resolve.context import Findings, Meaning, TypeText, Use, YamlNode
 from specc.schema import SpecFile
 from specc.schema.places import split
 from specc.schema.subsystem import TransitionDef
@@ -27,7 +27,7 @@ from specc.source import Place
 
 
 def note_target(
-    findings: Findings, target: str, at: Where, home: Where, found: Element | Memory | None
+    findings: Findings, target: str, at: YamlNode, home: YamlNode, found: Element | Memory | None
 ) -> None:
     """Note a memory element, or peer and element of `y.peer.element`; the peer may be many.
 
@@ -48,10 +48,10 @@ def note_target(
     findings.use(element, at, part="key", start=middle + 1, end=len(written))
 
 
-def note_element(findings: Findings, name: str, at: Where, home: Where, element: Place) -> None:
+def note_element(
+    findings: Findings, name: str, at: YamlNode, home: YamlNode, element: Place
+) -> None:
     """Note peer and element of `x.peer.element` or `y.peer.element`, declared at `element`."""
-    if findings.cache is None:
-        return
     begin, middle = 2, name.rindex(".")
     findings.use(_buffer_of(home, name[0], name[begin:middle]), at, start=begin, end=middle)
     findings.use(element, at, start=middle + 1, end=len(name))
@@ -60,22 +60,19 @@ def note_element(findings: Findings, name: str, at: Where, home: Where, element:
 def note_row(
     findings: Findings,
     row: TransitionDef,
-    at: Where,
-    home: Where,
+    at: YamlNode,
+    home: YamlNode,
     conditions: Mapping[tuple[str, str], Condition],
 ) -> None:
     """Note the states and the condition that a row names."""
-    if findings.cache is None:
-        return
-    several = isinstance(at.cell("from", 0).raw, list)
-    named = [(name, ("from", n) if several else ("from",)) for n, name in enumerate(row.sources)]
-    for name, below in (*named, (row.target, ("to",))):
-        findings.use(declared_at(home, "states", name), at, *below)
+    named = [(name, at["from"][index]) for index, name in enumerate(row.sources)]
+    for name, state in (*named, (row.target, at["to"])):
+        findings.use(declared_at(home, "states", name), state)
     condition = conditions.get(("initial", row.when))
-    findings.use(condition.place if condition else None, at, "when")
+    findings.use(condition.place if condition else None, at["when"])
 
 
-def declared_at(home: Where | None, *steps: str) -> Place | None:
+def declared_at(home: YamlNode | None, *steps: str) -> Place | None:
     """Where a subsystem declares what may have an error, or comes later."""
     at = home
     for step in steps:
@@ -83,7 +80,7 @@ def declared_at(home: Where | None, *steps: str) -> Place | None:
     return at.key if at else None
 
 
-def _buffer_of(home: Where, direction: str, peer: str) -> Place:
+def _buffer_of(home: YamlNode, direction: str, peer: str) -> Place:
     return Place(home.file, (*home.route, direction, peer), "key")
 
 
@@ -114,7 +111,8 @@ class _Text:
         text, (start, end) = self.meaning.text, expr.span
         match expr:
             case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() | m.Call():
-                kind, name = _KINDS[type(expr)], m.written(_name(expr))
+                own = expr.operator if isinstance(expr, m.Call) else expr.name
+                kind, name = _KINDS[type(expr)], m.source_name(own)
                 if self._stands(name, start):
                     type_ = None if kind == "operator" else expr.type
                     yield from self._use(start, start + len(name), self._defined(kind, name), type_)
@@ -127,14 +125,17 @@ class _Text:
             case m.FieldOf(value=m.Node(type=Record() as record) as of) if of.span[1] < end:
                 part = self._part(record, "fields", expr.name)
                 yield from self._use(end - len(expr.name), end, part, expr.type)
-            case m.Among(item=m.Node(type=Enum() as enum)):
+            case m.IsOneOf(item=m.Node(type=Enum() as enum)):
                 opening = text.find("{", expr.item.span[1], end)
                 for found in NAME.finditer(text, opening, end) if opening >= 0 else ():
                     yield from self._use(*found.span(), self._part(enum, found.group()), enum)
-            case m.Quantifier() if declared := self._declaration(expr):
-                at = self.meaning.where.place.within(*declared)
-                variables = {**variables, expr.variable: at}
-                yield from self._use(*declared, at)
+            case m.Quantifier():
+                spans = _VARIABLE.finditer(text, expr.body.span[1], expr.over.span[0])
+                declared = next((f.span(1) for f in spans if f[1] == expr.variable), None)
+                if declared:
+                    at = self.meaning.where.place.within(*declared)
+                    variables = {**variables, expr.variable: at}
+                    yield from self._use(*declared, at)
         for child in m.children(expr):
             yield from self.named(child, variables)
 
@@ -201,11 +202,6 @@ class _Text:
         where = self.meaning.where
         return Place(where.file, (*split(where.route)[0], "x", peer), "key")
 
-    def _declaration(self, expr: m.Quantifier) -> tuple[int, int] | None:
-        """Where a quantifier declares its variable."""
-        found = _VARIABLE.finditer(self.meaning.text, expr.body.span[1], expr.over.span[0])
-        return next((f.span(1) for f in found if f.group(1) == expr.variable), None)
-
 
 _KINDS = {
     m.MemoryRef: "memory",
@@ -214,10 +210,6 @@ _KINDS = {
     m.FileRef: "file",
     m.Call: "operator",
 }
-
-
-def _name(expr: m.MemoryRef | m.LetRef | m.ConstantRef | m.FileRef | m.Call) -> str:
-    return expr.operator if isinstance(expr, m.Call) else expr.name
 
 
 # Names in the texts of types.
@@ -265,11 +257,12 @@ def types_named(findings: Findings, path: str) -> MentionedTypes:
     # Most texts stand many times in a part, and name the same there.
     for text in {(text.where.route[:2], text.form, text.text): text for text in texts}.values():
         labels = found.setdefault(text.where.route[:2], set())
-        labels.update(_label(use.of) for use in uses_in_type(text) if use.of.file == path)
+        for of in (use.of for use in uses_in_type(text) if use.of.file == path):
+            labels.add(f"{str(of.route[0]).removesuffix('s')} {of.route[1]}")
     return found
 
 
-def definitions_of(spec: SpecFile, top: Where, named: MentionedTypes) -> tuple[Definition, ...]:
+def definitions_of(spec: SpecFile, top: YamlNode, named: MentionedTypes) -> tuple[Definition, ...]:
     """The definitions in a file, in its order, with the types that each one names."""
     return tuple(
         Definition(
@@ -293,10 +286,6 @@ def named_in_agents(named: MentionedTypes, findings: Findings, path: str) -> fro
         f"constant {name}"
         for meaning in findings.meanings
         if meaning.where.route[2:3] == ("with",) and meaning.where.file == path
-        for name in (m.constants_in(meaning.expr) if meaning.expr else ())
+        for name in (m.constant_names(meaning.expr) if meaning.expr else ())
     }
     return frozenset(constants.union(*parts))
-
-
-def _label(of: Place) -> str:
-    return f"{str(of.route[0]).removesuffix('s')} {of.route[1]}"

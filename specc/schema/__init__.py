@@ -1,8 +1,8 @@
 """The shape of the YAML. References are still text; meaning comes in `specc.resolve`."""
 
+from specc.schema.desugar import desugar
 from specc.schema.files import SpecFile
 from specc.schema.shape import shape
 from specc.schema.subsystem import ROW_KEYS, SubsystemDef
-from specc.schema.unfold import unfolded
 
-__all__ = ["ROW_KEYS", "SpecFile", "SubsystemDef", "shape", "unfolded"]
+__all__ = ["ROW_KEYS", "SpecFile", "SubsystemDef", "desugar", "shape"]

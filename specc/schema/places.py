@@ -18,11 +18,11 @@ from specc.schema.keys import (
     SpecModel,
     SymbolKind,
     Text,
+    Traced,
     ValueKind,
     is_model,
 )
 from specc.schema.subsystem import SubsystemDef
-from specc.schema.texts import Traced
 from specc.source import Route
 
 

@@ -14,9 +14,10 @@ from specc.diagnostics import (
     Faults,
     TooManyFaultsError,
     nearest,
-    renaming,
-    surely_meant,
+    rename_fix,
+    sole_correction,
 )
+from specc.schema.desugar import route_below
 from specc.schema.keys import (
     OTHERS,
     ListKind,
@@ -27,7 +28,6 @@ from specc.schema.keys import (
     ValueKind,
     is_model,
 )
-from specc.schema.unfold import route_below
 from specc.source import Place, Route
 
 _FOUND: tuple[tuple[type, str], ...] = (
@@ -85,7 +85,7 @@ class _Translation:
                 self._compared.add(above)
                 kind, data, route = self._walk(above)
                 assert is_model(kind)
-                self._compare_keys(kind, kind.in_full(data), route)
+                self._compare_keys(kind, kind.with_others(data), route)
             return
         if loc[-1:] == ("[key]",) and type_ == "value_error":
             mapping, _, _ = self._walk(loc[:-2])
@@ -117,11 +117,15 @@ class _Translation:
         route: Route = ()
         for step in loc:
             if isinstance(kind, ListKind):
-                value, kind, route = kind.form.in_full(value)[step], kind.item, (*route, step)
+                route, value, kind = route_below(value, step, route), value[step], kind.item
             elif isinstance(kind, MappingKind):
                 route, value, kind = route_below(value, step, route), value[step], kind.value
             elif is_model(kind):
-                kind, value, route = _below_model(kind, value, route, str(step))
+                kind = kind.keys[str(step)].kind
+                if step != OTHERS:  # what is below it stands in the mapping itself
+                    below, value = route_below(value, step, route), value[step]
+                    is_in_row = len(below) > len(route) and isinstance(below[-1], int)
+                    route = (*route, step) if is_in_row else below
         return kind, value, route
 
     def _text(self, kind: Text, value: Any, route: Route) -> None:
@@ -187,8 +191,8 @@ class _Translation:
             rest = ", ..." if len(known) > _LISTED_KEYS else ""
             hint = f"known keys: {', '.join(f'`{one}`' for one in known[:_LISTED_KEYS])}{rest}"
         place = Place(self._file, (*route, name), "key")
-        meant = surely_meant(name, close)
-        fix = renaming(place, name, meant)
+        meant = sole_correction(name, close)
+        fix = rename_fix(place, name, meant)
         words = f"unknown key `{name}`{_inside(route)}"
         self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
 
@@ -220,22 +224,6 @@ class _Translation:
     ) -> None:
         place = Place(self._file, route, part)
         self.findings.add(Diagnostic(code, words, place, help=help))
-
-
-def _below_model(
-    model: type[SpecModel], value: Any, route: Route, step: str
-) -> tuple[ValueKind, Any, Route]:
-    """The kind, the value and the route of a key of a mapping, or of what stands in its place."""
-    kind = model.keys[step].kind
-    if isinstance(value, dict):
-        # What is below OTHERS stands in the mapping itself.
-        return (
-            (kind, value, route)
-            if step == OTHERS
-            else (kind, value[step], route_below(value, step, route))
-        )
-    below = route if step == model.short else (*route, step)
-    return kind, model.in_full(value)[step], below
 
 
 # Words.

@@ -4,9 +4,9 @@ from typing import Annotated, Literal
 
 from specc.limits import MAX_ASSUMPTIONS
 from specc.model.fsm import Cause
-from specc.schema.keys import OTHERS, ListForm, Role, SpecModel, Text, key
-from specc.schema.texts import (
+from specc.schema.keys import (
     OF_EACH,
+    OTHERS,
     ArgumentText,
     BudgetText,
     ConstantText,
@@ -15,13 +15,18 @@ from specc.schema.texts import (
     FilePath,
     InitialText,
     InterfaceText,
+    ListForm,
     Name,
     RangeText,
     RateText,
     ReadableName,
+    Role,
+    SpecModel,
     StateName,
+    Text,
     Traced,
     WrittenType,
+    key,
 )
 
 

@@ -8,16 +8,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from specc.lang import show
-from specc.lang.dependence_order import InOrder
 from specc.lang.kinds import kind
 from specc.lang.values import Fields, Value
 from specc.model import expr as m
+from specc.model.expr import InDependenceOrder
 from specc.model.types import (
     Bool,
     Pose,
     Text,
     Type,
-    whole,
+    complete_type,
 )
 from specc.model.units import DIMENSIONLESS
 from specc.proof.verdict import InputName
@@ -32,7 +32,9 @@ def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Ex
 
     Of a record its field; arguments of an operator do not count, its result does.
     """
-    of_lets = InOrder(lets, lambda name: tuple(dict.fromkeys(_leaves(lets[name], of_lets))))
+    of_lets = InDependenceOrder(
+        lets, lambda name: tuple(dict.fromkeys(_leaves(lets[name], of_lets)))
+    )
     return iter(dict.fromkeys(leaf for expr in asked for leaf in _leaves(expr, of_lets)))
 
 
@@ -58,7 +60,7 @@ def is_complete_answer(asked: m.Expr) -> bool:
     match asked:
         case m.Fresh() | m.Present():
             return True
-        case m.Among(item=item, members=members):
+        case m.IsOneOf(item=item, members=members):
             return len(members) == 1 and _is_path(item)
         case m.Compare(op="==", left=left, right=m.Member()):
             return _is_path(left)
@@ -165,14 +167,14 @@ def value_text(value: Value, type_: Type) -> str | None:
     """`0.2 s`, `[u, u, g]`, `translation(0, 0, 1)`; None for what only operators look into."""
     if value is None:
         return "None"
-    type_ = whole(type_)
+    type_ = complete_type(type_)
     if isinstance(type_, Pose):
         return _pose(value)
     if type_.is_array:
         return _listed([number(item) for item in value]) + unit(type_)
     if kind(type_).sort != "other":
         return _scalar(value, type_)
-    inside = kind(type_).rebuilt(type_, value, lambda part, item: value_text(item, part))
+    inside = kind(type_).map_parts(type_, value, lambda part, item: value_text(item, part))
     if isinstance(inside, tuple):
         return _items(inside)
     if isinstance(inside, Fields):

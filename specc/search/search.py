@@ -12,9 +12,8 @@ from itertools import islice, pairwise
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.kinds import first_value, kind, others
-from specc.lang.signs import SIGNS
-from specc.lang.values import Fields, Value, alike
+from specc.lang.kinds import first_value, kind, other_values
+from specc.lang.values import SIGNS, Fields, Value, is_close
 from specc.model import expr as m
 from specc.model.expr import Expr
 from specc.model.fsm import Cause
@@ -74,7 +73,7 @@ class Thresholds:
         found: dict[float, None] = {}
         for number in self._around(limit):
             rounded: float = round(number) if is_integer else number
-            if m.COMPARED[op](rounded, limit):
+            if m.COMPARISONS[op](rounded, limit):
                 found[rounded] = None
         yield from list(found)[:MOST_NEAR]
 
@@ -132,7 +131,7 @@ class Inverter:
             m.MemoryRef: lambda e, v, at: freedom.stored(e.name, v, at),
             m.LetRef: lambda e, v, at: self.situations(meaning.lets[e.name], v, at),
             m.ConstantRef: lambda e, v, at: self.situations(meaning.constants[e.name], v, at),
-            m.Sure: lambda e, v, at: self.situations(e.value, v, at),
+            m.Unwrap: lambda e, v, at: self.situations(e.value, v, at),
             m.Call: self._call,
             m.Component: self._component,
             m.FieldOf: self._field,
@@ -144,7 +143,7 @@ class Inverter:
             m.Clock: self._clock,
             m.Logic: self._logic,
             m.Compare: self._compare,
-            m.Among: self._among,
+            m.IsOneOf: self._among,
             m.Quantifier: self._quantifier,
             m.IsNone: self._none,
         }
@@ -170,13 +169,13 @@ class Inverter:
         """A result of an operator; for other arguments a predicate may give something else."""
         yield self._with_answer(call, value, at)
         for arg in call.args if isinstance(call.type, Bool) else ():
-            for other in others(self._value(arg, at), arg.type):
+            for other in other_values(self._value(arg, at), arg.type):
                 for moved in self.situations(arg, other, at):
                     yield self._with_answer(call, value, moved)
 
     def _with_answer(self, call: m.Call, value: Value, at: Situation) -> Situation:
         args = tuple(self._value(arg, at) for arg in call.args)
-        known = tuple(a for a in at.answers if not (a[0] == call.operator and alike(a[1], args)))
+        known = tuple(a for a in at.answers if not (a[0] == call.operator and is_close(a[1], args)))
         return replace(at, answers=(*known, (call.operator, args, value)))
 
     def _component(self, expr: m.Component, value: Value, at: Situation) -> Situations:
@@ -187,12 +186,12 @@ class Inverter:
     def _field(self, expr: m.FieldOf, value: Value, at: Situation) -> Situations:
         whole = self._value(expr.value, at)
         if isinstance(whole, Fields):
-            yield from self.situations(expr.value, whole.having(expr.name, value), at)
+            yield from self.situations(expr.value, whole.with_field(expr.name, value), at)
 
     def _items(self, expr: m.Items, value: Value, at: Situation) -> Situations:
         """The first item that differs; the others are the next steps' matter."""
         for item, wanted in zip(expr.items, value, strict=False):
-            if not alike(self._value(item, at), wanted):
+            if not is_close(self._value(item, at), wanted):
                 yield from self.situations(item, wanted, at)
                 return
 
@@ -254,14 +253,14 @@ class Inverter:
         if isinstance(side, m.Clock) and sort == "real":
             period, whole = self._meaning.period_s, int(other / self._meaning.period_s)
             near = (n * period for n in (whole, whole + 1, whole - 1, whole + 2))
-            return [time for time in near if m.COMPARED[op](time, other)]
+            return [time for time in near if m.COMPARISONS[op](time, other)]
         if sort in ("whole", "real"):
             return self._thresholds.below_or_above(op, other, is_integer=sort == "whole")
         if isinstance(side.type, Text):
             return (other,) if op == "==" else (_OTHER_TEXT,)
-        return (other,) if op == "==" else others(other, side.type)
+        return (other,) if op == "==" else other_values(other, side.type)
 
-    def _among(self, expr: m.Among, wanted: bool, at: Situation) -> Situations:
+    def _among(self, expr: m.IsOneOf, wanted: bool, at: Situation) -> Situations:
         assert isinstance(expr.item.type, Enum)  # typing guarantees it
         for member in expr.item.type.members:
             if (member in expr.members) is wanted:
@@ -272,7 +271,7 @@ class Inverter:
         assert isinstance(expr.over.type, (Vector, ListOf))  # what quantifiers range over
         element = expr.over.type.element
         parts = (m.Component(expr.over, index, type=element) for index in range(len(items)))
-        bodies = [m.instance(expr.body, expr.variable, part) for part in parts]
+        bodies = [m.instantiate(expr.body, expr.variable, part) for part in parts]
         for body in bodies:
             if self._meaning.holds(body, at) is not wanted:
                 yield from self.situations(body, wanted, at)
@@ -331,7 +330,7 @@ def refutation_goals(
     The assumptions hold, and questions have these `answers`. At first no other rows apply; then, if
     any have to, others may as well.
     """
-    given = [*reversed(subsystem.state(state).behaviour.ended(cause))]
+    given = [*reversed(subsystem.state(state).behaviour.facts_after(cause))]
     given += [(axiom.that, True) for axiom in subsystem.axioms]
     given += answers
     rows = [row.condition.when for _, row in subsystem.rows(state, cause)]

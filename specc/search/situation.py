@@ -7,12 +7,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from specc.lang import Environment, evaluate
-from specc.lang.dependence_order import InOrder
 from specc.lang.kinds import first_value
-from specc.lang.values import Value, alike
+from specc.lang.values import Value, is_close
 from specc.model import expr as m
-from specc.model.expr import Expr
-from specc.model.logic import negation
+from specc.model.expr import Expr, InDependenceOrder, negation
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Pose, Real
 from specc.proof.verdict import InputName
@@ -22,7 +20,7 @@ from specc.proof.verdict import InputName
 
 def runnable(expr: m.Expr) -> m.Expr:
     """The expression with `a == b` of arrays as `near` with no tolerance, which can be run."""
-    same = m.mapped(expr, runnable)
+    same = m.map_children(expr, runnable)
     if isinstance(same, m.Compare) and same.left.type.is_array:
         return _near(same)
     return same
@@ -72,7 +70,7 @@ class Situation:
     def answer(self, operator: str, args: tuple[Value, ...]) -> Value | None:
         """What an operator is known to give; None if nothing is said of it."""
         for name, known, result in self.answers:
-            if name == operator and alike(known, args):
+            if name == operator and is_close(known, args):
                 return result
         return None
 
@@ -83,7 +81,7 @@ NO_VALUE = (
 """What evaluating an expression raises that has no value: a root of -1, a part of None."""
 
 
-class LazyValues(InOrder[Value]):
+class LazyValues(InDependenceOrder[Value]):
     """Values by name, computed when they are first asked for; asking for one may raise NO_VALUE."""
 
     def __init__(self, named: Mapping[str, Expr], compute: Callable[[Expr], Value]) -> None:

@@ -55,14 +55,16 @@ def _about(source: SourceFile) -> str:
     """The comment above the first key."""
     top = source.spans
     first = min((key.start for key in top.keys.values()), default=0) if top else 0
-    above = (c.text for c in comments_of(source) if c.alone and c.start < first)
+    above = (c.text for c in comments_of(source) if c.is_whole_line and c.start < first)
     return " ".join(text.lstrip("# ") for text in above)
 
 
 def _parameters(source: SourceFile) -> Iterator[PartEntry]:
     """The parameters, each with the comment behind it."""
     node = source.node(("parameters",))
-    behind = {source.text.count("\n", 0, c.start): c for c in comments_of(source) if not c.alone}
+    behind = {
+        source.text.count("\n", 0, c.start): c for c in comments_of(source) if not c.is_whole_line
+    }
     for name, value in node.values.items() if node else ():
         comment = behind.get(source.text.count("\n", 0, value.end))
         words = comment.text.lstrip("# ") if comment else ""

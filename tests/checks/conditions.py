@@ -12,13 +12,13 @@ from specc.lang import Environment, evaluate
 from specc.model.expr import (
     FALSE,
     TRUE,
-    Among,
     BoundVariable,
     Choice,
     Compare,
     Expr,
     Fresh,
     Input,
+    IsOneOf,
     LetRef,
     Logic,
     Member,
@@ -28,9 +28,8 @@ from specc.model.expr import (
     Truth,
     Unary,
 )
-from specc.model.fsm import Axiom, Behaviour, Condition, State, Transition
+from specc.model.fsm import Axiom, Behaviour, Condition, State, Trace, Transition
 from specc.model.system import Let, Subsystem
-from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, Int, Vector
 from specc.source import Place
 
@@ -97,13 +96,13 @@ def _leaf(rng: random.Random, lets: dict[str, Expr]) -> Expr:
         case 1:
             return Present(rng.choice(ASKED), type=BOOL)
         case 2:
-            return Among(_item(rng), _members(rng), type=BOOL)
+            return IsOneOf(_item(rng), _members(rng), type=BOOL)
         case 3:
             return Compare(rng.choice(("==", "!=")), _item(rng), _item(rng), type=BOOL)
         case 4 | 5:
             return _threshold(rng)
         case 6:
-            body = Among(BoundVariable("v", type=MODE), _members(rng), type=BOOL)
+            body = IsOneOf(BoundVariable("v", type=MODE), _members(rng), type=BOOL)
             return Quantifier(rng.choice(("all", "any")), "v", ITEMS, body, type=BOOL)
         case 7:
             member = Member(rng.choice(MODE.members), type=MODE)

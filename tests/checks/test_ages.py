@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from specc.analysis import Facts
-from specc.analysis.ages import AgeChain, UnboundedAge
-from specc.analysis.dataflow import InputNode
+from specc.analysis.dataflow import AgeChain, InputNode, UnboundedAge
 from specc.pipeline import read_spec
 from tests.seeds import Seeds, blocks
 
@@ -173,7 +172,7 @@ def test_the_ways_of_a_trail_add_up(tmp_path: Path) -> None:
         node = InputNode(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
         found = Facts(system).ages.oldest(node)
         if isinstance(found, AgeChain):
-            hops = found.hops()
+            hops = found.steps()
             assert [hop.node.reader for hop in hops][-1] == f"a{last}.c"
             for earlier, later in pairwise(hops):
                 period = 1 / next(

@@ -15,7 +15,6 @@ from specc.limits import (
     too_many_steps,
 )
 from specc.pipeline import Result, check_spec, compile_spec
-from specc.tools.lsp.project import Analysis, Project
 
 SYSTEM = """\
 specc: 1.2
@@ -73,7 +72,7 @@ def main_file(tmp_path: Path) -> str:
     return str(tmp_path / "main.yaml")
 
 
-def told(result: Result | Analysis) -> str:
+def told(result: Result) -> str:
     return "\n".join(f"{found.code} {found.message}" for found in result.diagnostics)
 
 
@@ -100,17 +99,6 @@ def test_a_file_of_which_the_rest_is_not_read_is_refused(
     for allowed, result in with_parts(monkeypatch, file, step):
         assert told(result).count(OUT_OF_PARTS) == 1, (allowed, told(result))
         assert not result.ok
-
-
-def test_an_editor_says_the_same(main_file: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Parts that are kept from an earlier analysis count like parts that are read."""
-    kept = Project((str(Path(main_file).parent),))
-    assert OUT_OF_PARTS not in told(kept.analyse(main_file))
-    for allowed in range(20, 400, 40):
-        monkeypatch.setitem(ALLOWED, "parts", allowed)
-        fresh = Project((str(Path(main_file).parent),)).analyse(main_file).diagnostics
-        assert kept.analyse(main_file).diagnostics == fresh
-        assert any(OUT_OF_PARTS in finding.message for finding in fresh)
 
 
 def test_constants_of_a_description_are_read_once(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from specc.limits import left, one_run
+from specc.limits import one_run, remaining
 from specc.model.expr import (
     Binary,
     Choice,
@@ -73,9 +73,9 @@ def _spent(quantifiers: int) -> int:
     """Steps of a question about quantifiers over one list."""
     row = " or ".join(f"len(l) > {i} and any(v > {i} for v in l)" for i in range(quantifiers))
     with one_run():
-        before = left("proof")
+        before = remaining("proof")
         prove(row, "len(l) > 0")
-        return before - left("proof")
+        return before - remaining("proof")
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from specc.diagnostics import text
 from specc.diagnostics.code import all_codes
-from specc.diagnostics.render import text
 from specc.diagnostics.report import report, resolve
 from tests.corpus import CASES, LAWS, ROOT, SPECS, Law, Subject
 

@@ -189,8 +189,8 @@ def test_the_rest_of_what_is_refused_is_neither_read_nor_checked(
     monkeypatch.chdir(tmp_path)
     read: list[str] = []
     parse = import_module("specc.lang.parse")  # the package has a function of this name
-    parsed = parse._parsed
-    monkeypatch.setattr(parse, "_parsed", lambda text: (read.append(text), parsed(text))[1])
+    parsed = parse._parse_uncached
+    monkeypatch.setattr(parse, "_parse_uncached", lambda text: (read.append(text), parsed(text))[1])
     monkeypatch.setattr(checks, "CHECKS", (lambda _: pytest.fail("it was checked"),))
     put(rows(60), tmp_path)
     monkeypatch.setitem(ALLOWED, "parts", 10_000)  # of which a row takes 300
@@ -205,7 +205,7 @@ def test_questions_about_ticks_end_with_their_allowance(monkeypatch: pytest.Monk
     monkeypatch.setattr(
         ticks,
         "is_satisfiable",
-        lambda parts: (asked.append(parts), decide.is_satisfiable(parts))[1],
+        lambda parts, _: (asked.append(parts), decide.is_satisfiable(parts, None))[1],
     )
     named = [MemoryRef(f"b{i}", type=Bool()) for i in range(100)]
     with one_run():

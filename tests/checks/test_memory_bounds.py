@@ -8,12 +8,12 @@ from random import Random
 
 import pytest
 
-from specc.analysis.memory import MemoryBounds
+from specc.analysis.value_ranges import MemoryBounds
 from specc.lang import Environment, evaluate, expression
 from specc.lang.ranges import Range
 from specc.model.expr import Expr
+from specc.model.fsm import Trace
 from specc.model.system import Memory
-from specc.model.trace import Trace
 from specc.model.types import Int, Real, Type
 from specc.proof import Prover
 from specc.source import Place

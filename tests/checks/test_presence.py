@@ -8,13 +8,11 @@ from itertools import pairwise
 
 import pytest
 
-from specc.analysis.arrivals import Arrivals
-from specc.analysis.graph import RowEdge, reached_from
-from specc.analysis.presence import DefiniteAssignment
+from specc.analysis.definite_assignment import Availability, DefiniteAssignment
+from specc.analysis.graph import RowEdge, reachable_from
 from specc.model.expr import TRUE, Choice, Expr, Fresh, Input, LetRef, Logic, Present, Unary
-from specc.model.fsm import Transition
+from specc.model.fsm import Trace, Transition
 from specc.model.system import Element, Port, Subsystem
-from specc.model.trace import Trace
 from specc.reachable import grouped
 from tests.checks.conditions import BOOL, HERE, machine, named
 from tests.seeds import Seeds, blocks
@@ -40,7 +38,7 @@ def some(rng: random.Random, chance: float) -> Names:
     return frozenset(name for name in INPUTS if rng.random() < chance)
 
 
-def random_flow(seed: int) -> tuple[Subsystem, tuple[RowEdge, ...], Arrivals]:
+def random_flow(seed: int) -> tuple[Subsystem, tuple[RowEdge, ...], Availability]:
     rng = random.Random(seed)
     states = rng.randint(2, 5)
     steps = tuple(
@@ -57,10 +55,10 @@ def random_flow(seed: int) -> tuple[Subsystem, tuple[RowEdge, ...], Arrivals]:
     for name in together:  # what comes with an element brings what comes with that
         for other in sorted(together.keys() & together[name]):
             together[name] |= together[other]
-    return subsystem(states), steps, Arrivals(some(rng, 0.2), some(rng, 0.2), together)
+    return subsystem(states), steps, Availability(some(rng, 0.2), some(rng, 0.2), together)
 
 
-def followed(steps: tuple[RowEdge, ...], arrivals: Arrivals) -> dict[str, Names]:
+def followed(steps: tuple[RowEdge, ...], arrivals: Availability) -> dict[str, Names]:
     """What is present on every way into each state, by walking all of them."""
     start = "S0", arrivals.close(arrivals.always)
     met, open_ = {start}, [start]
@@ -80,7 +78,7 @@ def followed(steps: tuple[RowEdge, ...], arrivals: Arrivals) -> dict[str, Names]
 
 
 def entered(steps: tuple[RowEdge, ...]) -> frozenset[str]:
-    return reached_from("S0", grouped((step.row.source, step) for step in steps))
+    return reachable_from("S0", grouped((step.row.source, step) for step in steps))
 
 
 @pytest.mark.parametrize("seeds", blocks([*range(200), 77338642], long=400, each=200))
@@ -139,7 +137,7 @@ def negation(expr: Expr) -> Expr:
 def read(expr: Expr, known: Names = frozenset(), together: bool = False) -> set[str]:
     """Elements that `expr` may read in vain."""
     pairs = {("c", "a"): frozenset({("c", "b")})} if together else {}
-    arrivals = Arrivals(frozenset(), frozenset(), pairs)
+    arrivals = Availability(frozenset(), frozenset(), pairs)
     return {
         r.input.element
         for r in DefiniteAssignment(machine([TRUE]), (), arrivals).unguarded(expr, known)
@@ -175,7 +173,7 @@ def test_lets_are_followed() -> None:
     lets: dict[str, Expr] = {"asked": fresh(A), "value": A}
     asked, value = (LetRef(name, type=BOOL) for name in lets)
     presence = DefiniteAssignment(
-        machine([TRUE], lets=lets), (), Arrivals(frozenset(), frozenset())
+        machine([TRUE], lets=lets), (), Availability(frozenset(), frozenset())
     )
     guarded = Logic("and", (asked, value), type=BOOL)
     assert not list(presence.unguarded(guarded, frozenset()))
@@ -190,7 +188,7 @@ def test_a_let_is_followed_wherever_it_is_named() -> None:
     others = [Input("c", f"e{index}", type=BOOL) for index in range(40)]
     named_ = [Logic("and", (present(A), present(e), value), type=BOOL) for e in others]
     presence = DefiniteAssignment(
-        machine([TRUE], lets={"value": A}), (), Arrivals(frozenset(), frozenset())
+        machine([TRUE], lets={"value": A}), (), Availability(frozenset(), frozenset())
     )
     assert not list(presence.unguarded(Logic("or", tuple(named_), type=BOOL), frozenset()))
     without = Logic("and", (present(others[0]), value), type=BOOL)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.analysis.python import lacks
+from specc.checks.python import lacks
 from specc.limits import one_run
 
 PLAIN = """

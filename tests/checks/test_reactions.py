@@ -8,7 +8,7 @@ import random
 import pytest
 
 from specc.lang import Environment, evaluate
-from specc.model.expr import Among, Compare, Expr, Fresh, Input, Logic, Member, Present, Unary
+from specc.model.expr import Compare, Expr, Fresh, Input, IsOneOf, Logic, Member, Present, Unary
 from specc.proof import Prover
 from tests.checks.conditions import BOOL, FLAG, MODE, machine
 from tests.seeds import Seeds, blocks
@@ -28,7 +28,7 @@ def condition(rng: random.Random, depth: int) -> Expr:
                 Present(E, type=BOOL),
                 Compare("==", E, member, type=BOOL),
                 Compare("!=", E, F, type=BOOL),
-                Among(E, several, type=BOOL),
+                IsOneOf(E, several, type=BOOL),
             )
         )
     parts = condition(rng, depth - 1), condition(rng, depth - 1)

@@ -10,12 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.lang import evaluate, show
 from specc.model.expr import TRUE, Expr
-from specc.model.fsm import OTHERWISE, Condition, Transition
+from specc.model.fsm import OTHERWISE, Condition, Trace, Transition
 from specc.model.system import Subsystem
-from specc.model.trace import Trace
 from specc.model.wires import Wires
 from specc.pipeline import compile_spec
 from specc.proof import Prover, RowVerdict
@@ -56,7 +55,7 @@ def repaired(subsystem: Subsystem, of: str = "either") -> Subsystem:
 def otherwise(others: Sequence[Transition], row: Transition) -> Transition:
     """A row for where no other one applies."""
     when = none_of([other.condition.when for other in others])
-    return replace(row, condition=replace(NO_OTHER, when=when), remainder=True)
+    return replace(row, condition=replace(NO_OTHER, when=when), is_otherwise=True)
 
 
 @pytest.mark.parametrize("seeds", blocks(range(15), also=range(15, 40), long=80, each=40))

@@ -9,15 +9,15 @@ from fractions import Fraction
 from specc.lang import (
     Scope,
     TypeNames,
+    declarations,
     expression,
     members_of,
-    of_types,
     parse_signature,
     parse_type,
 )
 from specc.model.expr import Expr
+from specc.model.fsm import Trace
 from specc.model.system import Operator
-from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, Int
 from specc.proof import Decision, Prover, RowVerdict
 from specc.proof.decide import FormulaQuestion
@@ -47,10 +47,10 @@ def _operator(name: str, signature: str) -> Operator:
 
 
 SCOPE = Scope(
-    memory=of_types({name: parse_type(text, NAMES) for name, text in TYPES.items()}),
+    memory=declarations({name: parse_type(text, NAMES) for name, text in TYPES.items()}),
     enums=members_of([MODE]),
     operators={name: _operator(name, text) for name, text in SIGNATURES.items()},
-    inputs=of_types({("s", name): Int() for name in "ij"}),
+    inputs=declarations({("s", name): Int() for name in "ij"}),
     allow_clock=True,
 )
 

@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from specc.diagnostics import CommandName, Diagnostic, stops
+from specc.diagnostics import CommandName, Diagnostic, blocks
 from specc.read import read_file
 from specc.source import Place, Sources
 
@@ -25,7 +25,7 @@ class FakeResult:
         return self.can("build")
 
     def can(self, command: CommandName) -> bool:
-        return not any(stops(finding.code, command) for finding in self.diagnostics)
+        return not any(blocks(finding.code, command) for finding in self.diagnostics)
 
 
 @dataclass

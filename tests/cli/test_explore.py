@@ -82,7 +82,7 @@ def test_what_lacks_memory_is_said(
     def exhausted(self: Composition, here: Configuration) -> Any:
         raise MemoryError
 
-    monkeypatch.setattr(Composition, "following", exhausted)
+    monkeypatch.setattr(Composition, "successors", exhausted)
     assert main(["explore", CONVEYOR]) == 0
     said = capsys.readouterr().out
     assert "belt.c, gate.c: out of memory after 1 state, 0 s into the runs" in said
@@ -95,14 +95,14 @@ def test_ctrl_c_leaves_what_was_found(
     after: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The rest is said not to be explored, of the requirements too."""
-    following, calls = Composition.following, itertools.count()
+    following, calls = Composition.successors, itertools.count()
 
     def interrupted(self: Composition, here: Configuration) -> Any:
         if next(calls) == after:
             raise KeyboardInterrupt
         return following(self, here)
 
-    monkeypatch.setattr(Composition, "following", interrupted)
+    monkeypatch.setattr(Composition, "successors", interrupted)
     assert main(["explore", CONVEYOR]) == 130
     said = capsys.readouterr()
     assert "belt.c, gate.c: interrupted after" in said.out

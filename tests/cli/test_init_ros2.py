@@ -16,8 +16,7 @@ from specc.cli import main
 from specc.pipeline import check_spec
 from specc.source import real_path
 from specc.tools.fmt import formatted
-from specc.tools.starting.graph import LISTENED, graph_from
-from specc.tools.starting.proposal import Devices, proposal
+from specc.tools.starting.ros2 import LISTENED, Devices, graph_from, proposal
 from tests.docs.examples import data, examples
 from tests.seeds import Seeds, blocks
 

@@ -59,7 +59,7 @@ LATE = """
 import itertools, os, signal, sys
 from specc.cli import interruption, main
 module = sys.modules["specc.cli.main"]
-watched = {main.__code__, interruption.no_more.__code__}
+watched = {main.__code__, interruption.ignore_signals.__code__}
 def command(arguments):
     global left
     left = at
@@ -76,7 +76,7 @@ def trace(frame, event, argument):
     return trace
 for at in itertools.count():
     left = -2
-    interruption.is_over = False
+    interruption.is_finished = False
     signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.settrace(trace)
     code = main()
@@ -144,7 +144,9 @@ def test_other_signals_end_a_command_alike(
         "import os, signal, sys\n"
         f"if {is_ignored}: signal.signal({int(sign)}, signal.SIG_IGN)\n"
         "from specc.cli import main, rewrite\n"
-        f"rewrite.targets = lambda _: [os.kill(os.getpid(), n) for n in ({int(sign)}, 15, 1)]\n"
+        "kill = os.kill\n"
+        f"signs = {int(sign)}, 15, 1\n"
+        "rewrite.find_targets = lambda _: [kill(os.getpid(), sign) for sign in signs]\n"
         "sys.exit(main())\n"
     )
     process = subprocess.run(

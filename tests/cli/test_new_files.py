@@ -12,7 +12,7 @@ import pytest
 
 from specc.atomic_files import PREFIX, digest_of, remove_stale
 from specc.cli import new_files as module
-from specc.cli.new_files import Content, Taken, placing
+from specc.cli.new_files import AlreadyExists, Content, creating
 
 
 @pytest.mark.parametrize(
@@ -23,15 +23,15 @@ def test_a_file_that_cannot_be_written_leaves_nothing(
     name: str, content: Content, tmp_path: Path
 ) -> None:
     new = tmp_path / "new/folder"
-    with pytest.raises(OSError), placing(new / "a") as files:
-        files.put({new / "before": "x"})
-        files.put({new / "a": "x", new / name: content})
+    with pytest.raises(OSError), creating(new / "a") as files:
+        files.write({new / "before": "x"})
+        files.write({new / "a": "x", new / name: content})
     assert list(tmp_path.iterdir()) == []
 
 
 def test_what_others_wrote_meanwhile_stays(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt), placing(tmp_path / "new/a") as new:
-        new.put({tmp_path / "new/a": "x"})
+    with pytest.raises(KeyboardInterrupt), creating(tmp_path / "new/a") as new:
+        new.write({tmp_path / "new/a": "x"})
         (tmp_path / "new/mine").write_text("mine")
         raise KeyboardInterrupt
     assert [path.name for path in tmp_path.rglob("*")] == ["new", "mine"]
@@ -45,16 +45,16 @@ def test_an_interrupt_during_the_last_step_leaves_all(tmp_path: Path) -> None:
         signal.raise_signal(signal.SIGINT)
         names.write_text("new/a")
 
-    with pytest.raises(KeyboardInterrupt), placing(names) as new:
-        new.put({tmp_path / "new/a": "x"})
-        new.keep(last)
+    with pytest.raises(KeyboardInterrupt), creating(names) as new:
+        new.write({tmp_path / "new/a": "x"})
+        new.commit(last)
     assert (tmp_path / names.read_text()).is_file()
 
 
 def test_what_is_there_stays(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("mine")
-    with pytest.raises(Taken, match="a exists already"), placing(tmp_path / "b") as new:
-        new.put({tmp_path / "b": "x", tmp_path / "a": "x"})
+    with pytest.raises(AlreadyExists, match="a exists already"), creating(tmp_path / "b") as new:
+        new.write({tmp_path / "b": "x", tmp_path / "a": "x"})
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
 
 
@@ -69,8 +69,8 @@ def test_the_first_comes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         return replace(self, target)
 
     monkeypatch.setattr(module.Path, "replace", replaced)
-    with placing(first) as new:
-        new.put({first: "1", second: "2"})
+    with creating(first) as new:
+        new.write({first: "1", second: "2"})
     assert there == [False, True]
     assert first.is_file() and second.is_file()
 
@@ -83,9 +83,9 @@ def killed(folder: Path, then: str, last: str = "last") -> None:
     code = (
         "import os, signal\n"
         "from pathlib import Path\n"
-        "from specc.cli.new_files import placing\n"
-        f"with placing(Path({last!r})) as new:\n"
-        "    new.put({Path('a'): 'a', Path('below/b'): 'b'})\n"
+        "from specc.cli.new_files import creating\n"
+        f"with creating(Path({last!r})) as new:\n"
+        "    new.write({Path('a'): 'a', Path('below/b'): 'b'})\n"
         f"    {then}\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
@@ -118,21 +118,21 @@ def test_what_somebody_has_changed_since_stays(tmp_path: Path) -> None:
 
 
 def test_what_was_finished_stays(tmp_path: Path) -> None:
-    killed(tmp_path, "new.put({Path('last'): 'last'})")
+    killed(tmp_path, "new.write({Path('last'): 'last'})")
     remove_stale(str(tmp_path))
     assert names(tmp_path) == ["a", "below", "below/b", "last"]
 
 
 def test_files_stay_once_they_are_finished_whatever_is_written_later(tmp_path: Path) -> None:
     """The user may edit them before the next command runs."""
-    killed(tmp_path, "new.put({Path('last'): 'last'})")
+    killed(tmp_path, "new.write({Path('last'): 'last'})")
     (tmp_path / "last").write_text("edited")
     remove_stale(str(tmp_path))
     assert names(tmp_path) == ["a", "below", "below/b", "last"]
 
 
 def test_files_stay_when_one_more_is_placed_after_the_last(tmp_path: Path) -> None:
-    killed(tmp_path, "new.put({Path('last'): 'last'}), new.put({Path('c'): 'c'})")
+    killed(tmp_path, "new.write({Path('last'): 'last'}), new.write({Path('c'): 'c'})")
     remove_stale(str(tmp_path))
     assert names(tmp_path) == ["a", "below", "below/b", "c", "last"]
 
@@ -145,8 +145,8 @@ def test_files_beside_an_edited_one_go_while_it_is_as_before(tmp_path: Path) -> 
 
 
 def test_what_a_living_process_writes_stays(tmp_path: Path) -> None:
-    with placing(tmp_path / "last") as new:
-        new.put({tmp_path / "a": "a"})
+    with creating(tmp_path / "last") as new:
+        new.write({tmp_path / "a": "a"})
         remove_stale(str(tmp_path))
         (aside,) = tmp_path.glob(f"{PREFIX}*")
         assert aside.is_dir()

@@ -57,14 +57,14 @@ def test_a_file_that_vanishes_after_it_was_listed(
     monkeypatch.chdir(tmp_path)
     Path("a.yaml").write_text(GOOD)
     Path("b.yaml").write_text(GOOD)
-    listed = inspect.targets
+    listed = inspect.find_targets
 
     def targets(arguments: Sequence[str]) -> object:
         found = listed(arguments)
         Path("b.yaml").unlink()
         return found
 
-    monkeypatch.setattr(inspect, "targets", targets)
+    monkeypatch.setattr(inspect, "find_targets", targets)
     assert main(["validate", "."]) == 2
     assert "error[E0001]: no such file\n --> b.yaml" in capsys.readouterr().err
 

@@ -2,14 +2,13 @@
 
 import json
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 from xml.etree import ElementTree
 
 import jsonschema
 import pytest
 
-from specc.diagnostics import Diagnostic, Edit, Fix, Related
+from specc.diagnostics import Diagnostic, Edit, Fix, Related, formats
 from specc.diagnostics.code import all_codes
 from specc.diagnostics.report import Report, report, resolve
 from specc.limits import MAX_LETTERS
@@ -20,7 +19,7 @@ TEXT = "agents:\n  irp:\n    rat: 500 Hz\n    rate: 5\n  other: 1\n"
 
 
 def render(form: str, found: Report) -> str:
-    return str(import_module(f"specc.diagnostics.render.{form}").render(found))
+    return formats.RENDERERS[form](found)
 
 
 @pytest.fixture

@@ -8,10 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.render.excerpt import MAX_COLUMNS, excerpt
-from specc.diagnostics.render.text import render
-from specc.diagnostics.render.visible import visible, width
 from specc.diagnostics.report import report, resolve
+from specc.diagnostics.text import MAX_COLUMNS, excerpt, render
+from specc.diagnostics.visible import visible, width
 from specc.pipeline import compile_spec
 from specc.read import read_text
 from specc.source import Place, Route, Sources, Span

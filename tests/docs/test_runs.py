@@ -14,7 +14,7 @@ from specc_runtime.disturbances import Disturbances
 from specc_runtime.report import (
     Report,
     Statistics,
-    Taken,
+    TakenTransition,
     Tally,
     real_time_data,
     subsystem_data,
@@ -49,7 +49,7 @@ def test_every_key_is_told() -> None:
         [part.name for part in fields(Report)],
         list(cycles.results[0]),
         list(subsystem_data(Tally(subsystem), 0.0, 0.0)),
-        [part.name for part in fields(Taken)],
+        [part.name for part in fields(TakenTransition)],
         ["because", "began_s", "times"],
     ]
     assert [sorted(names) for names in _tables(_section("Report"))] == list(map(sorted, keys))

@@ -20,8 +20,8 @@ from specc_runtime.forms import Layout
 from specc_runtime.temporal import UNKNOWN
 
 from specc import pipeline
-from specc.diagnostics import stops
-from specc.emit import filled
+from specc.diagnostics import blocks
+from specc.emit import fill_templates
 from specc.lang import RESERVED, TYPE_WORDS
 from specc.lower import lower
 from tests.emit import measures
@@ -334,7 +334,7 @@ def compiled(kind: str, names: list[str], folder: Path) -> pipeline.Result:
 
 def errors(result: pipeline.Result) -> list[str]:
     """What stops a build, but for tables that are not proved."""
-    found = [d for d in result.diagnostics if stops(d.code, "build")]
+    found = [d for d in result.diagnostics if blocks(d.code, "build")]
     return [
         f"{d.code} {d.message}"
         for d in found
@@ -387,7 +387,7 @@ def names_work(kind: str, names: tuple[str, ...], tmp_path: Path) -> None:
     assert refused <= WORDS | odd
     assert result.system is not None
     measures.define([name for name in names if name not in refused] if kind == "field" else [])
-    with package(filled(lower(result.system, None))) as modules:
+    with package(fill_templates(lower(result.system, None))) as modules:
         system = modules["system.py"].build(str(tmp_path))
         layouts = modules["layouts.py"].LAYOUTS
         assert {type(layout) for layout in layouts.values()} == {Layout}

@@ -12,12 +12,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from specc.emit import emit, filled
+from specc.emit import emit, fill_templates
 from specc.lower import lower
 from specc.model import expr as m
-from specc.model.fsm import Assignment, Axiom, Behaviour, Function, State, Transition
+from specc.model.fsm import Assignment, Axiom, Behaviour, Function, State, Trace, Transition
 from specc.model.system import Constant, Let, Memory, NamedType, Operator, System
-from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, ListOf, Real, Record, Text
 from specc.model.units import METRE
 from tests.lower.models import HERE, NO_TRACE, Known, condition, subsystem_of, system_of
@@ -142,7 +141,7 @@ def shape(tree: ast.AST) -> list[str]:
 
 
 def shapes(texts_: tuple[str, ...], proved: bool) -> list[list[str]]:
-    files = filled(lower(spec(texts_), Known(proved)))
+    files = fill_templates(lower(spec(texts_), Known(proved)))
     for text in files.values():
         text.encode()
     return sorted(shape(ast.parse(text)) for text in files.values())
@@ -177,7 +176,7 @@ def test_nasty_texts_survive_the_formatter() -> None:
     for start in range(0, len(NASTY), TEXTS // 2):
         chosen = unlike((NASTY * 2)[start : start + TEXTS])
         plan = lower(spec(chosen), Known(True))
-        raw, done = filled(plan), emit(plan)
+        raw, done = fill_templates(plan), emit(plan)
         for path, text in done.items():
             assert without_imports(text) == without_imports(raw[path])
 
@@ -195,7 +194,7 @@ def test_texts_are_kept_as_they_are_where_they_are_values() -> None:
         values = (*(f"plain{i}" for i in range(TEXTS - 1)), text)
         (module, *_) = (
             ast.parse(code)
-            for path, code in filled(lower(spec(values), Known(True))).items()
+            for path, code in fill_templates(lower(spec(values), Known(True))).items()
             if path.startswith("plain")
         )
         constants = [n.value for n in ast.walk(module) if isinstance(n, ast.Constant)]

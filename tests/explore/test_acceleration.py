@@ -18,9 +18,9 @@ from specc.tools.explore.acceleration import Loop
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.lines import Line, lined
+from specc.tools.explore.progressions import Progression, progression_of
 from specc.tools.explore.timing import Clocks
-from specc.tools.explore.watch import Watch
+from specc.tools.explore.tracker import RequirementTracker
 from tests.explore.counters import counting
 from tests.explore.test_societies import Followed, strayed
 from tests.explore.verdicts import belied, misjudged
@@ -29,7 +29,7 @@ from tests.soundness.running import compiled
 
 TICKS = 1500
 BUDGET = 2000
-PRECISIONS = (Precision(), Precision(exact=True), Precision(True, None))
+PRECISIONS = (Precision(), Precision(counts_time=True), Precision(True, None))
 
 
 def wrong(result: Result, total: dict[str, int]) -> list[str]:
@@ -42,7 +42,7 @@ def wrong(result: Result, total: dict[str, int]) -> list[str]:
     for names in abstraction.slices():
         for precision in PRECISIONS:
             graph = Graph(Composition(names, abstraction, precision), BUDGET)
-            if graph.complete:
+            if graph.is_complete:
                 found.append(strayed(graph, run.run_, run.fresh))
                 total["graphs"] += 1
                 total["repeated"] += sum(bool(e.loop) for out in graph.edges for e in out)
@@ -114,13 +114,13 @@ def test_zeros_that_change_their_sign_are_not_the_same(end: str, tmp_path: Path)
 
 
 def test_a_line_has_no_zero_with_a_sign() -> None:
-    step = Line(Fraction(-2), Fraction(1))
+    step = Progression(Fraction(-2), Fraction(1))
     real, whole = (m.MemoryRef("r", type=of) for of in (Real(), Int()))
     turned = m.Unary("-", real, type=Real())
-    assert lined(turned, {real: step}.get, 2) == Line(Fraction(2), Fraction(-1))
-    assert lined(turned, {real: step}.get, 3) is None
-    assert lined(m.Unary("-", whole, type=Int()), {whole: step}.get, 3) is not None
-    assert lined(m.Binary("+", real, real, type=Real()), {real: step}.get, 3) is not None
+    assert progression_of(turned, {real: step}.get, 2) == Progression(Fraction(2), Fraction(-1))
+    assert progression_of(turned, {real: step}.get, 3) is None
+    assert progression_of(m.Unary("-", whole, type=Int()), {whole: step}.get, 3) is not None
+    assert progression_of(m.Binary("+", real, real, type=Real()), {real: step}.get, 3) is not None
     for factor, times, is_line in (
         (0.5, 9, True),
         (-0.5, 2, True),
@@ -129,10 +129,10 @@ def test_a_line_has_no_zero_with_a_sign() -> None:
         (-0.0, 1, False),
     ):
         product = m.Binary("*", real, m.Number(factor, type=Real()), type=Real())
-        assert (lined(product, {real: step}.get, times) is not None) == is_line, factor
-    rising = Line(Fraction(0), Fraction(1))
+        assert (progression_of(product, {real: step}.get, times) is not None) == is_line, factor
+    rising = Progression(Fraction(0), Fraction(1))
     product = m.Binary("*", real, m.Number(0.0, type=Real()), type=Real())
-    assert lined(product, {real: rising}.get, 9) == Line(Fraction(0), Fraction(0))
+    assert progression_of(product, {real: rising}.get, 9) == Progression(Fraction(0), Fraction(0))
 
 
 @pytest.mark.parametrize(
@@ -152,15 +152,20 @@ def test_what_is_minus_zero_on_the_way_is_not_skipped(z: str, tmp_path: Path) ->
 
 
 CARELESS = {
-    "time": (Clocks, "stays", lambda *_: True, alone("elapsed > 20[s] or k >= 400", {})),
+    "time": (Clocks, "is_constant", lambda *_: True, alone("elapsed > 20[s] or k >= 400", {})),
     "rounding": (
-        Line,
+        Progression,
         "is_exact",
         lambda *_: True,
         alone("r >= 4503599627370505.0", {"r": "r + 0.5"}),
     ),
-    "steps": (Loop, "_goes_on", lambda _, n: n < 300, alone("k + 200 < j", {"j": "j + 2"})),
-    "requirements": (Watch, "asked", lambda *_: [], alone("k >= 400", {}, "a.c.k != 300")),
+    "steps": (Loop, "_holds_for", lambda _, n: n < 300, alone("k + 200 < j", {"j": "j + 2"})),
+    "requirements": (
+        RequirementTracker,
+        "conditions",
+        lambda *_: [],
+        alone("k >= 400", {}, "a.c.k != 300"),
+    ),
 }
 """A question, an answer that is too good, and a system in which that is wrong."""
 

@@ -22,9 +22,9 @@ BUDGET = 20_000
 def said(result: Result) -> list[tuple[object, ...]]:
     """What is said of each requirement."""
     found = explore(result.proofs, BUDGET)
-    messages = {f.about: f.message for f in found.findings}
+    messages = {f.identity: f.message for f in found.findings}
     return [
-        (each.words(), each.rests_on, each.finding and messages.get(each.finding.about))
+        (each.summary(), each.assumptions, each.finding and messages.get(each.finding.identity))
         for each in found.requirements
     ]
 
@@ -131,5 +131,5 @@ def test_what_is_the_same_for_all_of_a_line_is_counted(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(SIGN, encoding="utf-8")
     found = explore(compile_spec(str(tmp_path / "spec.yaml")).proofs, 100_000)
     assert [each.verdict for each in found.requirements] == ["violated", "proved", "violated"]
-    assert [float(f.way.time_s) for f in found.findings] == [100.0, 100.1]
+    assert [float(f.trace.time_s) for f in found.findings] == [100.0, 100.1]
     assert found.status == "complete"

@@ -25,7 +25,7 @@ def test_bounded_response_is_decided(case: Path) -> None:
     result = compile_spec(str(case))
     assert result.ok, [d for d in result.diagnostics if d.severity == "error"]
     found = explore(result.proofs, 700_000)
-    assert [judged.words().partition(" ")[0] for judged in found.requirements] == [verdict]
+    assert [judged.summary().partition(" ")[0] for judged in found.requirements] == [verdict]
     assert found.status == "complete"
 
 

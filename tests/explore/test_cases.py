@@ -49,7 +49,7 @@ def test_a_seeded_fault_is_found_and_its_mended_twin_has_none(case: Path, tmp_pa
     assert head
     result, found = explored(text, tmp_path)
     assert {finding.code for finding in found.findings} == {head["code"]}
-    assert all(finding.way.is_decided != bool(head["rests"]) for finding in found.findings)
+    assert all(finding.trace.is_decided != bool(head["rests"]) for finding in found.findings)
     assert all(each.complete for each in found.slices)
     assert_traces_are_runs(result, found)
     assert_senders_tell_what_is_found(result, found)
@@ -71,21 +71,21 @@ def assert_traces_are_runs(result: Result, found: Exploration) -> None:
         with built(result.system, None) as made:
             assert not differences(run, executed(made, None, 400))
     for finding in found.findings:
-        if finding.way.is_decided:
+        if finding.trace.is_decided:
             expected = {
                 name: [(s.state, s.transition) for s in run.steps[name]] for name in run.steps
             }
             stamps = dict.fromkeys(expected, 0)
-            for step in finding.way.steps:
+            for step in finding.trace.steps:
                 name = step.walker.name
                 stamp = stamps[name]
                 stamps[name] += 1
-                if step.move.broken:
+                if step.transition.broken:
                     (failure,) = run.failures
                     assert (failure.subsystem, failure.stamp) == (name, stamp)
-                    assert failure.about == tuple(map(str, step.move.broken))
+                    assert failure.about == tuple(map(str, step.transition.broken))
                 else:
-                    assert expected[name][stamp] == (step.move.target, step.move.row)
+                    assert expected[name][stamp] == (step.transition.target, step.transition.row)
 
 
 def assert_senders_tell_what_is_found(result: Result, found: Exploration) -> None:

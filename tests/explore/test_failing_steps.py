@@ -64,7 +64,7 @@ def test_a_run_that_fails_violates_nothing_after_it(
     found = explore(result.proofs, 10_000)
     words = "proved until a step fails"
     assert [each.verdict for each in found.requirements] == ["proved", "proved", "violated"]
-    assert [each.words() for each in found.requirements[:2]] == [words, words]
+    assert [each.summary() for each in found.requirements[:2]] == [words, words]
 
 
 @pytest.mark.parametrize("ends", ["k > 100 and 1 / (k - 5) > 1", "k < 100 or 1 / (k - 5) > 1"])

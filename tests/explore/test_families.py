@@ -33,13 +33,13 @@ def found(result: Result) -> Found | None:
     """
     assert result.system is not None, result.diagnostics
     explored = explore(result.proofs, BUDGET)
-    counted = all(each.exact or not each.timed for each in explored.slices)
-    if explored.is_short or (explored.findings and not counted):
+    counted = all(each.counts_time or not each.is_timed for each in explored.slices)
+    if explored.is_incomplete or (explored.findings and not counted):
         return None
     about: Found = set()
     for each in explored.findings:
-        verdict = each.is_confirmed, each.way.is_decided, each.way.time_s
-        about.add((COPY.sub("copy", repr(each.about)), *verdict))
+        verdict = each.is_confirmed, each.trace.is_decided, each.trace.time_s
+        about.add((COPY.sub("copy", repr(each.identity)), *verdict))
     errors = {message for message, *_ in about}
     about = {each for each in about if _error_of_advice(str(each[0])) not in errors}
     for name, axiom, verdict in explored.assumptions:
@@ -87,7 +87,7 @@ def test_families_have_copies_and_others(tmp_path: Path) -> None:
         result = compiled(family(seed), tmp_path)
         abstraction = Abstraction(result.proofs)
         names = max(abstraction.slices(), key=len)
-        agents = len({name.split(".")[0] for name in abstraction.kept} - {"hub"})
+        agents = len({name.split(".")[0] for name in abstraction.machines} - {"hub"})
         copies = Symmetry(names, abstraction).copies()
         sizes |= {(agents, len(each.machines)) for each in copies} or {(agents, 1)}
         codes |= set(re.findall(r"W\d{4}", repr(found(result) or ())))

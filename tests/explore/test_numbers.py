@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from specc.lang import bounds
+from specc.lang import evaluate
 from specc.model.system import System
 from specc.model.types import Bool, Int
 from specc.tools.explore.explorer import explore
@@ -185,5 +185,5 @@ def test_what_runs_have_is_not_excluded(seeds: Seeds, tmp_path: Path) -> None:
 def test_a_range_that_rounds_what_is_whole_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bounds, "_takes_whole", lambda expr: isinstance(expr.type, Bool | Int))
+    monkeypatch.setattr(evaluate, "_takes_whole", lambda expr: isinstance(expr.type, Bool | Int))
     assert denied((16, 53), tmp_path)[0]

@@ -143,7 +143,7 @@ def test_periods_are_the_same_until_a_condition_turns(
     """As they are if each is computed for its own clock."""
     text = specification(Random(seed))
     found = _said(text, tmp_path)
-    monkeypatch.setattr(Clocks, "turned", lambda self, state, clock, known: clock)
+    monkeypatch.setattr(Clocks, "turns_passed", lambda self, state, clock, known: clock)
     assert _said(text, tmp_path) == found
 
 

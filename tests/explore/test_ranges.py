@@ -267,5 +267,5 @@ def test_regions_of_many_values_have_few_combinations(tmp_path: Path) -> None:
     (tmp_path / "regions.yaml").write_text(text, encoding="utf-8")
     abstraction = Abstraction(compile_spec(str(tmp_path / "regions.yaml")).proofs)
     (names,) = abstraction.slices()
-    graph = Graph(Composition(names, abstraction, Precision(exact=True)), 500)
+    graph = Graph(Composition(names, abstraction, Precision(counts_time=True)), 500)
     assert 15 < max(map(len, graph.edges)) <= MOST_COMBINED

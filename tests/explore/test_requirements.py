@@ -24,8 +24,8 @@ from specc.source import Place
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.monitor import Monitor, NotFollowedError, TruthValue
-from specc.tools.explore.required import subjects
+from specc.tools.explore.monitor import Monitor, TruthValue, UnsupportedFormulaError
+from specc.tools.explore.verdicts import requirement_slices
 from tests.explore.verdicts import misjudged, monitored
 from tests.scenarios.runs import SPECS
 from tests.seeds import Seeds, blocks
@@ -59,11 +59,11 @@ class Formulas:
             return self._atom(rng.randrange(2))
         if kind == "not":
             inner, follows = self.any(depth - 1, ahead=ahead)
-            return r.Junction("not", (inner,)), temporal.Not(follows)
+            return r.BoolOp("not", (inner,)), temporal.Not(follows)
         if kind in ("and", "or"):
             (a, f), (b, g) = (self.any(depth - 1, ahead=ahead) for _ in range(2))
             made = temporal.And(f, g) if kind == "and" else temporal.Or(f, g)
-            return r.Junction(kind, (a, b)), made  # type: ignore[arg-type]  # one of two
+            return r.BoolOp(kind, (a, b)), made  # type: ignore[arg-type]  # one of two
         if kind == "since":
             (a, f), (b, g) = (self.any(depth - 1, ahead=False) for _ in range(2))
             return r.Temporal("since", (a, b)), temporal.Since(f, g)
@@ -104,7 +104,7 @@ def test_monitors_say_what_those_of_runs_say() -> None:
         length = rng.randrange(1, 9)
         tries = [[rng.choice([True, False, None]) for _ in range(2)] for _ in range(length)]
         trace = tries + [tries[-1]] * follows.delay
-        state, own, early = monitor.begin, list[TruthValue](), 2
+        state, own, early = monitor.initial_state, list[TruthValue](), 2
         judged = list[TruthValue]()
         for tick, values in enumerate(trace):
             formulas.values = values
@@ -127,9 +127,9 @@ def test_monitors_say_what_those_of_runs_say() -> None:
 def test_steady_ticks_are_stepped_at_once() -> None:
     formula = r.Temporal("within", (r.TickCondition(TRUE),), Fraction(5))
     monitor = Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1))
-    assert monitor.step(monitor.begin, (False,), 5)[1] == set()
-    assert monitor.step(monitor.begin, (False,), 6)[1] == {False}
-    assert monitor.step(monitor.begin, (True,), 1000)[1] == {True}
+    assert monitor.step(monitor.initial_state, (False,), 5)[1] == set()
+    assert monitor.step(monitor.initial_state, (False,), 6)[1] == {False}
+    assert monitor.step(monitor.initial_state, (True,), 1000)[1] == {True}
 
 
 @pytest.mark.parametrize("formulas", [60, pytest.param(250, marks=pytest.mark.long)])
@@ -139,7 +139,7 @@ def test_many_steady_ticks_at_once_are_those_one_by_one(formulas: int) -> None:
     for _ in range(formulas):
         formula, _ = Formulas(rng).any(3)
         monitor = Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1, 9))
-        state = monitor.begin
+        state = monitor.initial_state
         for _ in range(4):
             atoms = tuple(rng.choice([True, False, False, None]) for _ in monitor.atoms)
             ticks = rng.randrange(1, 40)
@@ -148,25 +148,28 @@ def test_many_steady_ticks_at_once_are_those_one_by_one(formulas: int) -> None:
                 singly, more = monitor.step(singly, atoms, 1)
                 said |= more
             assert monitor.step(state, atoms, ticks) == (singly, said)
-            waited += ticks > 1 and singly.left not in (state.left, monitor.begin.left)
+            waited += ticks > 1 and singly.obligation not in (
+                state.obligation,
+                monitor.initial_state.obligation,
+            )
             state = singly
     assert waited > formulas / 8
 
 
 def test_waiting_for_long_takes_no_longer(monkeypatch: pytest.MonkeyPatch) -> None:
     counted: list[object] = []
-    values = Monitor._values
-    monkeypatch.setattr(Monitor, "_values", lambda *of: counted.append(of) or values(*of))
+    values = Monitor._tick_values
+    monkeypatch.setattr(Monitor, "_tick_values", lambda *of: counted.append(of) or values(*of))
 
     def monitor(op: Any) -> Monitor:
         formula = r.Temporal(op, (r.TickCondition(TRUE),), Fraction(600))
         return Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1, 2000))
 
     one = monitor("within")
-    assert one.step(one.begin, (False,), 1_200_000)[1] == set()
-    assert one.step(one.begin, (False,), 1_200_001)[1] == {False}
+    assert one.step(one.initial_state, (False,), 1_200_000)[1] == set()
+    assert one.step(one.initial_state, (False,), 1_200_001)[1] == {False}
     one = monitor("once")
-    held = one.step(one.begin, (True,), 1)[0]
+    held = one.step(one.initial_state, (True,), 1)[0]
     assert one.step(held, (False,), 1_200_000)[1] == {True}
     assert one.step(held, (False,), 1_200_001)[1] == {True, False}
     assert len(counted) < 20
@@ -175,7 +178,7 @@ def test_waiting_for_long_takes_no_longer(monkeypatch: pytest.MonkeyPatch) -> No
 def test_what_looks_ahead_from_the_past_is_not_followed() -> None:
     ahead = r.Temporal("within", (r.TickCondition(TRUE),), Fraction(5))
     formula = r.Temporal("once", (ahead,), Fraction(5))
-    with pytest.raises(NotFollowedError):
+    with pytest.raises(UnsupportedFormulaError):
         Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1))
 
 
@@ -301,7 +304,7 @@ def test_what_is_violated_with_a_fault_is_said_of_runs_without_it(tmp_path: Path
     found = explore(result.proofs, 1_000)
     (judged,), ((verdict,), lasted_s) = found.requirements, monitored(result, 0, TICKS)
     assert (judged.verdict, verdict, lasted_s) == ("violated", "unknown", Fraction(1, 10))
-    assert judged.words() == "violated in every run, unless a step fails by then"
+    assert judged.summary() == "violated in every run, unless a step fails by then"
     assert misjudged(result, found, range(2), TICKS) == []
 
 
@@ -461,7 +464,7 @@ def test_what_long_windows_wait_for_is_told(window_s: int, rate_hz: int, tmp_pat
     spec.write_text(text, encoding="utf-8")
     found = explore(compile_spec(str(spec)).proofs, 4_000)
     (waits,) = found.requirements
-    assert (waits.verdict, waits.rests_on) == ("open", ("`near_by` in `a.c`",))
+    assert (waits.verdict, waits.assumptions) == ("open", ("`near_by` in `a.c`",))
     assert found.findings == []
 
 
@@ -470,9 +473,9 @@ def test_violations_on_the_last_steps_of_the_budget_are_kept(budget: int) -> Non
     """Also if not all ways from where they are were followed."""
     case = Path(__file__).parent / "cases/required-before.yaml"
     facts = compile_spec(str(case)).proofs
-    (subject,) = subjects(facts)
+    (subject,) = requirement_slices(facts)
     watched = [subject.requirement]
-    graph = Graph(Composition(subject.names, subject.abstraction, watched=watched), budget)
+    graph = Graph(Composition(subject.names, subject.abstraction, requirements=watched), budget)
     assert graph.violated == {0}
     number, (edge,) = graph.violation(0)
     assert number == len(graph.edges) < len(graph.configurations)
@@ -486,14 +489,14 @@ def test_what_ends_the_telling_of_requirements_leaves_the_rest(
     error: type[BaseException], why: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     case = Path(__file__).parent / "cases/required-section.yaml"
-    way = Graph.way
+    way = Graph.easiest_path
 
     def ends(self: Graph, number: int) -> Any:
-        if self.composition.watch is not None:
+        if self.composition.tracker is not None:
             raise error
         return way(self, number)
 
-    monkeypatch.setattr(Graph, "way", ends)
+    monkeypatch.setattr(Graph, "easiest_path", ends)
     found = explore(compile_spec(str(case)).proofs, 20_000)
     assert found.broken_off == why
     assert found.slices and all(each.complete for each in found.slices)
@@ -564,7 +567,7 @@ def test_what_is_never_asked_is_told(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     found = explore(compile_spec(str(spec)).proofs, 2_000)
-    said = [each.words() for each in found.requirements]
+    said = [each.summary() for each in found.requirements]
     assert said == ["proved, but never asked", "proved", "proved", "proved, but never asked"]
 
 
@@ -580,5 +583,5 @@ def test_what_looks_ahead_from_the_past_is_decided_or_said_to_do_so(tmp_path: Pa
         encoding="utf-8",
     )
     found = explore(compile_spec(str(spec)).proofs, 2_000)
-    said = [each.words() for each in found.requirements]
+    said = [each.summary() for each in found.requirements]
     assert said == ["proved", "not decided, since it looks ahead from the past"]

@@ -38,14 +38,14 @@ def test_an_answer_that_cannot_come_is_told(case: Path, capsys: pytest.CaptureFi
 def test_the_trace_leads_to_where_nothing_answers() -> None:
     found = explore(compile_spec(str(CASES[0].with_name("estop.yaml"))).proofs, 700_000)
     (finding,) = found.findings
-    assert [(s.walker.name, s.move.target) for s in finding.way.steps][-2:] == [
+    assert [(s.walker.name, s.transition.target) for s in finding.trace.steps][-2:] == [
         ("arm.c", "idle"), ("desk.c", "tripped"),
     ]  # fmt: skip
     assert (
         "can no longer be met 0.05 s after the start, unless the request is made again"
         in finding.message
     )
-    assert not finding.way.is_decided
+    assert not finding.trace.is_decided
 
 
 # Two machines that know each other's state, each with a sensor, against all of their runs.

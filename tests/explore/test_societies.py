@@ -22,7 +22,7 @@ from specc.tools.explore.findings import findings
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.partial import is_known
 from specc.tools.explore.regions import Region
-from specc.tools.explore.values import ValueNumbers
+from specc.tools.explore.values import ValueTable
 from specc.tools.explore.walker import Walker
 from tests.explore.societies import society
 from tests.explore.verdicts import belied, misjudged
@@ -98,11 +98,14 @@ def strayed(graph: Graph, run: Run, fresh: dict[str, list[frozenset[Key]]]) -> s
 
 def _is(edge: Edge, steps: dict[int, Step], fresh: dict[int, frozenset[Key]], graph: Graph) -> bool:
     composition = graph.composition
-    for i, move in edge.moves:
+    for i, move in edge.transitions:
         walker, step = composition.walkers[i], steps[i]
         if (move.target, move.row) != (step.state, step.transition):
             return False
-        looked = walker.attention.conditions[move.source] | walker.attention.functions[move.target]
+        looked = (
+            walker.input_use.read_by_conditions[move.source]
+            | walker.input_use.read_by_functions[move.target]
+        )
         ignored = set(walker.subsystem.state(move.source).ignores)
         lost = {k for k in walker.events & fresh[i] if k not in looked and k not in ignored}
         if lost != walker.events & set(dict(move.lost)):
@@ -110,7 +113,7 @@ def _is(edge: Edge, steps: dict[int, Step], fresh: dict[int, frozenset[Key]], gr
         if edge.target < 0:  # values change, of which the last are compared
             continue
         parts = composition.parts_of(graph.configurations[edge.target])
-        memory = walker.locals.things[parts[i].local].memory
+        memory = walker.states.by_number[parts[i].state].memory
         slots = walker.memory_slots.items()
         kept = [(dict(step.memory)[name], memory[slot]) for name, slot in slots]
         kept += [(dict(step.sent)[f"{p}_{e}"], number) for (p, e), number in parts[i].pending]
@@ -119,7 +122,7 @@ def _is(edge: Edge, steps: dict[int, Step], fresh: dict[int, frozenset[Key]], gr
     return True
 
 
-def _fits(value: Value, number: int, values: ValueNumbers) -> bool:
+def _fits(value: Value, number: int, values: ValueTable) -> bool:
     """Whether a value is what is known of it."""
     known = values.value(number)
     if isinstance(known, Region):
@@ -138,7 +141,7 @@ def overtaken(run: Followed, reader: str, key: InputName) -> Iterator[int]:
 
 def described(graph: Graph, abstraction: Abstraction, system: System) -> set[str]:
     found = findings(graph, abstraction, system).values()
-    return {COPY.sub("workers", f"{f.code} {f.message} {f.way.time_s}") for f in found}
+    return {COPY.sub("workers", f"{f.code} {f.message} {f.trace.time_s}") for f in found}
 
 
 def reached(graph: Graph) -> set[tuple[Any, ...]]:
@@ -146,7 +149,7 @@ def reached(graph: Graph) -> set[tuple[Any, ...]]:
     composition = graph.composition
     places = [COPY.sub("workers", name) for name in composition.names]
     return {
-        (c.phase, tuple(sorted(map("{} {}".format, places, composition.states(c)))))
+        (c.phase, tuple(sorted(map("{} {}".format, places, composition.state_names(c)))))
         for c in graph.configurations
     }
 
@@ -166,12 +169,12 @@ def compare(result: Result, seed: int) -> dict[str, int]:
             graph = Graph(
                 Composition(names, abstraction, Precision(exact), symmetric=False), BUDGET
             )
-            if not graph.complete:
+            if not graph.is_complete:
                 continue
             told["slices"] += 1
             for run in runs:
                 assert not (stray := strayed(graph, run.run_, run.fresh)), (seed, exact, stray)
-            lost = {(i, key) for out in graph.edges for edge in out for i, key in edge.overtaken}
+            lost = {(i, key) for out in graph.edges for edge in out for i, key in edge.overwritten}
             for i, walker in enumerate(graph.composition.walkers):
                 for key in walker.events & walker.slots.keys():
                     told["events"] += 1
@@ -180,7 +183,7 @@ def compare(result: Result, seed: int) -> dict[str, int]:
             folded = Graph(Composition(names, abstraction, Precision(exact)), BUDGET)
             if folded.composition.copies:
                 told["copies"] += 1
-                assert folded.complete
+                assert folded.is_complete
                 assert reached(folded) == reached(graph), seed
                 one, all_ = (described(g, abstraction, system) for g in (folded, graph))
                 assert one == all_, seed
@@ -213,6 +216,6 @@ def test_what_is_said_of_societies_holds(seeds: Seeds, tmp_path: Path) -> None:
 def test_an_explorer_that_never_loses_anything_is_noticed(
     seeds: range, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Walker, "_lost", lambda *_: ())
+    monkeypatch.setattr(Walker, "_lost_inputs", lambda *_: ())
     with pytest.raises(AssertionError):
         judge(seeds, tmp_path)

@@ -30,7 +30,7 @@ Reached = set[tuple[int, tuple[str, ...]]]
 def explored(composition: Composition, budget: int = BUDGET) -> tuple[Reached, bool]:
     """What is found, and whether it is all there is."""
     graph = Graph(composition, budget)
-    return {(c.phase, composition.states(c)) for c in graph.configurations}, graph.complete
+    return {(c.phase, composition.state_names(c)) for c in graph.configurations}, graph.is_complete
 
 
 def run_through(composition: Composition, run: Run) -> Reached:

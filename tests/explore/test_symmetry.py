@@ -91,7 +91,7 @@ def reached(graph: Graph) -> Reached:
     composition = graph.composition
     places = [COPY.sub("copy", name) for name in composition.names]
     return {
-        (c.phase, tuple(sorted(map("{} {}".format, places, composition.states(c)))))
+        (c.phase, tuple(sorted(map("{} {}".format, places, composition.state_names(c)))))
         for c in graph.configurations
     }
 
@@ -99,7 +99,7 @@ def reached(graph: Graph) -> Reached:
 def found(graph: Graph, abstraction: Abstraction, result: Result) -> set[str]:
     assert result.system is not None
     told = findings(graph, abstraction, result.system).values()
-    return {COPY.sub("copy", f"{f.code} {f.message} {f.way.time_s}") for f in told}
+    return {COPY.sub("copy", f"{f.code} {f.message} {f.trace.time_s}") for f in told}
 
 
 def compiled(text: str, folder: Path) -> Result:
@@ -120,8 +120,8 @@ def test_rovers(faulty: bool, tmp_path: Path) -> None:
     result = compiled(text, tmp_path)
     one, abstraction = composed(result, symmetric=True)
     all_, _ = composed(result, symmetric=False)
-    assert one.complete
-    assert all_.complete
+    assert one.is_complete
+    assert all_.is_complete
     assert 2 * len(one.configurations) < len(all_.configurations)
     assert reached(one) == reached(all_)
     assert found(one, abstraction, result) == found(all_, abstraction, result)
@@ -157,8 +157,8 @@ def test_slices_of_copies_are_explored_once(tmp_path: Path) -> None:
     found = explore(compiled(text, tmp_path).proofs, 10_000)
     (explored,) = found.slices
     assert explored.names == ("boss.c", "workers_1.c")
-    assert explored.alike == ("workers_2.c", "workers_3.c")
-    assert found.alone == ("workers_1.eye", "workers_2.eye", "workers_3.eye")
+    assert explored.equal_machines == ("workers_2.c", "workers_3.c")
+    assert found.without_decisions == ("workers_1.eye", "workers_2.eye", "workers_3.eye")
     assert [finding.code for finding in found.findings] == ["W1003"]
 
 

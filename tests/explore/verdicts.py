@@ -10,7 +10,7 @@ from operator import attrgetter
 import numpy as np
 from specc_runtime.cycle import Executor
 
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lower import lower
 from specc.model import requirement as r
 from specc.model.system import System
@@ -51,16 +51,19 @@ def belied(result: Result, there: Exploration, seeds: range, ticks: int) -> tupl
             if verdict == "proved" and wrong and index in failure.about:
                 found.append(f"{name} {index}: {failure}")
         said += verdict == "proved"
-    for finding in (f for f in there.findings if f.way.is_decided and f.code != "W1006"):
+    for finding in (f for f in there.findings if f.trace.is_decided and f.code != "W1006"):
         said += 1
         for run in runs:
             ran = {name: iter(steps) for name, steps in run.steps.items()}
-            for step in unrolled(finding.way):
+            for step in unrolled(finding.trace):
                 took = next(ran[step.walker.name], None)
-                if took and (took.state, took.transition) != (step.move.target, step.move.row):
-                    found.append(f"{finding.message}: {step.words()}, but {took}")
-            if finding.code in ("W1001", "W1003", "W1004") and finding.about[-1] != "task":
-                _, name, state = finding.about
+                if took and (took.state, took.transition) != (
+                    step.transition.target,
+                    step.transition.row,
+                ):
+                    found.append(f"{finding.message}: {step.description()}, but {took}")
+            if finding.code in ("W1001", "W1003", "W1004") and finding.identity[-1] != "task":
+                _, name, state = finding.identity
                 found += [f"{finding.message}: {s}" for s in ran[str(name)] if s.state != state]
     return found, said
 
@@ -72,7 +75,7 @@ def monitored(result: Result, seed: int, ticks: int) -> tuple[list[str], Fractio
     """
     assert result.system is not None
     script = Script(result.system, str(seed), marks_of(result.system), NASTY)
-    with package(filled(lower(result.system, None))) as modules:
+    with package(fill_templates(lower(result.system, None))) as modules:
         made = modules["system.py"].build("")
         required = made.requirements
         assert required is not None
@@ -94,7 +97,7 @@ def monitored(result: Result, seed: int, ticks: int) -> tuple[list[str], Fractio
 def misjudged(result: Result, found: Exploration, seeds: range, ticks: int) -> list[str]:
     """Requirements of which exploring says what a monitored run belies."""
     wrong = []
-    ways = {f.about[1]: f.way for f in found.findings if f.code == "W1007"}
+    ways = {f.identity[1]: f.trace for f in found.findings if f.code == "W1007"}
     for seed in seeds:
         verdicts, lasted_s = monitored(result, seed, ticks)
         for judged, verdict in zip(found.requirements, verdicts, strict=True):
@@ -102,7 +105,7 @@ def misjudged(result: Result, found: Exploration, seeds: range, ticks: int) -> l
             if judged.verdict == "proved" and verdict == "violated":
                 wrong.append(f"{that}: proved, but violated in run {seed}")
             if judged.verdict == "violated" and verdict != "violated":
-                late_s = ways[that].time_s + 2 * r.reach_s(judged.requirement.formula)
+                late_s = ways[that].time_s + 2 * r.horizon_s(judged.requirement.formula)
                 if lasted_s > late_s:
                     wrong.append(f"{that}: violated, but {verdict} in run {seed}")
     return wrong

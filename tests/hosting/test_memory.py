@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from specc_runtime.blocks import Block
 from specc_runtime.hosting import memory as module
 from specc_runtime.hosting.devices import DeviceError
-from specc_runtime.hosting.memory import KEPT, Memory, Raw
+from specc_runtime.hosting.memory import MOST_PINNED, Memory, Raw
 
 from tests.seeds import how_many
 
@@ -60,8 +60,8 @@ def test_the_newest_is_read_and_what_is_kept_stays(written: list[tuple[int, byte
             newest[index] = data
             raw = read(reader, index)
             assert (raw.measured_s, raw.extent.kind, raw.data) == (time_s, 1, data)
-            assert reader.pinned(index) <= KEPT + 1
-            if what % 2 and reader.pinned(index) <= KEPT:
+            assert reader.pinned(index) <= MOST_PINNED + 1
+            if what % 2 and reader.pinned(index) <= MOST_PINNED:
                 kept.append((raw, data))
             elif kept and what > 3:
                 del kept[what % len(kept)]

@@ -245,7 +245,7 @@ def test_messages_of_ros_are_read_there_too() -> None:
     assert raw is not None
     views = Views(spec, "a.cam", decoders(spec), os.dup(raw.descriptor))
     assert (views.value("R_I", raw.extent) == image).all()
-    assert not views.kept()
+    assert not views.extents_in_use()
     memory.close()
 
 

@@ -10,9 +10,9 @@ from tests.house.tree import modules
 SAME = {
     "specc": {
         "Behaviour": "what a state does: in a file of FABRIC, and in a system",
-        "Junction": "`and`, `or`: of formulas, and of what is left of them in a run",
+        "BoolOp": "`and`, `or`: of formulas, and of their obligations in a run",
         "Text": "a text: a value in a file, and the type of values in a run",
-        "Transition": "from one state to the next: in a file of SCXML, and in a system",
+        "Transition": "from a state to the next: in a file of SCXML, a system, and its abstraction",
     },
     "specc_runtime": {"Arm": "what operators know of an arm: of any, and of the flagship's"},
 }

@@ -5,7 +5,7 @@ from pathlib import Path
 
 SPECC = Path(__file__).resolve().parents[2] / "specc"
 ASKING = {
-    "analysis/durations.py": "how long states last",
+    "analysis/state_timing.py": "how long states last",
     "proof/clock.py": "the answer",
     "proof/translate.py": "conditions that time alone decides",
     "tools/explore/timing.py": "with values of a configuration filled in",

@@ -6,7 +6,6 @@ from pathlib import Path
 SPECC = Path(__file__).resolve().parents[2] / "specc"
 ANSWER, NODE = "analysis/reads.py", "model/expr.py"
 LANGUAGE = {
-    "lang/dependence_order.py": "in which order lets are computed",
     "lang/errors.py": "where a name in a message comes from",
     "lang/evaluate.py": "its value",
     "lang/names.py": "what a name is",
@@ -15,14 +14,14 @@ LANGUAGE = {
 }
 VALUES = {
     "lower/subsystem.py": "its name in generated code",
-    "lower/table.py": "its term",
+    "lower/terms.py": "its term",
     "proof/clock.py": "when time turns it",
     "proof/numbering.py": "its value number",
     "search/example.py": "the parts to which a situation gives values, fields of records too",
     "search/search.py": "which of these parts have to change for a wanted value",
     "proof/solver/solver.py": "its term of the solver",
     "proof/translate.py": "its formula",
-    "tools/diff/meaning.py": "its meaning in another version",
+    "tools/diff/equivalence.py": "its meaning in another version",
     "tools/explore/partial.py": "its value where others are known",
     "tools/explore/concrete.py": "whether the value of a vector is plain",
     "tools/explore/timing.py": "comparisons of time with values that are followed",
@@ -30,13 +29,13 @@ VALUES = {
     "tools/why/reasons.py": "why it has its value",
 }
 FACTS = {
-    "analysis/constancy.py": "which parts of it are constant",
-    "analysis/guards.py": "what holds where a part of it is computed",
-    "analysis/memory.py": "between which numbers it lies",
+    "checks/conditions.py": "which parts of it are constant",
+    "analysis/path_conditions.py": "what holds where a part of it is computed",
+    "analysis/value_ranges.py": "between which numbers it lies",
     "analysis/suspicious_expressions.py": "where it was written",
     "analysis/reaching.py": "which definitions give it its value",
     "checks/usage.py": "whether it is used",
-    "checks/waiting.py": "which arrivals make it true",
+    "checks/states.py": "which arrivals make it true",
     "tools/graph/flow.py": "its box in a drawing",
 }
 """Which other modules look through lets, and for what."""

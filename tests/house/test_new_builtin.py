@@ -11,10 +11,12 @@ from tests.house.scratch import copied, in_copy
 ROW = """\
     "trunc": exact(
         "a -> int: the whole number next to it on the way to zero",
-        rules.of_one("trunc(a)", "takes a number without unit", results.whole, results.with_unit),
+        rules.unary_rule(
+            "trunc(a)", "takes a number without unit", rules.integer_type, rules.unit_help
+        ),
         value=math.trunc,
         python="math",
-        folds=True,
+        is_foldable=True,
         range=_rising(math.trunc),
         term=lambda of, a: of.choice(a < 0, -of.floor(-a), of.floor(a)),
         inverse=_from_whole,

@@ -1,4 +1,4 @@
-"""A check takes three files: its module, the page of its code, a case."""
+"""A check takes a function and its line in the list, the page of its code, and a case."""
 
 from __future__ import annotations
 
@@ -35,9 +35,6 @@ def rates_possible(facts: Facts) -> Iterator[Diagnostic]:
         if subsystem.rate_hz > 10_000:
             place = subsystem.place.below("rate")
             yield Diagnostic("W0489", f"{_rate(subsystem)} is a lot", place, help="lower the rate")
-
-
-CHECKS = (*CHECKS, rates_possible)
 '''
 PAGE = """\
 # W0489: rate beyond 10 kHz
@@ -78,6 +75,11 @@ def test_a_check_its_page_and_its_case_are_all_there_is_to_write(copy: Path) -> 
     module, page = copy / "specc/checks/timing.py", copy / "specc/diagnostics/codes/W0489.md"
     case = copy / "tests/cases/structure/W0489-rate.yaml"
     module.write_text(module.read_text("utf-8") + CHECK, "utf-8")
+    checks = copy / "specc/checks/__init__.py"
+    line = "    timing.rates_meet,\n"
+    listed = checks.read_text("utf-8")
+    assert line in listed
+    checks.write_text(listed.replace(line, f"{line}    timing.rates_possible,\n"), "utf-8")
     page.write_text(PAGE, "utf-8")
     case.write_text(CASE, "utf-8")
     tests = ["tests/checks/test_cases.py", "tests/diagnostics/test_codes.py"]

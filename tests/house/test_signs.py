@@ -1,29 +1,28 @@
-"""An operator is known by its row in `specc/lang/signs.py`; others ask how it is used."""
+"""An operator is known by its row in `specc/lang/values.py`; others ask how it is used."""
 
 import ast
 from collections.abc import Iterator
 
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from tests.house.tree import ROOT
 
 SPECC = ROOT / "specc"
 ASKED = {
-    "lang/arithmetic.py": "which types may stand at it: its rule of typing",
-    "lang/bounds.py": "the range of the opposite of a number",
+    "lang/operators.py": "which types may stand at it: its rule of typing",
+    "lang/evaluate.py": "the range of the opposite of a number",
     "lang/show.py": "how `-a` and `a ** -b` are written",
     "lower/nodes.py": "how `a ** -b` and motions are written in Python",
     "lower/terms.py": "whether infinity shows in a result, and which results are new arrays",
-    "analysis/failures.py": "of which operand the value does not matter",
-    "analysis/suspicious_expressions.py": "what is added up, with constant factors",
+    "analysis/suspicious_expressions.py": "which parts count, what is added up",
     "analysis/reaching.py": "what it does to each number of vectors",
-    "checks/counters.py": "what counts up",
+    "checks/memory.py": "what counts up",
     "checks/expressions.py": "a minus sign before a number",
     "proof/clock.py": "whether a result changes with time only as a multiple of it does",
     "proof/numbering.py": "squares, and opposites of numbers",
     "proof/dependencies.py": "what is added up",
     "proof/solver/terms.py": "arithmetic that the solver has; factors without rounding",
     "proof/translate.py": "a difference as a distance",
-    "tools/explore/lines.py": "the opposite of a line",
+    "tools/explore/progressions.py": "the opposite of a progression",
 }
 """The modules that name an operator, and the question about its place in an expression."""
 OPERATOR = {"op", "word", "sign"}

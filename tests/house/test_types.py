@@ -9,8 +9,8 @@ import pytest
 from specc_runtime import contracts, forms
 
 from specc.lang import Environment, evaluate
-from specc.lang.kinds import KINDS, first_value, kind, others
-from specc.lang.values import Gone
+from specc.lang.kinds import KINDS, first_value, kind, other_values
+from specc.lang.values import NotRecorded
 from specc.model import types as t
 from specc.model.types import Type
 from specc.model.units import RADIAN
@@ -22,17 +22,16 @@ FEW = 2
 """Constructors that a function may ask for: more are a choice by constructor."""
 OTHER_CHOICES = {
     "rules of operators and literals: which types go together, and what helps if they do not": {
-        "lang/arithmetic.py": {"_scaled"},
-        "lang/context.py": {"unlike"},
-        "lang/literals.py": {"_inferred", "_item", "items"},
-        "lang/mismatch.py": {"_shape_help", "fits", "unify"},
+        "lang/operators.py": {"_product_type"},
+        "lang/names.py": {"_infer_items", "_item", "items"},
+        "lang/context.py": {"_shape_help", "fits", "mismatch", "unify"},
     },
     "how types are spelt": {
-        "lang/types.py": {"TypeReader._element", "TypeReader._complete"},
+        "lang/types.py": {"TypeReader._element", "TypeReader._partial_base"},
     },
     "what differs between two types of one text, or two versions of a type": {
-        "checks/ends.py": {"_inside"},
-        "tools/diff/meaning.py": {"_parts", "type_text"},
+        "checks/structure.py": {"_inside"},
+        "tools/diff/equivalence.py": {"_type_parts", "type_text"},
     },
 }
 """Reason -> module -> functions."""
@@ -139,9 +138,9 @@ def test_columns_of_values_agree(one: Type) -> None:
     def taken(type: Type, value: object) -> object:
         return kind(type).decode(type, value, taken)
 
-    for value in (first_value(one), *others(first_value(one), one)):
+    for value in (first_value(one), *other_values(first_value(one), one)):
         again = taken(one, data(one, value))
-        assert again == value or isinstance(again, Gone)
+        assert again == value or isinstance(again, NotRecorded)
         literal = kind(one).literal(one, value, lambda part, item: None)
         assert literal is None or evaluate(literal, Environment()) == value
     assert taken(one, object()) is ... or isinstance(one, t.OptionalOf | t.Image | t.Opaque)

@@ -9,10 +9,10 @@ SPECC = Path(__file__).resolve().parents[2] / "specc"
 NOTING = {"resolve/context.py", "resolve/uses.py", "resolve/requirements.py"}
 """Who notes that a place names a definition: in tables, in expressions, in formulas."""
 READING = {
-    "parse_formula": {"resolve/formula_lets.py": "lets", "resolve/requirements.py": "requirements"},
+    "parse_formula": {"resolve/requirements.py": "lets and requirements"},
     "parse_syntax": {
-        "resolve/through.py": "the elements that go through",
-        "schema/unfold.py": "the indices of a `for`",
+        "resolve/expansion.py": "the elements that go through",
+        "schema/desugar.py": "the indices of a `for`",
         "tools/lsp/symbols.py": "the members that a type declares",
     },
     "names_of": {

@@ -39,4 +39,4 @@ def test_no_other_module_knows_a_verb_by_its_name(package: str) -> None:
 def test_the_compiler_and_the_runtime_know_the_same_verbs() -> None:
     assert list(VERBS) == list(disturbances.VERBS)
     for name, row in disturbances.VERBS.items():
-        assert VERBS[name].lasts == (row.lasts is not None) == (row.once is None), name
+        assert VERBS[name].has_duration == (row.lasts is not None) == (row.once is None), name

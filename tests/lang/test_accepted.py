@@ -128,7 +128,7 @@ def test_a_chain_is_its_comparisons_and_no_member_of_is_a_negation() -> None:
     assert [show(link) for link in chain.operands] == ["0 < count", "count < 3"]
     negated = expression("x.c.mode not in {u}", SCOPE)
     assert isinstance(negated, m.Unary)
-    assert isinstance(negated.operand, m.Among)
+    assert isinstance(negated.operand, m.IsOneOf)
 
 
 def test_equality_of_trees_ignores_where_they_stand() -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import strategies as st
 
 from specc.lang import Environment, evaluate, expression
-from specc.lang.bounds import bounded
+from specc.lang.evaluate import range_of
 from specc.lang.ranges import Range
 from specc.model import expr as m
 from specc.model.types import Bool, Int, Real
@@ -38,7 +38,7 @@ def test_values_lie_within(tree: m.Expr, env: Environment, around: float) -> Non
 
     try:
         value = evaluate(tree, env)
-        low, high = bounded(tree, known)
+        low, high = range_of(tree, known)
     except (ZeroDivisionError, OverflowError, ValueError):
         return
     assert math.isnan(value) or low <= value <= high
@@ -68,4 +68,4 @@ def test_values_lie_within(tree: m.Expr, env: Environment, around: float) -> Non
 )
 def test_what_is_known_of_operations_is_put_together(text: str, expected: Range) -> None:
     tree = expression(text, SCOPE)
-    assert bounded(tree, lambda leaf: None) == expected
+    assert range_of(tree, lambda leaf: None) == expected

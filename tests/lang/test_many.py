@@ -4,15 +4,15 @@ import ast
 
 import pytest
 
-from specc.lang import ExprError, parse, spread
-from specc.lang.peer_groups import Root
+from specc.lang import ExprError, expand_groups, parse
+from specc.lang.syntax import Root
 
 ROBOTS = {"robots": {(1,): "robots_1", (2,): "robots_2", (4,): "robots_4"}}
 GRID = {"cells": {(0, 0): "cells_0_0", (0, 1): "cells_0_1"}}
 
 
 def written(text: str, groups: dict[str, dict[tuple[int, ...], str]] = ROBOTS) -> str:
-    return ast.unparse(spread(parse(text), groups))
+    return ast.unparse(expand_groups(parse(text), groups))
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ AGENTS = {"robots": {(1,): "robots_1", (2,): "robots_2"}}
 def test_agents_and_what_is_observed_are_written_out_likewise(
     text: str, root: Root, expected: str
 ) -> None:
-    found = ast.unparse(spread(parse(text), AGENTS, root))
+    found = ast.unparse(expand_groups(parse(text), AGENTS, root))
     assert ast.dump(ast.parse(found)) == ast.dump(ast.parse(expected))
 
 
@@ -80,7 +80,7 @@ def test_members_of_a_grid_have_two_numbers() -> None:
 
 def test_columns_are_those_of_the_text() -> None:
     text = "b or all(r.e for r in x.robots)"
-    tree = spread(parse(text), ROBOTS)
+    tree = expand_groups(parse(text), ROBOTS)
     columns = {n.col_offset for n in ast.walk(tree) if isinstance(n, ast.Attribute)}
     assert columns == {text.index("r.e")}
 
@@ -99,7 +99,7 @@ def test_columns_are_those_of_the_text() -> None:
 )
 def test_many_peers_are_no_value(text: str, code: str) -> None:
     with pytest.raises(ExprError) as raised:
-        spread(ast.parse(text, mode="eval").body, ROBOTS)
+        expand_groups(ast.parse(text, mode="eval").body, ROBOTS)
     assert raised.value.code == code
 
 

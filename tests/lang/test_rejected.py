@@ -26,7 +26,7 @@ def test_the_table_has_every_code_of_typing_and_of_names_in_expressions() -> Non
 
 CONSTANT = replace(SCOPE, inputs={}, memory={}, lets={}, allow_clock=False)
 LATER = {*SCOPE.memory, *SCOPE.lets}
-FIRST_PERIOD = replace(SCOPE, memory={}, lets={}, later=LATER, allow_clock=False)
+FIRST_PERIOD = replace(SCOPE, memory={}, lets={}, uninitialized=LATER, allow_clock=False)
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,8 @@ import pytest
 from hypothesis import strategies as st
 
 from specc.lang import ExprError, TypeNames, parse_signature, parse_type
-from specc.lang.mentioned import names_of_type
-from specc.lang.mismatch import fits, has_variables, substitute, unify
-from specc.lang.types import SHAPES
+from specc.lang.context import fits, has_variables, substitute, unify
+from specc.lang.types import SHAPES, names_of_type
 from specc.model.types import (
     Bool,
     Enum,

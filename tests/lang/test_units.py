@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 from hypothesis import strategies as st
 
-from specc.lang.literals import unit_error
+from specc.lang.names import unit_error
 from specc.model.units import (
     DIMENSIONLESS,
     KILOGRAM,

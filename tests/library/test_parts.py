@@ -13,7 +13,7 @@ from specc import resources
 from specc.cli import main
 from specc.pipeline import check_spec, compile_spec
 from specc.read import read_file
-from specc.read.permitted import Reach
+from specc.read.permitted import AllowedPaths
 from specc.resources import library_name, library_parts, on_disk
 from specc.source import beside, real_path, relative_path
 from specc.tools.parts import summary_of
@@ -55,7 +55,7 @@ def test_a_part_has_one_name_on_all_machines(tmp_path: Path) -> None:
     assert real_path(part) == part
     assert library_name(on_disk(part)) == part
     assert library_name(str(tmp_path / "joint_arm.yaml")) == str(tmp_path / "joint_arm.yaml")
-    assert Reach((str(tmp_path),)).holds(part)
+    assert AllowedPaths((str(tmp_path),)).contains(part)
 
 
 @pytest.mark.parametrize(

@@ -9,19 +9,28 @@ from fractions import Fraction
 from types import ModuleType
 from typing import Any
 
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lang import (
     Scope,
     TypeNames,
+    declarations,
     expression,
     members_of,
-    of_types,
     parse_signature,
     parse_type,
 )
 from specc.lower import lower
 from specc.model import expr as m
-from specc.model.fsm import Assignment, Axiom, Behaviour, Condition, Function, State, Transition
+from specc.model.fsm import (
+    Assignment,
+    Axiom,
+    Behaviour,
+    Condition,
+    Function,
+    State,
+    Trace,
+    Transition,
+)
 from specc.model.system import (
     Agent,
     Constant,
@@ -34,7 +43,6 @@ from specc.model.system import (
     Subsystem,
     System,
 )
-from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, Type
 from specc.source import Place
 
@@ -112,12 +120,12 @@ class Spec:
 
     def expr(self, text: str, type: Type | None) -> m.Expr:
         scope = Scope(
-            memory=of_types({n: self.type(t) for n, (t, _) in self._memory.items()}),
-            lets=of_types(self._let_types),
-            constants=of_types({n: self.type(t) for n, (t, _) in self._constants.items()}),
+            memory=declarations({n: self.type(t) for n, (t, _) in self._memory.items()}),
+            lets=declarations(self._let_types),
+            constants=declarations({n: self.type(t) for n, (t, _) in self._constants.items()}),
             enums=members_of([MODE]),
             operators=self.operators,
-            inputs=of_types(self.x),
+            inputs=declarations(self.x),
             allow_clock=True,
         )
         return expression(text, scope, type)
@@ -313,7 +321,7 @@ def running(
     """The first subsystem of a system as generated code, and the calls of its operators."""
     calls: Calls = []
     install(functions, calls)
-    modules = load(filled(lower(system, Known(proved))))
+    modules = load(fill_templates(lower(system, Known(proved))))
     subsystem = system.subsystems[0]
     module = modules[f"{subsystem.agent}_{subsystem.name}.py"]
     own = (c for c in vars(module).values() if getattr(c, "__module__", "") == module.__name__)

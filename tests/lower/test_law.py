@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, Phase, given, note, settings
 from hypothesis import strategies as st
 from specc_runtime.faults import UndecidedTransition
 
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lang.values import compose
 from specc.lower import lower
 from specc.model import expr as m
@@ -294,7 +294,7 @@ def _has_nan(value: Any) -> bool:
 
 
 def check(system: System, data: st.DataObject, *, proved: bool) -> None:
-    text = filled(lower(system, Known(proved)))["demo_m.py"]
+    text = fill_templates(lower(system, Known(proved)))["demo_m.py"]
     note(text)
     assert ":=" not in text  # assignments inside expressions are hard to follow
     functions = {name: wrapped(name, f) for name, f in OPERATORS.items()}

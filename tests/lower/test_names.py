@@ -15,9 +15,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lower import lower
-from specc.lower.names import OWN_NAMES, Imports, Namespace, class_name, identifier, joined
+from specc.lower.names import OWN_NAMES, Imports, Namespace, class_name, identifier, pair_names
 from specc.pipeline import compile_spec
 
 SPECS = Path(__file__).resolve().parents[2] / "specs"
@@ -44,7 +44,7 @@ def test_templates_import_reserved_names_only() -> None:
     assert names
     assert names - {"if"} <= OWN_NAMES | {"equations", "constants", "transitions"}
     with pytest.raises(KeyError):
-        Imports().own("a_name_of_the_designer")
+        Imports().runtime_name("a_name_of_the_designer")
 
 
 @given(st.lists(st.text(max_size=4)))
@@ -72,7 +72,7 @@ def test_good_names_stay_as_they_are() -> None:
 
 @given(st.lists(st.tuples(texts, texts), unique=True), st.randoms(use_true_random=False))
 def test_names_of_pairs_are_distinct(pairs: list[tuple[str, str]], random) -> None:
-    names = joined(pairs)
+    names = pair_names(pairs)
     assert names.keys() == set(pairs)
     assert len(set(names.values())) == len(pairs)
 
@@ -80,12 +80,12 @@ def test_names_of_pairs_are_distinct(pairs: list[tuple[str, str]], random) -> No
 def test_names_of_pairs_do_not_depend_on_order() -> None:
     pairs = [("a", "b_c"), ("a_b", "c"), ("c", "T_d")]
     expected = {("a", "b_c"): "a__b_c", ("a_b", "c"): "a_b__c", ("c", "T_d"): "c_T_d"}
-    assert joined(pairs) == joined(pairs[::-1]) == expected
+    assert pair_names(pairs) == pair_names(pairs[::-1]) == expected
 
 
 def test_flags_keep_their_names_apart_from_elements() -> None:
     pairs = [("fresh", "c_a"), ("c", "a")]
-    names = joined(pairs, {"fresh_c_a"})
+    names = pair_names(pairs, {"fresh_c_a"})
     assert names["c", "a"] == "c_a"
     assert names["fresh", "c_a"] != "fresh_c_a"
 
@@ -100,8 +100,8 @@ def test_classes_are_named_after_agent_and_subsystem() -> None:
 def test_rewording_a_title_changes_no_identifier() -> None:
     result = compile_spec(str(SPECS / "conveyor_gate.yaml"))
     assert result.system is not None
-    plain = filled(lower(result.system, result.proofs))
-    reworded = filled(lower(_reworded(result.system), result.proofs))
+    plain = fill_templates(lower(result.system, result.proofs))
+    reworded = fill_templates(lower(_reworded(result.system), result.proofs))
     assert {path: _code(text) for path, text in plain.items()} == {
         path: _code(text) for path, text in reworded.items()
     }

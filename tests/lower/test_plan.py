@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from specc.analysis.rates import base_tick
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lower import TooLarge, lower
 from specc.lower.subsystem import Equations
+from specc.model.fsm import Trace
 from specc.model.system import System
-from specc.model.trace import Trace
 from tests.lower.models import Known, Spec, install, load
 
 STEP = {"go": ("(a: real) -> real", abs)}
@@ -86,7 +86,7 @@ def test_the_base_tick_is_the_longest_common_part_of_all_periods(found: list[Fra
 
 def test_a_system_can_be_built() -> None:
     install({"go": abs}, [])
-    modules = load(filled(lower(traced(), Known(True))))
+    modules = load(fill_templates(lower(traced(), Known(True))))
     system = modules["system.py"].build("somewhere")
     assert system.name == "demo"
     assert system.spec == "hand.yaml"
@@ -114,7 +114,7 @@ def nested(count: int, template: str, first: str = "go(x.E.m)", used: str = "{0}
 )
 @pytest.mark.parametrize("used", ["{0}", "{0} if x.E.k > 1 else 0"])
 def test_lets_that_call_operators_cost_one_line_each(template: str, used: str) -> None:
-    files = filled(lower(nested(60, template, used=used), Known(True)))
+    files = fill_templates(lower(nested(60, template, used=used), Known(True)))
     assert len(files["demo_m.py"]) < 12_000
 
 

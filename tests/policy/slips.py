@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from specc.cli.inspect import inspect_all
-from specc.cli.rewrite import ROUNDS, mend
+from specc.cli.rewrite import ROUNDS, apply_repairs
 from specc.diagnostics.report import Finding, report, resolve
 from specc.pipeline import Result, check_spec, read_spec
-from specc.policy import Overrides, forget
+from specc.policy import Overrides, clear_cache
 from specc.read import read_file
 from specc.source import TextNode
 from specc.tools.diff import compare
@@ -116,7 +116,7 @@ def mended(slip: Slip, good: str, meant: Result, whole: bool = False) -> Outcome
     try:
         repaired, earlier = False, set[str]()
         for _ in range(ROUNDS):
-            if not mend(_findings(path, whole), [path], earlier):
+            if not apply_repairs(_findings(path, whole), [path], earlier):
                 break
             repaired = True
         text = slip.path.read_text(encoding="utf-8")
@@ -127,7 +127,7 @@ def mended(slip: Slip, good: str, meant: Result, whole: bool = False) -> Outcome
 
 def _findings(path: str, whole: bool) -> list[Finding]:
     if whole:
-        forget()
+        clear_cache()
         return list(inspect_all([path], Overrides()).findings)
     result = read(path)
     return list(report(resolve(result.diagnostics, result.sources), [path]).findings)

@@ -34,7 +34,7 @@ def test_comments(text: str, expected: list[str]) -> None:
 
 def test_only_comments_alone_on_their_line_are_alone() -> None:
     found = comments_of(read_text("a.yaml", "# one\na: 1 # two\n  # three\n").source)
-    assert [item.alone for item in found] == [True, False, True]
+    assert [item.is_whole_line for item in found] == [True, False, True]
 
 
 @given(st.lists(st.sampled_from(["x", "# no", "'", '"', " ", "#"]), max_size=8).map("".join))

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.cli import main
-from specc.diagnostics import Diagnostic, Edit, Fix, surely_meant
-from specc.diagnostics.renaming import reworded
+from specc.diagnostics import Diagnostic, Edit, Fix, sole_correction
+from specc.diagnostics.renaming import renamed_as_written
 from specc.diagnostics.report import Change, Repair, resolve
-from specc.repair import is_wrong_again, repaired
+from specc.repair import apply_compatible, is_wrong_again
 from specc.source import Place, SourceFile, Sources, Span
 from tests.policy.specs import write
 
@@ -156,7 +156,7 @@ REWORDED: list[tuple[str, str, str, tuple[str, str] | None]] = [
 
 def test_letters_change_and_indices_stay() -> None:
     for raw, old, new, expected in REWORDED:
-        assert reworded(raw, old, new) == expected, raw
+        assert renamed_as_written(raw, old, new) == expected, raw
 
 
 def test_several_rounds_bring_up_what_was_hidden(spec: Path) -> None:
@@ -275,13 +275,13 @@ def repair(*changes: tuple[int, int, str]) -> Repair:
 
 
 def test_repairs_that_touch_are_not_made_together() -> None:
-    result = repaired("abcdef", [repair((2, 4, "X")), repair((0, 2, "Y"))], lambda *_: True)
+    result = apply_compatible("abcdef", [repair((2, 4, "X")), repair((0, 2, "Y"))], lambda *_: True)
     assert result.text == "Ycdef"
     assert len(result.refused) == 1
 
 
 def test_a_repair_that_breaks_the_file_is_refused() -> None:
-    result = repaired(
+    result = apply_compatible(
         "abcdef", [repair((0, 1, "!")), repair((3, 4, "D"))], lambda t, _: "!" not in t
     )
     assert result.text == "abcDef"
@@ -298,14 +298,14 @@ def test_only_the_stretches_of_repairs_change(
     text: str, wanted: list[tuple[int, int, str]]
 ) -> None:
     repairs = [repair((start, min(start + size, 8), new)) for start, size, new in wanted]
-    result = repaired(text, repairs, lambda *_: True)
-    changes = sorted((c.start, c.end, c.text) for made in result.made for c in made.changes)
+    result = apply_compatible(text, repairs, lambda *_: True)
+    changes = sorted((c.start, c.end, c.text) for made in result.applied for c in made.changes)
     expected, at = "", 0
     for start, end, new in changes:
         expected += text[at:start] + new
         at = end
     assert result.text == expected + text[at:]
-    assert len(result.made) + len(result.refused) == len(repairs)
+    assert len(result.applied) + len(result.refused) == len(repairs)
 
 
 def test_what_is_wrong_again_is_found_where_repairs_moved_it() -> None:
@@ -348,4 +348,4 @@ def test_a_fix_over_several_files_is_no_repair() -> None:
     ],
 )
 def test_only_a_slip_of_one_letter_is_sure(name: str, close: list[str], meant: str) -> None:
-    assert surely_meant(name, close) == meant
+    assert sole_correction(name, close) == meant

@@ -5,16 +5,16 @@ from pathlib import Path
 import pytest
 
 from specc.pipeline import compile_spec
-from specc.policy import Judged, Settings, judge
+from specc.policy import Judgement, Settings, judge
 from tests.policy.specs import write
 
 
-def judged(path: Path, settings: Settings | None = None) -> Judged:
+def judged(path: Path, settings: Settings | None = None) -> Judgement:
     result = compile_spec(str(path))
     return judge(result.diagnostics, result.sources, settings or Settings())
 
 
-def codes(verdict: Judged) -> list[str]:
+def codes(verdict: Judgement) -> list[str]:
     return sorted(finding.code for finding in verdict.diagnostics)
 
 

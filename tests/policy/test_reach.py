@@ -9,7 +9,7 @@ import pytest
 
 from specc.cli import main
 from specc.pipeline import compile_spec
-from specc.policy import forget
+from specc.policy import clear_cache
 
 HEAD = "specc: 1\nsystem: demo\n"
 FRAMES = "specc: 1\nframes: {B: robot base}\n"
@@ -74,7 +74,7 @@ def test_files_outside_are_refused_unless_allowed(text: str, project: Path) -> N
     assert 'allow = [".."]' in said
     assert "did you mean" not in said
     (project / "pyproject.toml").write_text('[tool.specc]\nallow = [".."]\n')
-    forget()
+    clear_cache()
     assert "outside" not in found(project, text)
 
 
@@ -197,7 +197,7 @@ def test_a_link_out_of_the_project_is_not_read(
     assert "frmaes" not in printed.out + printed.err
     assert "E0021" in printed.err
     (project / "pyproject.toml").write_text('[tool.specc]\nallow = [".."]\n')
-    forget()
+    clear_cache()
     main([*command, str(project / "inside.yaml")])
     assert "E0021" not in capsys.readouterr().err
 

@@ -68,8 +68,8 @@ def test_a_file_without_a_section_says_nothing(tmp_path: Path) -> None:
 
 def test_the_command_line_replaces_key_by_key() -> None:
     settings = Settings(select=("W04",), ignore=("W06",), strict=True, exclude=("x",), base="b")
-    assert Overrides().over(settings) == settings
-    changed = Overrides(ignore=(), strict=False).over(settings)
+    assert Overrides().applied_to(settings) == settings
+    changed = Overrides(ignore=(), strict=False).applied_to(settings)
     assert changed == Settings(select=("W04",), exclude=("x",), base="b")
 
 

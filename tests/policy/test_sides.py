@@ -113,13 +113,16 @@ def test_of_one_use_and_a_definition_the_one_whose_words_the_file_has_is_right(s
 
 @pytest.mark.parametrize("text", ["{S0: work, S1: wrok}", "{S0: work, S1: work, S2: wrok}"])
 def test_of_one_use_of_a_name_that_others_see_and_its_definition_nobody_knows(
-    text: str, spec: Path
+    text: str, spec: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Written either way the function does the same, but not the memory."""
     once = SPEC.replace("count > 3", "True").replace("count <= 3", "False")
     once = once.replace("step: {count: count + 1}", "step: {conut: 2}").replace(
         "{S0: work, S1: work}", text
     )
+    spec.write_text(once)
+    main(["validate", "a.yaml"])
+    assert "help: did you mean `count`? or rename the definition" in capsys.readouterr().err
     assert mended(spec, once) == once.replace("wrok", "work")
 
 

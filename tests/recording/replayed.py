@@ -11,7 +11,7 @@ from specc_runtime.recording.messages import Shelved, recorded, steps_of
 from specc_runtime.recording.replay import replay
 
 from specc import output, pipeline
-from specc.cli.recorded_spec import placed
+from specc.cli.recorded_spec import texts_by_path
 from tests.commands import ROOT, modules_of
 from tests.seeds import COUNT
 
@@ -45,7 +45,9 @@ def differences(file: Path, folder: Path, until_s: float = UNTIL_S) -> list[str]
 @cache
 def _built(spec: str, settings: str, texts: tuple[tuple[str, str], ...]) -> Path:
     """The code of a recorded specification."""
-    built = pipeline.build(spec, json.loads(settings), placed(dict(texts), spec), is_read=False)
+    built = pipeline.build(
+        spec, json.loads(settings), texts_by_path(dict(texts), spec), is_read=False
+    )
     assert built.files, built.result.diagnostics
     package = Path(mkdtemp(dir=_SCRATCH.name), built.system)
     assert not [*output.write(package, built.files)]

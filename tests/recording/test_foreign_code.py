@@ -18,8 +18,7 @@ from specc.cli.main import main
 from specc.cli.recorded_spec import recorded_package
 from specc.lower.code import named_code
 from specc.schema import files
-from specc.schema.keys import SpecModel
-from specc.schema.texts import PythonPath
+from specc.schema.keys import PythonPath, SpecModel
 from tests.recording.forged import forged
 from tests.seeds import short
 

@@ -17,7 +17,7 @@ from specc_runtime.stepping import array
 
 from specc.model.system import Subsystem, System
 from specc.pipeline import compile_spec
-from specc.tools.why import Gone, Moment, NotKnown
+from specc.tools.why import Moment, NotKnown, NotRecorded
 from tests.commands import modules_of
 from tests.recording.runs import CONVEYOR, ROOT, specc
 from tests.recording.why import NO_VALUE, Lives, Reference, parts, watched
@@ -113,7 +113,7 @@ class Agreement:
         )  # fmt: skip
         behaviour = subsystem.state(self.lives[subsystem.qualified_name][stamp].before).behaviour
         asked = [c.when for _, c in behaviour.endings]
-        asked += [row.condition.when for row in subsystem.transitions if not row.remainder]
+        asked += [row.condition.when for row in subsystem.transitions if not row.is_otherwise]
         for text, expr in parts(subsystem, asked).items():
             try:
                 expected: Any = reference.value(expr)
@@ -140,7 +140,7 @@ class Agreement:
 
 def _same(found: Any, expected: Any, tolerance: float) -> bool:
     """Whether two values are the same, as far as the first one is there."""
-    if isinstance(found, Gone):
+    if isinstance(found, NotRecorded):
         return True
     if isinstance(found, tuple) and isinstance(expected, tuple):
         pairs = zip(found, expected, strict=False)

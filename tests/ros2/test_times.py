@@ -44,7 +44,7 @@ def test_an_absurd_stamp_is_a_fault(away_s: float) -> None:
 
 
 def test_a_message_that_was_kept_may_be_old() -> None:
-    assert measured_at(Stamp(1_700_000_000), NOW_ROS_S, NOW_S, "/map", kept=True) < -1e7
+    assert measured_at(Stamp(1_700_000_000), NOW_ROS_S, NOW_S, "/map", latched=True) < -1e7
 
 
 def test_time_that_jumps_back_is_told_once_and_waited_for_no_more() -> None:

@@ -24,7 +24,7 @@ from specc_runtime.processes.worker import Processes
 from specc_runtime.records import RecordDigest
 
 from specc import output
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lower import lower
 from tests.commands import ROOT, forgotten
 from tests.recording.runs import report_of, specc
@@ -94,7 +94,7 @@ def test_random_systems_are_the_same(seeds: Sequence[int], tmp_path: Path) -> No
         if system is None or not only_about_machines(result):
             continue
         package = tmp_path / f"random_{seed}"
-        assert not [*output.write(package, filled(lower(system, None)))]
+        assert not [*output.write(package, fill_templates(lower(system, None)))]
         script = Script(system, str(seed), marks_of(system), NASTY)
         names = [s.qualified_name for s in system.subsystems][:3]
         with forgotten(tmp_path):

@@ -41,7 +41,7 @@ def test_all_that_is_permitted_is_done_and_undone(calls: list[tuple[Any, ...]]) 
     before = os.sched_getscheduler(0)
     punctuality = Punctuality()
     punctuality.begin()
-    assert set(punctuality.told.values()) == {DONE}
+    assert set(punctuality.classes.values()) == {DONE}
     assert FROZEN == [7]
     assert (0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK) in calls
     punctuality.end()
@@ -107,12 +107,12 @@ def test_what_is_not_permitted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     punctuality = Punctuality()
     punctuality.begin()
     punctuality.end()
-    assert punctuality.told == {
+    assert punctuality.classes == {
         "objects frozen": DONE,
         "memory locked": "not permitted: needs CAP_IPC_LOCK or a memlock limit",
         "SCHED_FIFO": "not permitted: needs CAP_SYS_NICE or an rtprio limit",
     }
-    assert in_words(punctuality.told) == (
+    assert in_words(punctuality.classes) == (
         "objects frozen, "
         "not memory locked (not permitted: needs CAP_IPC_LOCK or a memlock limit), "
         "not SCHED_FIFO (not permitted: needs CAP_SYS_NICE or an rtprio limit)"

@@ -11,7 +11,7 @@ import jsonschema
 import pytest
 
 from specc.read import read_file
-from specc.schema.json_schema import json_schema
+from specc.schema.files import json_schema
 from tests.house.tree import ROOT
 
 schema = cache(json_schema)

@@ -7,10 +7,22 @@ import pytest
 
 from specc.limits import MAX_FAULTS
 from specc.pipeline import compile_spec
+from specc.schema.desugar import desugar
 from specc.schema.files import SpecFile
-from specc.schema.keys import OTHERS, ListForm, SpecModel, Text, key
+from specc.schema.keys import (
+    OTHERS,
+    FieldName,
+    ListForm,
+    Name,
+    PythonPath,
+    RateText,
+    ReadableName,
+    SpecModel,
+    Text,
+    TraceNumbers,
+    key,
+)
 from specc.schema.shape import shape
-from specc.schema.texts import FieldName, Name, PythonPath, RateText, ReadableName, TraceNumbers
 
 
 class Element(SpecModel, short="type"):
@@ -53,7 +65,7 @@ class File(SpecModel):
 
 
 def findings(**data: Any) -> list[tuple[str, tuple[str | int, ...], str, str, str]]:
-    made, found = shape(File, data, "a.yaml")
+    made, found = shape(File, desugar(data, "a.yaml", File)[0], "a.yaml")
     assert (made is None) == bool(found)
     assert all(item.primary.file == "a.yaml" for item in found)
     return [
@@ -63,7 +75,7 @@ def findings(**data: Any) -> list[tuple[str, tuple[str | int, ...], str, str, st
 
 
 def made(**data: Any) -> File:
-    file, found = shape(File, data, "a.yaml")
+    file, found = shape(File, desugar(data, "a.yaml", File)[0], "a.yaml")
     assert not found
     assert file is not None
     return file
@@ -226,7 +238,7 @@ class Port(SpecModel, short="is"):
 
 def test_a_key_with_a_short_form_is_reported_at_its_own_place() -> None:
     for data, route in (({"is": 5}, ("is",)), (5, ())):
-        _, (finding,) = shape(Port, data, "a.yaml")
+        _, (finding,) = shape(Port, desugar(data, "a.yaml", Port)[0], "a.yaml")
         assert finding.primary.route == route
         assert finding.message.endswith("expected text, found the number 5")
 

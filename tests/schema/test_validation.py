@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.read import read_file
+from specc.schema.desugar import desugar
 from specc.schema.files import SpecFile
 from specc.schema.shape import shape
-from specc.schema.unfold import unfolded
 from tests.corpus import CASES, SPECS
 from tests.schema.test_shape import File
 from tests.seeds import how_many
@@ -29,7 +29,7 @@ FILES = st.fixed_dictionaries({}, optional=dict.fromkeys(File.keys, VALUES))
 @settings(max_examples=how_many(150), deadline=None)
 @given(FILES)
 def test_data_are_valid_or_there_are_findings(data: Any) -> None:
-    found, faults = shape(File, data, "a.yaml")
+    found, faults = shape(File, desugar(data, "a.yaml", File)[0], "a.yaml")
     assert (found is None) == bool(faults)
 
 
@@ -41,12 +41,12 @@ def test_every_kind_of_value_is_valid(key: str) -> None:
         "open": {"eq": 1, "a": {"type": "b"}}, "count": 2, "flag": True, "shape": "circle",
         "reason": "a", "python": "p.q:r", "rate": "5 Hz", "few": [1],
     }  # fmt: skip
-    assert key in File.model_validate({key: values[key]}).given
+    assert key in File.model_validate(desugar({key: values[key]}, "a.yaml", File)[0]).given
 
 
 def test_every_file_of_the_corpus_is_valid_or_there_are_findings() -> None:
     for path in (*SPECS[::3], *CASES[::12]):
-        data, faults = unfolded(read_file(str(path)).data, str(path))
+        data, faults = desugar(read_file(str(path)).data, str(path))
         if not faults:
             found, findings = shape(SpecFile, data, str(path))
             assert (found is None) == bool(findings), path

@@ -14,7 +14,7 @@ from random import Random
 
 from specc import analysis
 from specc.analysis import Facts
-from specc.checks.constancy import ConstantConditions
+from specc.checks.conditions import ConstantConditions
 from specc.model.expr import Expr
 from specc.model.system import System
 from tests.soundness import interpreter
@@ -59,17 +59,17 @@ def _claims(machine: analysis.Machine) -> Claims:
         parts = [] if machine.constant_value(condition) is not None else constancy.parts(condition)
         for part in parts:
             about = found.in_conditions if part.text.expr is condition.when else found.anywhere
-            about[f"{part.claim}"] = _always(part.claim)
+            about[f"{part.proposition}"] = _always(part.proposition)
     for part in constancy.parts_elsewhere():
-        found.anywhere[f"{part.claim}"] = _always(part.claim)
-    for misfit in machine.suspicious.found:
-        one, other = misfit.because[0], misfit.because[-1]
+        found.anywhere[f"{part.proposition}"] = _always(part.proposition)
+    for misfit in machine.suspicious.all:
+        one, other = misfit.causes[0], misfit.causes[-1]
         if misfit.kind == "itself":
             found.anywhere[f"same {misfit.expr}"] = _same(one, other)
         elif misfit.kind == "bounds":
             found.anywhere[f"limited {misfit.expr}"] = _same(misfit.expr, one)
     for state in subsystem.states:
-        for late in machine.dwell_times.late(state):
+        for late in machine.dwell_times.overdue_exits(state):
             if late.row is None:
                 cause = "error" if late.condition is state.behaviour.error else "terminal"
                 found.never_ends.add((state.name, cause))

@@ -118,9 +118,9 @@ def _computed(e: m.Expr, at: Situation) -> Value:  # as above
             return _compared(op, value(left, at), value(right, at))
         case m.IsNone(value=optional):
             return value(optional, at) is None
-        case m.Sure(value=doubtful):
+        case m.Unwrap(value=doubtful):
             return _sure(doubtful, at)
-        case m.Among(item=item, members=members):
+        case m.IsOneOf(item=item, members=members):
             return value(item, at) in members
         case m.Quantifier():
             return _quantified(e, at)

@@ -162,8 +162,8 @@ class Machine:
             for index, row in enumerate(self.subsystem.transitions)
             if row.source == self.state and row.cause == cause
         ]
-        enabled = [i for i, row in rows if not row.remainder and value(row.condition.when, now)]
-        enabled = enabled or [i for i, row in rows if row.remainder]
+        enabled = [i for i, row in rows if not row.is_otherwise and value(row.condition.when, now)]
+        enabled = enabled or [i for i, row in rows if row.is_otherwise]
         if len(enabled) != 1:
             raise Undecided(cause, *enabled)
         return enabled[0]

@@ -27,7 +27,7 @@ from specc_runtime.buffers import lower_flags, setter
 from specc_runtime.faults import UndecidedTransition
 from specc_runtime.subsystem import Subsystem as Generated
 
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lower import Proofs, lower
 from specc.model.system import Operator, Port, Subsystem, System
 from specc.model.types import Type
@@ -368,7 +368,7 @@ def _excuse(result: Result) -> Asks:
 @contextmanager
 def _classes(system: System, proofs: Proofs | None) -> Iterator[dict[str, type[Generated]]]:
     """Generated classes of all subsystems, by the names of those."""
-    files = dict(filled(lower(system, proofs, stand_ins=True)))
+    files = dict(fill_templates(lower(system, proofs, stand_ins=True)))
     files.pop("system.py")
     with package(files) as modules:
         yield {

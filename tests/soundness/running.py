@@ -20,8 +20,8 @@ from specc_runtime.records import StepRecord
 from specc_runtime.subsystem import Subsystem as Generated
 from specc_runtime.system import System as Built
 
-from specc.analysis.ages import Ages
-from specc.emit import filled
+from specc.analysis.dataflow import Ages
+from specc.emit import fill_templates
 from specc.lower import Proofs, lower
 from specc.model.system import System
 from specc.model.types import Type
@@ -72,7 +72,7 @@ def package(files: Mapping[str, str]) -> Iterator[dict[str, ModuleType]]:
 @contextmanager
 def built(system: System, proofs: Proofs | None, ages: Ages | None = None) -> Iterator[Built]:
     """The generated system, ready to run; without proofs every check is in its code."""
-    with package(filled(lower(system, proofs, ages, stand_ins=True))) as modules:
+    with package(fill_templates(lower(system, proofs, ages, stand_ins=True))) as modules:
         yield modules["system.py"].build("")
 
 

@@ -16,8 +16,7 @@ from specc_runtime.plant import NO_SAMPLE
 from specc_runtime.records import StepRecord
 
 from specc.analysis import Facts
-from specc.analysis.ages import AgeChain
-from specc.analysis.dataflow import InputNode
+from specc.analysis.dataflow import AgeChain, InputNode
 from specc.pipeline import Result
 from tests.runtime.driven import Driven, DrivenClock
 from tests.seeds import Seeds, blocks
@@ -150,7 +149,7 @@ def run_twice(result: Result, seed: str) -> dict[tuple[str, tuple[str, str]], Me
     """Run generated code and the interpreter, which have to agree; the ages that were met."""
     system, facts = result.system, result.proofs
     assert system is not None
-    entered = {m.subsystem.qualified_name: frozenset(m.reached) for m in facts.machines}
+    entered = {m.subsystem.qualified_name: frozenset(m.reachable_states) for m in facts.machines}
     script = Script(system, seed, marks_of(system))
     interpreter = AgedInterpreter(system, PLAIN, script.measure, entered)
     expected = interpreter.run(TICKS)
@@ -320,7 +319,7 @@ def ages_in_real_time(seed: int, folder: Path, tally: Counter[str]) -> None:
     assert result.ok
     assert system is not None
     script, random = Script(system, str(seed), marks_of(system)), Random(seed)
-    entered = {m.subsystem.qualified_name: frozenset(m.reached) for m in facts.machines}
+    entered = {m.subsystem.qualified_name: frozenset(m.reachable_states) for m in facts.machines}
     static = AgedInterpreter(system, PLAIN, script.measure, entered)
     steps: dict[str, list[Told]] = defaultdict(list)
     with built(system, None, facts.ages) as made:

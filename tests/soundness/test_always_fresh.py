@@ -56,7 +56,7 @@ def _noting(step: Callable[..., Any], flags: list[str], late: list[str]) -> Call
 
 def known_of(system: System) -> dict[str, frozenset[InputName]]:
     facts = Facts(system)
-    return {m.subsystem.qualified_name: m.arrivals.fresh for m in facts.machines}
+    return {m.subsystem.qualified_name: m.availability.fresh for m in facts.machines}
 
 
 @pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 5), long=10, each=20))

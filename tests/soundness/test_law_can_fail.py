@@ -195,7 +195,7 @@ def test_a_check_that_finds_nothing(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    right = presence.CHECKS
+    right = presence.inputs_present, presence.values_there
 
     def careless_check(facts: Facts) -> Iterator[Diagnostic]:
         every = (finding for check in right for finding in check(facts))

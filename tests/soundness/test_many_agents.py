@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lower import lower
 from specc.pipeline import compile_spec
 from tests.soundness.agreement import differences
@@ -82,7 +82,7 @@ def test_parameters_of_a_shared_class_are_those_of_each_agent(tmp_path: Path) ->
     result = compile_spec(ring(tmp_path))
     assert result.system is not None, result.diagnostics
     assert [d for d in result.diagnostics if d.severity == "error"] == []
-    files = filled(lower(result.system, result.proofs))
+    files = fill_templates(lower(result.system, result.proofs))
     names = {"robots_c.py", "robots_wheel.py", "robots_e_wheel.py"}
     assert files.keys() == names | {"__init__.py", "layouts.py", "system.py"}
     for seed in ("a", "b"):
@@ -111,7 +111,7 @@ def test_cases_of_many_agents(case: str, modules: int) -> None:
     result = compile_spec(str(CASES / f"{case}.yaml"))
     assert result.system is not None
     script = Script(result.system, case, (0.0, 1.0))
-    files = filled(lower(result.system, result.proofs))
+    files = fill_templates(lower(result.system, result.proofs))
     assert len(files) == modules + len(("__init__.py", "layouts.py", "system.py"))
     with package(files) as made:
         plant = ScriptedPlant(script) if result.system.devices else None

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lower import lower
 from tests.seeds import every, short
 from tests.soundness.open_inputs import Findings, tried
@@ -155,5 +155,5 @@ def test_a_last_row_about_a_sum_is_tested(last: str, is_tested: bool, tmp_path: 
     assert result.ok
     assert result.system is not None
     assert result.proofs.is_proved("a.m", "S0", "terminal")
-    module = filled(lower(result.system, result.proofs))["a_m.py"]
+    module = fill_templates(lower(result.system, result.proofs))["a_m.py"]
     assert ("raise self.undecided(" in module) == is_tested

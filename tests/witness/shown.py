@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from specc.analysis import Facts, RowVerdictAt
-from specc.analysis.unknown_parts import is_vague
+from specc.analysis.must_may import is_incomplete
 from specc.model.expr import Expr
 from specc.proof import Witness
 from specc.search import Interpreter, runnable
@@ -47,7 +47,9 @@ def shows(found: Example, facts: Facts, decided: RowVerdictAt, witness: Witness)
     assert decided.cause == "error" or true(behaviour.terminal.when)
     assert all(true(axiom.that) for axiom in decided.subsystem.axioms)
     invariants = facts.of(decided.subsystem).invariants
-    assert is_vague(decided.subsystem, decided.state, decided.cause) or all(map(true, invariants))
+    assert is_incomplete(decided.subsystem, decided.state, decided.cause) or all(
+        map(true, invariants)
+    )
     assert [true(asked) for asked, _ in witness.answers] == [yes for _, yes in witness.answers]
     held = tuple(i for i, r in enumerate(decided.verdict.rows) if true(r.condition.when))
     assert held == witness.holding or (len(witness.holding) > 1 and {*witness.holding} < {*held})

@@ -24,7 +24,7 @@ def rows_named(case: Path) -> tuple[str, ...]:
     assert result.system is not None
     places = finding.primary, finding.related[0].place
     table = (row for s in result.system.subsystems for row in s.transitions)
-    return tuple(row.words for row in table if row.place in places)
+    return tuple(row.label for row in table if row.place in places)
 
 
 @pytest.mark.parametrize("case", short(FILES, *range(0, len(FILES), 2)), ids=lambda path: path.stem)

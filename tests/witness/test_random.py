@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from specc_runtime.faults import UndecidedTransition
 
 from specc.analysis import Facts
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.model.system import System
 from specc.pipeline import Result
 from specc.source import Sources
@@ -57,7 +57,7 @@ def check(system: System) -> None:
         outcomes["found" if script else "not found"] += 1
         if script is None:
             continue
-        with patch("specc.tools.witness.text.emit", filled):
+        with patch("specc.tools.witness.text.emit", fill_templates):
             text = scenario(refutation, script, "hand.yaml")
         error = fault_of(text, system)
         if refutation.absent is not None:

@@ -16,7 +16,7 @@ from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.courier import Outcome
 from specc_runtime.hosting.devices import Array
 from specc_runtime.hosting.keeper import CLOSE_S, WILL_S
-from specc_runtime.hosting.memory import KEPT
+from specc_runtime.hosting.memory import MOST_PINNED
 from specc_runtime.hosting.starting import Host
 from specc_runtime.hosting.views import Convert, value_of
 from specc_runtime.hosting.wire import NotPlain, garbled
@@ -107,10 +107,10 @@ class HostedPlant:
         self._failures: dict[str, str] = {}
         self._named: set[str] = set()
         self._ended: PlantError | None = None
-        self._asked: tuple[str, float] | None = None
+        self._end_request: tuple[str, float] | None = None
         self._is_leaving = self._is_told = False
         self._outputs = 0
-        self._taken: dict[int, str] = {}
+        self._acknowledged: dict[int, str] = {}
         self._will: Callable[[], None] = lambda: None
         self._bequeathed: dict[str, dict[str, list[tuple[str, Any]]]] = {}
         until_s = time.monotonic() + setup.wait_s
@@ -178,7 +178,7 @@ class HostedPlant:
         is_left = (
             raw.extent.length > _LARGE
             and name not in self._eager
-            and self._host.memory.pinned(reading.index) <= KEPT
+            and self._host.memory.pinned(reading.index) <= MOST_PINNED
         )
         reading.value = Deferred(read, reference=raw) if is_left else read()
         reading.number, reading.measured_s = raw.number, raw.measured_s
@@ -210,21 +210,21 @@ class HostedPlant:
         if number:
             self._await_taken(number)
         elif (why := self._failure(name)) and self._named.isdisjoint((name, "")):
-            raise self._said(name, why)
+            raise self._first_report(name, why)
 
-    def _said(self, name: str, why: str) -> PlantError:
+    def _first_report(self, name: str, why: str) -> PlantError:
         """A failure, which the last steps of the run need not find again."""
         self._named.add(name)
         return PlantError(why)
 
     def _await_taken(self, number: int) -> None:
         until_s = time.monotonic() + WILL_S
-        while number not in self._taken:
+        while number not in self._acknowledged:
             if not self._host.wait(until_s):
                 raise PlantError(f"the device has not taken it within {WILL_S:g} s")
             self._hear()
             self._refuse()
-        if why := self._taken.pop(number):
+        if why := self._acknowledged.pop(number):
             raise PlantError(why)
 
     def _ordered(self, name: str, value: Any) -> Any:
@@ -243,10 +243,10 @@ class HostedPlant:
         self._refuse()
         for name, why in self._failures.items():
             if name not in self._observed:
-                error = self._said(name, why)
+                error = self._first_report(name, why)
                 raise DeviceFailed(name, error) if name else error
-        if self._asked and time.monotonic() > self._asked[1]:
-            raise PlantError(f"the device host was asked to end by {self._asked[0]}")
+        if self._end_request and time.monotonic() > self._end_request[1]:
+            raise PlantError(f"the device host was asked to end by {self._end_request[0]}")
         self._will()
 
     # The last will.
@@ -308,9 +308,9 @@ class HostedPlant:
         if kind == "failed":
             self._failures.setdefault(data[0], data[1])
         elif kind == "taken":
-            self._taken[data[0]] = data[1]
-        elif kind == "asked" and self._asked is None:
-            self._asked = signal.Signals(data[0]).name, time.monotonic() + ASKED_S
+            self._acknowledged[data[0]] = data[1]
+        elif kind == "asked" and self._end_request is None:
+            self._end_request = signal.Signals(data[0]).name, time.monotonic() + ASKED_S
         elif kind == "willed" and self._ended is None and not self._is_leaving:
             self._ended = PlantError(self._silent(*data))
 

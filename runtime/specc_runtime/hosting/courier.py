@@ -23,8 +23,10 @@ class Courier:
     While an output is being sent, newer ones wait, of which the newest of each element counts.
     """
 
-    def __init__(self, name: str, devices: Devices, told: Callable[[str, int, str], None]) -> None:
-        """`told` is called with an element, the number of its output, and why it was not taken,
+    def __init__(
+        self, name: str, devices: Devices, confirm: Callable[[str, int, str], None]
+    ) -> None:
+        """`confirm` is called with an element, the number of its output, and why it was not taken,
         which is empty if it was.
         """
         self.name = name
@@ -35,7 +37,7 @@ class Courier:
         """Whether outputs of the agent are refused."""
         self._send = devices.send
         self._send_last = getattr(devices, "send_last", devices.send)
-        self._told = told
+        self._confirm = confirm
         self._waiting: dict[str, tuple[Any, int]] = {}
         self._changed = threading.Condition()
         self._is_busy = False
@@ -63,28 +65,28 @@ class Courier:
         with self._changed:
             return self._changed.wait_for(self.is_idle, timeout_s)
 
-    def give_will(self, told: Callable[[Courier], None]) -> None:
+    def give_will(self, report: Callable[[Courier], None]) -> None:
         """Give the device its last will, and nothing else until `reopen`; does not wait.
 
-        `told` is called afterwards, from another thread.
+        `report` is called afterwards, from another thread.
         """
         with self._changed:
             self.is_closed = True
             self._waiting.clear()
             self.given.clear()
-        threading.Thread(target=self._bequeath, args=(told,), daemon=True).start()
+        threading.Thread(target=self._bequeath, args=(report,), daemon=True).start()
 
-    def _bequeath(self, told: Callable[[Courier], None]) -> None:
+    def _bequeath(self, report: Callable[[Courier], None]) -> None:
         with self._changed:
             self._is_overtaken = not self._changed.wait_for(lambda: not self._is_busy, GRACE_S)
         self.outcome = self._executed()
         self.given.set()
-        told(self)
+        report(self)
 
     def _executed(self) -> Outcome:
-        return {element: self._taken(element, values) for element, values in self.will.items()}
+        return {element: self._send_first(element, values) for element, values in self.will.items()}
 
-    def _taken(self, element: str, values: Sequence[tuple[str, Any]]) -> tuple[str, str]:
+    def _send_first(self, element: str, values: Sequence[tuple[str, Any]]) -> tuple[str, str]:
         problems = []
         for by, value in values:
             try:
@@ -105,9 +107,9 @@ class Courier:
             try:
                 self._send(element, value)
             except BaseException as error:  # noqa: BLE001  # whatever the device raises
-                self._told(element, number, words(error))
+                self._confirm(element, number, words(error))
             else:
-                self._told(element, number, "")
+                self._confirm(element, number, "")
             if self._is_overtaken:  # what has just been sent came after the last will
                 self._executed()
             with self._changed:

@@ -77,11 +77,11 @@ _LONGEST = 2000
 def words(error: BaseException) -> str:
     """What an exception says; its kind and place as well, unless it is a `DeviceError`."""
     try:
-        said = str(error)
+        text = str(error)
     except BaseException as raised:  # noqa: BLE001  # it must not hide what it tells of
-        said = f"(its message raises {type(raised).__name__})"
+        text = f"(its message raises {type(raised).__name__})"
     if isinstance(error, DeviceError):
-        return said[:_LONGEST]
+        return text[:_LONGEST]
     frames = traceback.extract_tb(error.__traceback__)
     at = f" ({frames[-1].name}, {frames[-1].filename}:{frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {said[:_LONGEST]}".removesuffix(": ") + at
+    return f"{type(error).__name__}: {text[:_LONGEST]}".removesuffix(": ") + at

@@ -33,7 +33,7 @@ CLOSE_S = 3.0
 """How long they have to close."""
 LEAVE_S = 15.0
 """How long the agent has to end once it says that it does, or once the host is asked to end."""
-_ASKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+_END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 _IGNORED = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU, signal.SIGPIPE)
 
 
@@ -63,7 +63,7 @@ class Keeper:
         with selectors.DefaultSelector() as selector:
             selector.register(self._channel, selectors.EVENT_READ)
             signals = _signals()
-            selector.register(signals, selectors.EVENT_READ, lambda: self._asked(signals))
+            selector.register(signals, selectors.EVENT_READ, lambda: self._forward_signals(signals))
             while not self._over():
                 for key, _ in selector.select(self._patience_s()):
                     if key.data is not None:
@@ -160,15 +160,15 @@ class Keeper:
         for name in self._watched():
             silent_s = time.monotonic() - self._heard_s(name)
             if silent_s >= self._silence_s[name]:
-                self._couriers[name].give_will(self._told(silent_s))
+                self._couriers[name].give_will(self._will_report(silent_s))
 
-    def _told(self, silent_s: float) -> Any:
+    def _will_report(self, silent_s: float) -> Any:
         def tell(courier: Courier) -> None:
             self._channel.send("willed", courier.name, silent_s, dict(courier.outcome))
 
         return tell
 
-    def _asked(self, signals: socket.socket) -> None:
+    def _forward_signals(self, signals: socket.socket) -> None:
         """A signal: the agent is told, and has time to end, since it may have got it as well."""
         for number in signals.recv(64):
             self._channel.send("asked", number)
@@ -235,7 +235,7 @@ def _signals() -> socket.socket:
     ours.setblocking(False)
     theirs.setblocking(False)
     signal.set_wakeup_fd(theirs.detach())
-    for number in _ASKED:
+    for number in _END_SIGNALS:
         signal.signal(number, lambda *_: None)
     for number in _IGNORED:
         signal.signal(number, signal.SIG_IGN)

@@ -18,7 +18,7 @@ from specc_runtime.blocks import Block
 from specc_runtime.hosting.devices import DeviceError
 
 SLOTS = 8
-KEPT = SLOTS - 3
+MOST_PINNED = SLOTS - 3
 """Samples of an element that may stay pinned: others are the newest, the next, and one is read."""
 LARGEST = 1 << 28
 """Bytes of the largest value."""
@@ -183,8 +183,8 @@ class Memory:
             try:
                 self.block.hold(begin + room)
             except OSError as error:
-                told = f"no memory for a value of {length} bytes: {error}"
-                raise DeviceError(told) from error
+                message = f"no memory for a value of {length} bytes: {error}"
+                raise DeviceError(message) from error
             self._rooms[index][slot] = begin, room
             self._end = begin + room
         return begin

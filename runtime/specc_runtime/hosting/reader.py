@@ -71,8 +71,8 @@ class Reader:
         if isinstance(value, BaseException):
             raise value
         if not _is_time(measured_s):
-            told = reprlib.repr(measured_s)
-            raise DeviceError(f"the sample was measured at {told}, which is no time in s")
+            text = reprlib.repr(measured_s)
+            raise DeviceError(f"the sample was measured at {text}, which is no time in s")
         kind, parts = parts_of(value)
         self._memory.write(self._numbers[name], measured_s, kind, *parts)
 

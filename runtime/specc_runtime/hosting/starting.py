@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from specc_runtime.blocks import Block, anonymous_file
-from specc_runtime.faults import said
+from specc_runtime.faults import error_text
 from specc_runtime.hosting.memory import Memory
 from specc_runtime.hosting.wire import HostChannel, NotPlain, garbled
 from specc_runtime.options import UsageError
@@ -52,7 +52,9 @@ class Host:
             ours.close()
             self.memory.close()
             os.close(self._errors)
-            raise UsageError(f"cannot start {python or sys.executable}: {said(error)}") from None
+            raise UsageError(
+                f"cannot start {python or sys.executable}: {error_text(error)}"
+            ) from None
         finally:
             theirs.close()
             os.close(people)
@@ -100,8 +102,8 @@ class Host:
         """The end of what the host wrote on standard error before the devices were open."""
         size = os.fstat(self._errors).st_size
         text = os.pread(self._errors, _TAIL, max(0, size - _TAIL))
-        said = text.decode(errors="replace").strip()
-        return f"; it said: {said}" if said else ""
+        output = text.decode(errors="replace").strip()
+        return f"; it said: {output}" if output else ""
 
     def close(self) -> None:
         """End the process, if need be by force."""

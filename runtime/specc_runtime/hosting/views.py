@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from specc_runtime.blocks import Block
-from specc_runtime.faults import DeviceFailed, said
+from specc_runtime.faults import DeviceFailed, error_text
 from specc_runtime.hosting.devices import Array
 from specc_runtime.hosting.memory import Extent
 from specc_runtime.hosting.wire import PLAIN, array_of, plain
@@ -32,7 +32,7 @@ def value_of(kind: int, data: bytes | memoryview, decode: Convert | None) -> Any
     except (PlantError, DeviceFailed):
         raise
     except Exception as error:
-        raise PlantError(f"a value that cannot be read: {said(error)}") from error
+        raise PlantError(f"a value that cannot be read: {error_text(error)}") from error
 
 
 def _as_array(array: Array) -> Any:
@@ -72,7 +72,7 @@ class Views:
             self._seen[extent] = weakref.ref(found)
         return memoryview(found)
 
-    def kept(self) -> tuple[Extent, ...]:
+    def extents_in_use(self) -> tuple[Extent, ...]:
         """The extents that are in use."""
         self._seen = {extent: seen for extent, seen in self._seen.items() if seen() is not None}
         return tuple(self._seen)

@@ -133,11 +133,11 @@ def _straightened(
     way: list[Array], obstacles: Sequence[Array], clearance_m: float
 ) -> tuple[Array, ...]:
     """The way without points that the one before need not pass to see the one after."""
-    kept = way[:1]
+    corners = way[:1]
     for here, following in pairwise(way[1:]):
-        if not _is_clear(kept[-1], following, obstacles, clearance_m):
-            kept.append(here)
-    return (*kept, *way[1:][-1:])
+        if not _is_clear(corners[-1], following, obstacles, clearance_m):
+            corners.append(here)
+    return (*corners, *way[1:][-1:])
 
 
 def _is_clear(a: Array, b: Array, obstacles: Sequence[Array], clearance_m: float) -> bool:

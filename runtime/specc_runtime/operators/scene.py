@@ -63,8 +63,8 @@ def update_scene(O_p: Objects, O_c: Objects) -> Objects:
         moved = next((old for old in unseen if _same_model(old, seen)), None)
         if moved is not None:
             unseen.remove(moved)
-        taken = {each.label for each in (*merged, *unseen)}
-        merged.append(replace(seen, label=moved.label if moved else _free_label(seen, taken)))
+        labels = {each.label for each in (*merged, *unseen)}
+        merged.append(replace(seen, label=moved.label if moved else _free_label(seen, labels)))
     ceiling = min((each.confidence for each in merged), default=np.inf)
     faded = (replace(old, confidence=min(old.confidence, ceiling) / 2) for old in unseen)
     return (*merged, *(old for old in faded if old.confidence >= FORGOTTEN_BELOW))
@@ -109,7 +109,7 @@ def _turn(X_a: Array, X_b: Array) -> float:
     return float(np.arccos(np.clip(cosine, -1, 1)))
 
 
-def _free_label(seen: Object, taken: set[str]) -> str:
+def _free_label(seen: Object, labels: set[str]) -> str:
     model_label = model_label_of(seen.label)
-    numbers = (label_of(model_label, number) for number in range(len(taken) + 1))
-    return next(label for label in numbers if label not in taken)
+    numbers = (label_of(model_label, number) for number in range(len(labels) + 1))
+    return next(label for label in numbers if label not in labels)

@@ -31,7 +31,7 @@ from specc_runtime.loading import load_layouts, load_system
 from specc_runtime.options import UsageError
 from specc_runtime.processes.channel import Gone, ProcessChannel, TooLarge
 from specc_runtime.processes.crossing import Changes, Receiver, Sender
-from specc_runtime.processes.fault_data import Told, told
+from specc_runtime.processes.fault_data import FaultData, fault_data
 from specc_runtime.scheduling import PROCESSES, take, take_for_others
 from specc_runtime.stepping import Stepper
 from specc_runtime.subsystem import Subsystem
@@ -85,17 +85,17 @@ class Order:
 class Left:
     """All that a step leaves behind: changes of outputs and memory, `busy_s` of wall time.
 
-    `kept` says where samples are that are still in use.
+    `extents_in_use` says where samples are that are still in use.
     """
 
-    outcome: int | Told
+    outcome: int | FaultData
     state: str
     violations: tuple[int, ...]
     periods: int | None
     y: Changes
     memory: Changes
     busy_s: float
-    kept: tuple[Extent, ...] = ()
+    extents_in_use: tuple[Extent, ...] = ()
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -113,12 +113,12 @@ def main(arguments: Sequence[str]) -> None:
         except UsageError as error:
             return channel.send(str(error))
         except Fault as fault:
-            return channel.send(told(fault))
+            return channel.send(fault_data(fault))
         if assignment.is_prompt:
             _take_priority()
         subsystem = system.scheduled(assignment.name).subsystem
-        asked = socket.socket(fileno=questions)
-        threading.Thread(target=_answer, args=(asked, subsystem), daemon=True).start()
+        question_socket = socket.socket(fileno=questions)
+        threading.Thread(target=_answer, args=(question_socket, subsystem), daemon=True).start()
         channel.send(None)
         _Worker(system, subsystem, layout, channel).serve()
 
@@ -145,15 +145,15 @@ def _loaded(assignment: Assignment) -> tuple[System, Layout]:
     return system, load_layouts(system)[assignment.name]
 
 
-def _answer(asked: socket.socket, subsystem: Subsystem) -> None:
+def _answer(question_socket: socket.socket, subsystem: Subsystem) -> None:
     """Tell what the main thread is doing; end the process with the run."""
     with suppress(OSError):
-        while data := asked.recv(1024):
+        while data := question_socket.recv(1024):
             number, question = pickle.loads(data)
             answer: Any = steps_under_way()
             if question == LEFT:
-                answer = told(left(subsystem, Abandoned("")))
-            asked.send(pickle.dumps((number, answer)))
+                answer = fault_data(left(subsystem, Abandoned("")))
+            question_socket.send(pickle.dumps((number, answer)))
     os._exit(1)
 
 
@@ -194,7 +194,7 @@ class _Worker:
                 f"what the step leaves behind is too large for a process of its own ({error}): "
                 "let it send less at once, or give it no `budget`"
             )
-            self._channel.send(replace(left_behind, outcome=told(fault), y={}, memory={}))
+            self._channel.send(replace(left_behind, outcome=fault_data(fault), y={}, memory={}))
 
     def _left(self, order: Order) -> Left:
         subsystem, given = self._subsystem, order
@@ -208,14 +208,14 @@ class _Worker:
         if not isinstance(outcome, Fault):
             outcome = outcome_of(subsystem, (), lambda: self._tell(outcome, y, memory))
         return Left(
-            told(outcome) if isinstance(outcome, Fault) else outcome,
+            fault_data(outcome) if isinstance(outcome, Fault) else outcome,
             subsystem.state,
             subsystem.violations,
             vars(subsystem).get("_periods"),
             y,
             memory,
             busy_s,
-            () if self._views is None else self._views.kept(),
+            () if self._views is None else self._views.extents_in_use(),
         )
 
     def _step(self, order: Order) -> int:

@@ -107,8 +107,8 @@ class _Aside:
 
     def __init__(self) -> None:
         self.codecs = Form.codecs
-        self._known: dict[int, tuple[Any, int]] = {}
-        self._told: dict[int, tuple[Any, int]] = {}
+        self._sent_before: dict[int, tuple[Any, int]] = {}
+        self._sent_now: dict[int, tuple[Any, int]] = {}
         self._count = 0
 
     def image(self, value: np.ndarray[Any, Any]) -> Any:
@@ -119,20 +119,20 @@ class _Aside:
 
     def left_out(self, kind: str, value: Any) -> Any:
         key = id(value)  # the value is kept, so that no other one gets its identity
-        if key in self._told:
-            return _CrossingOpaque(kept=self._told[key][1])
-        if key in self._known:
-            self._told[key] = self._known[key]
-            return _CrossingOpaque(kept=self._told[key][1])
+        if key in self._sent_now:
+            return _CrossingOpaque(kept=self._sent_now[key][1])
+        if key in self._sent_before:
+            self._sent_now[key] = self._sent_before[key]
+            return _CrossingOpaque(kept=self._sent_now[key][1])
         encode = self.codecs[kind][0]
         if encode is None:
             raise NotRecorded(f"a value of {kind}, which has no codec")
-        self._told[key] = value, self._count
+        self._sent_now[key] = value, self._count
         self._count += 1
-        return _CrossingOpaque(kept=self._told[key][1], packed=encode(value))
+        return _CrossingOpaque(kept=self._sent_now[key][1], packed=encode(value))
 
     def finish(self) -> None:
-        self._known, self._told = self._told, {}
+        self._sent_before, self._sent_now = self._sent_now, {}
 
 
 class _Fetch:
@@ -140,8 +140,8 @@ class _Fetch:
 
     def __init__(self) -> None:
         self.codecs = Form.codecs
-        self._known: dict[int, Any] = {}
-        self._told: dict[int, Any] = {}
+        self._received_before: dict[int, Any] = {}
+        self._received_now: dict[int, Any] = {}
 
     def image(self, data: Any) -> np.ndarray[Any, Any]:
         array: np.ndarray[Any, Any] = data.array
@@ -150,20 +150,20 @@ class _Fetch:
     def packed(self, kind: str, data: Any) -> bytes:
         raise NotRecorded(f"a value of {kind}")
 
-    def kept(self, kind: str, data: Mapping[str, Any]) -> Any:
+    def opaque(self, kind: str, data: Mapping[str, Any]) -> Any:
         number = data["kept"]
         if "packed" in data:
             decode = self.codecs[kind][1]
             if decode is None:
                 raise NotRecorded(f"a value of {kind}, which has no codec")
             freeze(data["packed"])
-            self._told[number] = decode(data["packed"])
-        elif number not in self._told:
-            self._told[number] = self._known[number]
-        return self._told[number]
+            self._received_now[number] = decode(data["packed"])
+        elif number not in self._received_now:
+            self._received_now[number] = self._received_before[number]
+        return self._received_now[number]
 
     def finish(self) -> None:
-        self._known, self._told = self._told, {}
+        self._received_before, self._received_now = self._received_now, {}
 
 
 def _plain(data: Any) -> Any:

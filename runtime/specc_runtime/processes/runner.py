@@ -16,7 +16,7 @@ from typing import Any
 
 from specc_runtime.buffers import slots
 from specc_runtime.clock import WallClock
-from specc_runtime.faults import DeviceFailed, Fault, StepAbandoned, said
+from specc_runtime.faults import DeviceFailed, Fault, StepAbandoned, error_text
 from specc_runtime.hosting.memory import Extent
 from specc_runtime.plant import Deferred
 from specc_runtime.processes.channel import Garbled, Gone
@@ -54,7 +54,7 @@ class ProcessRunner(Runner):
         layout = worker.layout
         self._names = slots(subsystem.x)
         self._x = Sender(layout.x)
-        self._told: dict[str, Any] = {}
+        self._sent_views: dict[str, Any] = {}
         """References that were told last, by elements."""
         self._used: dict[Extent, Any] = {}
         """Those whose bytes the process may use."""
@@ -91,9 +91,9 @@ class ProcessRunner(Runner):
         subsystem, worker = self.subsystem, self._worker
         names = [n for n in self._names if n not in views] if views else self._names
         changes = self._x.changes(subsystem.x, names)
-        new = {name: view for name, view in views.items() if self._told.get(name) is not view}
+        new = {name: view for name, view in views.items() if self._sent_views.get(name) is not view}
         descriptors = {view.descriptor for view in new.values()} - self._given
-        self._told, self._given = views, self._given | descriptors
+        self._sent_views, self._given = views, self._given | descriptors
         self._used |= {view.extent: view for view in new.values()}
         compute_deferred(subsystem.x, tuple([name for name in views if name in worker.observed]))
         subsystem.note_inputs()
@@ -138,20 +138,20 @@ class ProcessRunner(Runner):
                 left = self._worker.channel.receive()
                 if not isinstance(left, Left):
                     raise Garbled(f"a value of the type {type(left).__name__}")
-                self._outcome = self._taken(left)
+                self._outcome = self._mirror(left)
             except Gone:
                 self._outcome = self._fault_of_end(self._worker.why_ended())
             except Garbled as garbled:
                 self._outcome = self._fault_of_end(self._worker.ended_for(garbled))
         return self._outcome
 
-    def _taken(self, left: Left) -> Outcome:
+    def _mirror(self, left: Left) -> Outcome:
         """Make the mirror what the step has left behind."""
         mirror = self.subsystem
         mirror.state, mirror.violations = sys.intern(left.state), left.violations
         if left.periods is not None:
             vars(mirror)["_periods"] = left.periods
-        self._used = {extent: self._used[extent] for extent in left.kept}
+        self._used = {extent: self._used[extent] for extent in left.extents_in_use}
         self._took(left.busy_s)
         if isinstance(left.outcome, int):
             self._y.take(mirror.y, left.y)
@@ -182,5 +182,5 @@ class ProcessRunner(Runner):
         fault: Fault = StepAbandoned(subsystem.name, subsystem.state, error)
         if answer is not None:
             fault = fault_of(answer, inputs)
-        fault.message, fault.__cause__, fault.inputs = said(error), error, inputs
+        fault.message, fault.__cause__, fault.inputs = error_text(error), error, inputs
         return fault

@@ -29,7 +29,7 @@ from specc_runtime.options import Options, UsageError
 from specc_runtime.processes.channel import Garbled, Gone, ProcessChannel
 from specc_runtime.processes.child import LEFT, UNDER_WAY, Assignment
 from specc_runtime.processes.crossing import uncodable
-from specc_runtime.processes.fault_data import Told, fault_of
+from specc_runtime.processes.fault_data import FaultData, fault_of
 from specc_runtime.scheduling import class_of
 from specc_runtime.system import System
 from specc_runtime.workers import Workers
@@ -69,7 +69,7 @@ class Worker:
         given = theirs.fileno(), others.fileno(), *(b.descriptor for b in reversed(blocks))
         self.channel = ProcessChannel(orders, *blocks)
         self._asking = Lock()  # the watchdog is a thread of its own
-        self._asked = 0
+        self._question_count = 0
         with theirs, others:
             self._process = subprocess.Popen(
                 [sys.executable, "-c", _BEGIN, json.dumps(sys.path), str(os.getpid()),
@@ -97,7 +97,7 @@ class Worker:
             answer = self.why_ended()
         except Garbled as garbled:
             answer = self.ended_for(garbled)
-        if isinstance(answer, Told):
+        if isinstance(answer, FaultData):
             raise fault_of(answer, {})
         if answer is not None:
             raise UsageError(f"the process of {self.name}: {answer}")
@@ -107,22 +107,22 @@ class Worker:
         answer = self._answer(UNDER_WAY)
         return answer if isinstance(answer, list) else []
 
-    def where(self) -> Told | None:
+    def where(self) -> FaultData | None:
         """The step that it computes, as a fault; None if it does not answer."""
         answer = self._answer(LEFT)
-        return answer if isinstance(answer, Told) else None
+        return answer if isinstance(answer, FaultData) else None
 
     def _answer(self, question: str) -> object:
         """None while something outside of Python holds its interpreter, or if it has ended."""
         with self._asking, suppress(OSError):
-            self._asked += 1
-            self._questions.send(pickle.dumps((self._asked, question)))
+            self._question_count += 1
+            self._questions.send(pickle.dumps((self._question_count, question)))
             while select.select([self._questions], (), (), ANSWER_S)[0]:
                 if not (data := self._questions.recv(65_536)):
                     return None
                 with suppress(Exception):  # something else has written to the socket
                     number, answer = pickle.loads(data)
-                    if number == self._asked:  # else it came too late
+                    if number == self._question_count:  # else it came too late
                         return answer
         return None
 
@@ -178,12 +178,12 @@ class Processes:
         for name in options.apart:
             layout = layouts[name]
             is_recorded = options.record is not None
-            kept = _remembered(system, name, layout.memory, is_recorded)
-            _check(name, layout, kept)
+            remembered = _remembered(system, name, layout.memory, is_recorded)
+            _check(name, layout, remembered)
             order = Assignment(*_places(options), name, options.check_operators, options.real_time)
             reported = _read(system, name, "reported")
             seen = {e.attribute for e in layout.x} if is_recorded else reported
-            assigned[name] = order, layout, kept, seen
+            assigned[name] = order, layout, remembered, seen
         for name, given in assigned.items():
             self._workers[name] = Worker(*given)
 
@@ -226,12 +226,12 @@ def _remembered(
 ) -> tuple[str, ...]:
     """Attributes of the memory that somebody looks at; a recording leaves out what cannot cross."""
     task = system.task
-    asked = set(task.watch) if task is not None and task.subsystem == name else set()
-    asked |= _read(system, name, "memory")
+    read_elsewhere = set(task.watch) if task is not None and task.subsystem == name else set()
+    read_elsewhere |= _read(system, name, "memory")
     return tuple(
         element.attribute
         for element in memory
-        if element.attribute in asked or (is_recorded and not any(uncodable([element])))
+        if element.attribute in read_elsewhere or (is_recorded and not any(uncodable([element])))
     )
 
 
@@ -242,8 +242,8 @@ def _read(system: System, name: str, kind: str) -> set[str]:
     return {r.element for r in readings if (r.kind, r.subsystem) == (kind, name)}
 
 
-def _check(name: str, layout: Layout, kept: Collection[str]) -> None:
-    crossing = [*layout.x, *layout.y, *(e for e in layout.memory if e.attribute in kept)]
+def _check(name: str, layout: Layout, remembered: Collection[str]) -> None:
+    crossing = [*layout.x, *layout.y, *(e for e in layout.memory if e.attribute in remembered)]
     if missing := dict.fromkeys(uncodable(crossing)):
         which = ", ".join(f"{element} ({kind})" for element, kind in missing)
         raise UsageError(

@@ -25,7 +25,7 @@ class _Rendering:
         self._clock, self._busy_s = clock, busy_s
         self._begin_s = clock.now_s()
 
-    def told(self) -> str:
+    def share(self) -> str:
         """Nothing where it is little."""
         part = self._busy_s() / max(self._clock.now_s() - self._begin_s, 1e-9)
         return f"rendering takes {min(part, 1.0):.0%} of the time" if part >= _MUCH else ""
@@ -66,7 +66,7 @@ class Bar:
                 completed=done,
                 total=total,
                 time=f"{view.time_s:.2f} s",
-                rendering=self._rendering.told(),
+                rendering=self._rendering.share(),
                 states=_states(view),
             )
             with suppress(OSError):  # the terminal was closed: a signal ends the run
@@ -94,7 +94,7 @@ class Lines:
         if now_s - self._shown_s >= LINE_INTERVAL_S or len(view.fulfilled) != self._cycles:
             self._shown_s = now_s
             self._cycles = len(view.fulfilled)
-            parts = _what(view), f"{view.time_s:.2f} s", self._rendering.told(), _states(view)
+            parts = _what(view), f"{view.time_s:.2f} s", self._rendering.share(), _states(view)
             say("  ".join(filter(None, parts)))
 
     def close(self) -> None:

@@ -60,9 +60,9 @@ def _show(report: Report, console: Console) -> None:
         console.print(_clipped(name, clipped), highlight=False, soft_wrap=True)
     for name, others in report.other_commanders.items():
         nodes = _safe(", ".join(others["nodes"]))
-        said = f"{nodes} can send on {_safe(others['topic'])}, too, which commands {_safe(name)}"
+        line = f"{nodes} can send on {_safe(others['topic'])}, too, which commands {_safe(name)}"
         when = f"seen first at {others['first_s']:.3g} s"
-        console.print(f"[yellow]not alone[/]: {said}: {when}", highlight=False, soft_wrap=True)
+        console.print(f"[yellow]not alone[/]: {line}: {when}", highlight=False, soft_wrap=True)
     for disturbance in sorted(report.disturbances, key=_beginning_s):
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
@@ -73,33 +73,33 @@ def _show(report: Report, console: Console) -> None:
     for name, why in report.unobserved.items():
         console.print(f"unknown {_safe(f'{name}: {why}')}", highlight=False, soft_wrap=True)
     for fault in report.faults:
-        for line in _told(fault):
+        for line in _fault_lines(fault):
             console.print(line, highlight=False, soft_wrap=True)
 
 
-def _followed_the_clock(told: dict[str, Any]) -> Iterator[str]:
+def _followed_the_clock(report: dict[str, Any]) -> Iterator[str]:
     """How late ticks were, and which periods were skipped."""
-    if not told:
+    if not report:
         return
-    late = (f"{told['late_us'][of] / 1000:.3g} ms {words}" for of, words in _LATE.items())
-    yield f"{told['ticks']} ticks in real time, late by {', '.join(late)}"
-    if told["punctual"]:
-        yield f"for punctuality: {in_words(told['punctual'])}"
-    yield "; ".join(f"{where}: {', '.join(names)}" for where, names in _places(told["steps"]))
-    for name, step in told["steps"].items():
+    late = (f"{report['late_us'][of] / 1000:.3g} ms {words}" for of, words in _LATE.items())
+    yield f"{report['ticks']} ticks in real time, late by {', '.join(late)}"
+    if report["punctual"]:
+        yield f"for punctuality: {in_words(report['punctual'])}"
+    yield "; ".join(f"{where}: {', '.join(names)}" for where, names in _places(report["steps"]))
+    for name, step in report["steps"].items():
         took = f"[yellow]{_safe(name)} took {step['p99_us'] / 1000:.3g} ms[/] (99 of 100)"
-        if step["budget_us"] is None and step["p99_us"] > told["tick_us"]:
+        if step["budget_us"] is None and step["p99_us"] > report["tick_us"]:
             yield (
-                f"{took}, longer than the base tick of {told['tick_us'] / 1000:g} ms: with a "
+                f"{took}, longer than the base tick of {report['tick_us'] / 1000:g} ms: with a "
                 "`budget` it computes in a process of its own"
             )
         elif step["budget_us"] is not None and step["p99_us"] > step["budget_us"]:
             yield f"{took}, its budget is {step['budget_us'] / 1000:g} ms"
-    skipped = {name: count for name, count in told["skipped"].items() if count}
-    if first := told["first_skipped"]:
+    skipped = {name: count for name, count in report["skipped"].items() if count}
+    if first := report["first_skipped"]:
         words = ", ".join(
             f"{count} of {_safe(name)}, which was late by "
-            f"{told['steps'][name]['late_us']['p99'] / 1000:.3g} ms (99 of 100)"
+            f"{report['steps'][name]['late_us']['p99'] / 1000:.3g} ms (99 of 100)"
             for name, count in skipped.items()
         )
         yield (
@@ -176,7 +176,7 @@ def _required(requirement: dict[str, Any]) -> str:
     return f"{text}\n      at {time_s:.3f} s: {_safe(', '.join(values))}"
 
 
-def _told(fault: dict[str, Any]) -> Iterator[str]:
+def _fault_lines(fault: dict[str, Any]) -> Iterator[str]:
     """Who is to blame and for what; then where, as far as that is known."""
     yield f"[red]fault[/] {_safe(': '.join((fault['culprit'], fault['message'])))}"
     parts = [f"{fault['fault']} at {fault['time_s']:.3f} s"]

@@ -46,7 +46,7 @@ class Budget:
         self._path = path
         self._left = _FREE + _PER_BYTE * size
         self.most_bytes = _HELD_BYTES + _HELD_PER_BYTE * size
-        self._kept = 0
+        self._stored_bytes = 0
 
     def record(self, kind: int, size: int) -> None:
         """Pay for a record of a kind, of so many bytes. Raises Unusable."""
@@ -70,8 +70,8 @@ class Budget:
 
     def keep(self, size: int) -> None:
         """Pay for bytes that are held to the end, such as a name. Raises Unusable."""
-        self._kept += size
-        self._hold(self._kept, "what it names unfolds")
+        self._stored_bytes += size
+        self._hold(self._stored_bytes, "what it names unfolds")
 
     def _pay(self, work: int) -> None:
         self._left -= work

@@ -29,7 +29,7 @@ WINDOW = 32
 """A value stored aside is written again unless it is among the last so many of its kind."""
 AGAIN_S = CHUNK_S
 """A value stored aside that stays is written again after this time: a copy against damage."""
-Held = tuple[tuple[str, ...], Any]
+BufferCells = tuple[tuple[str, ...], Any]
 """Attributes and their values."""
 Times = tuple[Sequence[float], Sequence[int]]
 """Simulated times in s and dates in ns."""
@@ -207,7 +207,7 @@ class Cells:
         self._get: Callable[[Any], Any] = lambda buffer: ()
         self._templates: dict[tuple[str, ...], bytes] = {}
 
-    def held(self, buffer: Any) -> Held:
+    def of_buffer(self, buffer: Any) -> BufferCells:
         """The attributes that have a value now, and their values."""
         for name in self._absent:
             if hasattr(buffer, name):
@@ -217,7 +217,7 @@ class Cells:
         except AttributeError:  # an element lost its value
             return self._held_first(buffer)
 
-    def _held_first(self, buffer: Any) -> Held:
+    def _held_first(self, buffer: Any) -> BufferCells:
         there = self._there = tuple([name for name in self.elements if hasattr(buffer, name)])
         self._absent = tuple([name for name in self.elements if name not in there])
         self._get = getter(there)

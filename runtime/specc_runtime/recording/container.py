@@ -61,7 +61,7 @@ class Container:
         self._spans = 0
         self._schemas: list[records.Schema] = []
         self._channels: list[records.Channel] = []
-        self._told: Counter[int] = Counter()
+        self._copies: Counter[int] = Counter()
         """Number of copies of each channel in the file."""
         self._once: list[bytes] = []
         self._chunks = SpooledTemporaryFile[bytes](
@@ -82,11 +82,11 @@ class Container:
         return number
 
     def channel(
-        self, topic: str, schema: int, encoding: str = "json", told: Mapping[str, str] = NOTHING
+        self, topic: str, schema: int, encoding: str = "json", metadata: Mapping[str, str] = NOTHING
     ) -> int:
         """The number of a new channel; schema 0 is none."""
         number = len(self._channels) + 1
-        self._channels.append(records.Channel(number, topic, encoding, dict(told), schema))
+        self._channels.append(records.Channel(number, topic, encoding, dict(metadata), schema))
         return number
 
     def metadata(self, name: str, data: Mapping[str, str]) -> None:
@@ -153,9 +153,9 @@ class Container:
         """The channels that still need a copy in the file, with their schemas."""
         builder = RecordBuilder()
         for number in sorted(channels):
-            if self._told[number] == _COPIES:
+            if self._copies[number] == _COPIES:
                 continue
-            self._told[number] += 1
+            self._copies[number] += 1
             channel = self._channels[number - 1]
             if channel.schema_id:
                 self._schemas[channel.schema_id - 1].write(builder)

@@ -15,7 +15,7 @@ import numpy as np
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import OutputLost
-from specc_runtime.faults import said
+from specc_runtime.faults import error_text
 from specc_runtime.forms import Schema
 from specc_runtime.options import UsageError
 from specc_runtime.recording.container import CHUNK_BYTES, Container, write_chunks
@@ -159,12 +159,12 @@ class Log:
         group = [channel]
         if channel.is_preceded:
             group = [each for each in list(self._channels.values()) if each.is_preceded]
-        taken = [each.taken() for each in group]
-        if len(taken) == 1:
-            messages = list(taken[0][1])
+        batches = [each.take_messages() for each in group]
+        if len(batches) == 1:
+            messages = list(batches[0][1])
         else:
-            order = sorted((date, i) for i, (dates, _) in enumerate(taken) for date in dates)
-            messages = [next(taken[i][1]) for _, i in order]
+            order = sorted((date, i) for i, (dates, _) in enumerate(batches) for date in dates)
+            messages = [next(batches[i][1]) for _, i in order]
         self._batch += messages
         self._size += sum([len(message[3]) for message in messages])
         for each in group if messages else ():
@@ -186,7 +186,7 @@ class Log:
         try:
             self._file.close()
         except OSError as error:
-            self._error = self._error or said(error)
+            self._error = self._error or error_text(error)
         if self._error:
             raise OutputLost(f"the recording {self.path} is not complete: {self._error}")
 
@@ -219,7 +219,7 @@ class Log:
                 write()
             except Exception as error:  # noqa: BLE001  # a full disk, an image that has no JPEG
                 strerror = getattr(error, "strerror", None)
-                self._error = strerror or said(error)
+                self._error = strerror or error_text(error)
 
 
 class Channel:
@@ -248,7 +248,7 @@ class Channel:
         """Set the number of messages that wait, from the bytes of one message."""
         self._most = max(1, min(_BATCH, CHUNK_BYTES // (size + 1)))
 
-    def taken(self) -> tuple[Sequence[int], Iterator[tuple[int, int, int, bytes]]]:
+    def take_messages(self) -> tuple[Sequence[int], Iterator[tuple[int, int, int, bytes]]]:
         """Take the waiting messages: their dates, and the messages, with texts made in turn."""
         waiting = self._waiting[:]
         if not waiting:

@@ -72,21 +72,21 @@ class _Last:
     def __init__(self, most: float, most_bytes: float) -> None:
         self._most, self._most_bytes = most, most_bytes
         self._bytes = 0
-        self._kept: OrderedDict[str, Any] = OrderedDict()
+        self._recent: OrderedDict[str, Any] = OrderedDict()
 
     def put(self, digest: str, value: Any) -> None:
         self._bytes += memoryview(value).nbytes
-        if digest in self._kept:
-            self._bytes -= memoryview(self._kept.pop(digest)).nbytes
-        self._kept[digest] = value
-        while len(self._kept) > self._most or self._bytes > self._most_bytes:
-            self._bytes -= memoryview(self._kept.popitem(last=False)[1]).nbytes
+        if digest in self._recent:
+            self._bytes -= memoryview(self._recent.pop(digest)).nbytes
+        self._recent[digest] = value
+        while len(self._recent) > self._most or self._bytes > self._most_bytes:
+            self._bytes -= memoryview(self._recent.popitem(last=False)[1]).nbytes
 
     def found(self, digest: str, what: str) -> Any:
         """The value with a digest; raises NotRecorded."""
-        if digest not in self._kept:
+        if digest not in self._recent:
             raise NotRecorded(what)
-        return self._kept[digest]
+        return self._recent[digest]
 
 
 def _part(data: Any, name: str) -> str:
@@ -123,9 +123,9 @@ def simulated_s(report: Mapping[str, str]) -> float | None:
         return None
 
 
-def first_of(told: Mapping[str, Any]) -> int:
+def first_of(about: Mapping[str, Any]) -> int:
     """The stamp of a step, or of the first period that was skipped before it. Raises Misshapen."""
-    stamp, skipped = told.get("stamp"), told.get("skipped", 0)
+    stamp, skipped = about.get("stamp"), about.get("skipped", 0)
     if type(stamp) is not int or type(skipped) is not int or not 0 <= skipped <= stamp:
         raise Misshapen("a message without the number of its period")
     return stamp - skipped
@@ -133,12 +133,12 @@ def first_of(told: Mapping[str, Any]) -> int:
 
 def step_of(text: bytes) -> dict[str, Any]:
     """The content of the message of a step; raises Misshapen."""
-    told = loaded(text)
-    if not isinstance(told, dict) or not _STEP.keys() <= told.keys():
+    message = loaded(text)
+    if not isinstance(message, dict) or not _STEP.keys() <= message.keys():
         raise Misshapen("a message without what every step has")
-    if not all(type(told[name]) in kinds for name, kinds in _STEP.items()):
+    if not all(type(message[name]) in kinds for name, kinds in _STEP.items()):
         raise Misshapen("a message with values of other types than a step has")
-    return told
+    return message
 
 
 class Beginning(NamedTuple):
@@ -187,10 +187,10 @@ def about(file: Path) -> Mapping[str, str]:
     return recorded(file)[0]
 
 
-def followed_the_clock(told: Mapping[str, str]) -> bool:
+def followed_the_clock(about: Mapping[str, str]) -> bool:
     """Whether a run with these metadata was one in real time."""
     try:
-        options = loaded(told.get("options", "{}").encode())
+        options = loaded(about.get("options", "{}").encode())
     except Misshapen:
         return False
     return isinstance(options, dict) and options.get("real_time") is True
@@ -198,7 +198,7 @@ def followed_the_clock(told: Mapping[str, str]) -> bool:
 
 def recorded(file: Path, budget: Budget | None = None) -> tuple[Mapping[str, str], dict[str, str]]:
     """The metadata (`about`), and the specification with the files it uses. Raises Unusable."""
-    told: Mapping[str, str] = {}
+    about: Mapping[str, str] = {}
     texts: dict[str, str] = {}
     reading = RecordFile(file, budget=budget)
     for record in reading:
@@ -206,14 +206,14 @@ def recorded(file: Path, budget: Budget | None = None) -> tuple[Mapping[str, str
             texts.pop(record.name, None)  # the copies at the end are in the right order
             texts[record.name] = record.data.decode(errors="replace")
         elif isinstance(record, Metadata) and record.name == "specc":
-            told = record.metadata
+            about = record.metadata
         elif isinstance(record, Message) and not reading.damaged:
             break  # else copies of damaged records come at the end
-    if not told:
+    if not about:
         raise Unusable(f"{file} is no recording of specc")
-    if told.get("format") != FORMAT:
+    if about.get("format") != FORMAT:
         raise Unusable(f"{file} was recorded by another version of specc")
-    return told, texts
+    return about, texts
 
 
 def steps_of(

@@ -55,7 +55,7 @@ def glb(mesh: Mesh, most: int = MOST_TRIANGLES) -> bytes:
         }
         look["baseColorTexture"] = {"index": 0}
     primitive = {"attributes": attributes, "indices": 1, "material": 0}
-    told = {
+    document = {
         "asset": {"version": "2.0"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
@@ -65,20 +65,20 @@ def glb(mesh: Mesh, most: int = MOST_TRIANGLES) -> bytes:
         "accessors": accessors,
         **more,
     }
-    return _packed(told, views)
+    return _packed(document, views)
 
 
 def _accessor(view: int, kind: int, form: str, count: int) -> dict[str, Any]:
     return {"bufferView": view, "componentType": kind, "type": form, "count": count}
 
 
-def _packed(told: dict[str, Any], views: list[bytes]) -> bytes:
+def _packed(document: dict[str, Any], views: list[bytes]) -> bytes:
     """The file of a glTF document and the parts of its buffer, aligned to words."""
     parts, places, size = [view + bytes(-len(view) % 4) for view in views], [], 0
     for part, view in zip(parts, views, strict=True):
         places.append({"buffer": 0, "byteOffset": size, "byteLength": len(view)})
         size += len(part)
-    text = dumped(told | {"buffers": [{"byteLength": size}], "bufferViews": places})
+    text = dumped(document | {"buffers": [{"byteLength": size}], "bufferViews": places})
     text += b" " * (-len(text) % 4)
     head = pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + size)
     return (
@@ -98,21 +98,21 @@ def coarser(corners: Array, triangles: Array, most: int) -> tuple[Array, Array]:
     if len(triangles) <= most:
         return corners, triangles
     cells = _CELLS
-    kept, found = corners, triangles
+    vertices, found = corners, triangles
     low = corners.min(axis=0)
     edge = float((corners.max(axis=0) - low).max()) or 1.0
     while len(found) > most and cells > 1:
         x, y, z = ((corners - low) * (cells * (1 - 1e-6) / edge)).astype(np.int64).T
         keys, of = np.unique((x * cells + y) * cells + z, return_inverse=True)
         count = np.bincount(of, minlength=len(keys))
-        kept = np.stack([np.bincount(of, axis) / count for axis in corners.T], axis=1)
+        vertices = np.stack([np.bincount(of, axis) / count for axis in corners.T], axis=1)
         three = of[triangles]
         a, b, c = three.T
         three = three[(a != b) & (b != c) & (a != c)]
         _, first = np.unique(np.sort(three, axis=1), axis=0, return_index=True)
         found = three[np.sort(first)]
         cells //= 2
-    return kept, found[:most]
+    return vertices, found[:most]
 
 
 def _png(texels: Array) -> bytes:

@@ -56,7 +56,7 @@ class Seen:
     _texts: tuple[bytes, bytes] = b"", b""
     """The messages of the last step but one (empty if lost) and of the last step."""
     _stamp: int = -2
-    _held: int = 0
+    _held_bytes: int = 0
 
     def take(self, time_s: float, text: bytes, budget: Budget) -> None:
         """Note the next step. Raises Misshapen, and Unusable."""
@@ -69,8 +69,9 @@ class Seen:
         if row != -1 or not before:
             self.since_s, self.row = time_s, transition[:_LONGEST_ROW]
             self._note(time_s)
-        held, self._held = self._held, max(self._held, sum(map(len, self._texts)))
-        budget.keep(self._held - held)
+        previous = self._held_bytes
+        self._held_bytes = max(previous, sum(map(len, self._texts)))
+        budget.keep(self._held_bytes - previous)
 
     def _note(self, time_s: float) -> None:
         begin_s, times = time_s, 1
@@ -172,10 +173,10 @@ def _check_inside(file: Path, time_s: float, begin_s: float, end_s: float) -> No
 def _fill(file: Path, seen: list[Seen]) -> None:
     """Fill data that messages lack from snapshots: of a continued run, or of lost parts."""
     lacking = [one for one in seen if one.known_from > 0]
-    for told in every_snapshot(file) if lacking else ():
+    for snapshot in every_snapshot(file) if lacking else ():
         for one in lacking:
             try:
-                if type(stamp := told["stamps"][one.name]) is int:
-                    one.go_on_from(stamp, told["subsystems"][one.name])
+                if type(stamp := snapshot["stamps"][one.name]) is int:
+                    one.go_on_from(stamp, snapshot["subsystems"][one.name])
             except WRONG:  # not a snapshot
                 continue

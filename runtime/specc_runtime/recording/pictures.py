@@ -81,8 +81,8 @@ def _compressed(look: Look, image: Image, time_s: float, frame: str) -> bytes:
         form, options = "png", []
     suffix = ".jpg" if form == "jpeg" else ".png"
     _, data = cv2.imencode(suffix, np.ascontiguousarray(shown), options)
-    told = {"format": form, "data": b64encode(data.tobytes()).decode()}
-    return dumped(stamped(time_s) | {"frame_id": frame} | told)
+    message = {"format": form, "data": b64encode(data.tobytes()).decode()}
+    return dumped(stamped(time_s) | {"frame_id": frame} | message)
 
 
 def raw(image: Image) -> tuple[str, Schema, Make]:
@@ -91,7 +91,7 @@ def raw(image: Image) -> tuple[str, Schema, Make]:
 
 
 def _raw(image: Image, time_s: float, frame: str) -> bytes:
-    told = {
+    message = {
         "frame_id": frame,
         "width": image.shape[1],
         "height": image.shape[0],
@@ -99,7 +99,7 @@ def _raw(image: Image, time_s: float, frame: str) -> bytes:
         "step": image.nbytes // image.shape[0],  # of `tobytes`, whatever the strides are
         "data": b64encode(image.tobytes()).decode(),
     }
-    return dumped(stamped(time_s) | told)
+    return dumped(stamped(time_s) | message)
 
 
 def read_raw(message: Any) -> Image:

@@ -86,8 +86,8 @@ class Recorder:
             report = self.report().as_data()
             for fault in report["faults"]:
                 if fault["subsystem"] in self._steps:
-                    told = fault["stamp"], fault["time_s"], fault["message"]
-                    self._steps[fault["subsystem"]].failed(*told)
+                    record = fault["stamp"], fault["time_s"], fault["message"]
+                    self._steps[fault["subsystem"]].failed(*record)
             text = json.dumps(report, ensure_ascii=False, allow_nan=False)
             # Bytes of a file name that are not UTF-8 are escaped.
             shown = text.encode("utf-8", "backslashreplace").decode()

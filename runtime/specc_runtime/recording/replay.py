@@ -105,9 +105,9 @@ class _Replayed:
         self._fetch = shelf
         self._aside = Shelf(None, exact)
         self._y = Cells("", layout.y, brief=not exact)
-        kept = remembered(layout, exact)
-        self._memory = Cells("", kept, brief=not exact)
-        self.outcome.left_out.update(m.name[0] for m in layout.memory if m not in kept)
+        memory = remembered(layout, exact)
+        self._memory = Cells("", memory, brief=not exact)
+        self.outcome.left_out.update(m.name[0] for m in layout.memory if m not in memory)
         self._fed: dict[str, tuple[Any, Any]] = {}
         self._flagged = beside(subsystem, layout.x, FRESH)
         self._lagging = [(k, e) for k in (AGE, LATE) for e in beside(subsystem, layout.x, k)]
@@ -129,8 +129,8 @@ class _Replayed:
 
     def step(self, text: bytes) -> None:
         """Make the next step and compare; raises Misshapen if the text is no message of a step."""
-        told = step_of(text)
-        stamp, first = told["stamp"], first_of(told)
+        entry = step_of(text)
+        stamp, first = entry["stamp"], first_of(entry)
         is_behind = stamp < self._stamp and bool(self.outcome.gaps)
         if first != self._stamp and not is_behind and not self._resume(stamp):
             self.outcome.unknown = f"the steps from stamp {self._stamp} on are missing"
@@ -140,18 +140,18 @@ class _Replayed:
             self._stepper.skip(skipped)
             self._stamp = stamp
         if self._gone:
-            here = self.outcome.subsystem, told["stamp"], float(told["time"]), self._gone
+            here = self.outcome.subsystem, entry["stamp"], float(entry["time"]), self._gone
             self.outcome.difference = Difference(*here, "state", self._gone, "no such state")
             return
         try:
-            self._feed(told)
+            self._feed(entry)
         except NotRecorded as missing:
             if not self._resume(stamp + 1):
                 self.outcome.unknown = f"stamp {stamp} reads {missing}"
             return
         before = self._subsystem.state
         outcome = outcome_of(self._subsystem, ())
-        self.outcome.difference = self._difference(told, before, outcome)
+        self.outcome.difference = self._difference(entry, before, outcome)
         if self.outcome.difference is None:
             self.outcome.steps += 1
             self._stamp += 1
@@ -171,8 +171,8 @@ class _Replayed:
         self._fed.clear()
         return True
 
-    def _feed(self, told: Mapping[str, Any]) -> None:
-        fresh = told["fresh"]
+    def _feed(self, entry: Mapping[str, Any]) -> None:
+        fresh = entry["fresh"]
         arrives: dict[str, Any] = {}
         there: dict[str, Any] = {}
         absent: list[str] = []
@@ -181,7 +181,7 @@ class _Replayed:
                 name = ".".join(("x", *element.name))
                 raise NotRecorded(f"whether {name} is fresh, which nothing asked then")
         for element in self._layout.x:
-            data = within(told["x"], element)
+            data = within(entry["x"], element)
             if data is NOTHING:
                 absent.append(element.attribute)
                 continue
@@ -195,13 +195,13 @@ class _Replayed:
                 last = self._fed[element.attribute] = data, value
             is_fresh = fresh.get(".".join(element.name), False) is True
             (arrives if is_fresh else there)[element.attribute] = last[1]
-        there |= dict(self._lags(told, absent))
+        there |= dict(self._lags(entry, absent))
         self._stepper.feed(arrives, there, absent)
 
-    def _lags(self, told: Mapping[str, Any], absent: Collection[str]) -> Iterator[tuple[str, Any]]:
+    def _lags(self, entry: Mapping[str, Any], absent: Collection[str]) -> Iterator[tuple[str, Any]]:
         """How far behind inputs are, by slots; raises NotRecorded, Misshapen."""
         for kind, element in self._lagging:
-            name, of = ".".join(element.name), told.get(lag_name(kind), {})
+            name, of = ".".join(element.name), entry.get(lag_name(kind), {})
             if not isinstance(of, dict):
                 raise Misshapen("a message with values of other types than a step has")
             value = of.get(name)
@@ -212,11 +212,11 @@ class _Replayed:
             yield kind + element.attribute, value
 
     def _difference(
-        self, told: Mapping[str, Any], before: str, outcome: int | Fault
+        self, entry: Mapping[str, Any], before: str, outcome: int | Fault
     ) -> Difference | None:
         """The first difference from the recording: the row, else an element."""
-        here = self.outcome.subsystem, told["stamp"], float(told["time"]), before
-        failed = told.get("fault", "")
+        here = self.outcome.subsystem, entry["stamp"], float(entry["time"]), before
+        failed = entry.get("fault", "")
         if failed or isinstance(outcome, Fault):
             now = outcome.message if isinstance(outcome, Fault) else "no fault"
             same = now == failed
@@ -224,20 +224,22 @@ class _Replayed:
         subsystem = self._subsystem
         table, ends, state = subsystem.transitions, self._layout.ends, subsystem.state
         passage = passage_of(table, ends, before, outcome, state)
-        now, then = passage["transition"], str(told["transition"])
-        if now != then or state != told["state"]:
-            asked = passage["conditions"]
-            known = told["conditions"]
-            changed = (name for name, holds in asked.items() if known.get(name) is not holds)
+        now, then = passage["transition"], str(entry["transition"])
+        if now != then or state != entry["state"]:
+            conditions = passage["conditions"]
+            known = entry["conditions"]
+            changed = (name for name, holds in conditions.items() if known.get(name) is not holds)
             condition = next(changed, "")
             return Difference(
                 *here, "row", then or "no row", now or "no row", now or then, condition, state
             )
-        if not {"y", "memory"} <= told.keys():
+        if not {"y", "memory"} <= entry.keys():
             raise Misshapen("a step without outputs or memory")
         for cells, part, of in ((self._y, "y", subsystem.y), (self._memory, "", subsystem.memory)):
-            held = _sent(of, subsystem.sends[state]) if part else cells.held(of)
-            for name, recorded, value in _pairs(cells, told[part or "memory"], held, self._aside):
+            computed = _sent(of, subsystem.sends[state]) if part else cells.of_buffer(of)
+            for name, recorded, value in _pairs(
+                cells, entry[part or "memory"], computed, self._aside
+            ):
                 what = ".".join(filter(None, (part, name)))
                 if _LEFT_OUT.search(recorded):
                     self.outcome.left_out.add(what)
@@ -258,12 +260,12 @@ def _sent(buffer: Any, attributes: tuple[str, ...]) -> tuple[tuple[str, ...], An
 
 
 def _pairs(
-    cells: Cells, recorded: Any, held: tuple[tuple[str, ...], Any], aside: Shelf
+    cells: Cells, recorded: Any, computed: tuple[tuple[str, ...], Any], aside: Shelf
 ) -> Iterator[tuple[str, bytes, bytes]]:
     """Names of elements with the texts of both values; `nothing` for a missing one."""
     now = {  # read again: single and double precision are not spelled alike
         attribute: dumped(loaded(cells.cells[attribute].text(value, aside)))
-        for attribute, value in zip(*held, strict=True)
+        for attribute, value in zip(*computed, strict=True)
     }
     for attribute, element in cells.elements.items():
         data = within(recorded, element)
@@ -307,10 +309,10 @@ def replay(
 
     Raises Unusable for the file, and what `load_system` and `load_layouts` raise.
     """
-    told = about(file)
+    recorded_about = about(file)
     system = load_system(package, base)
     layouts = load_layouts(system)
-    exact = told.get("exact") == "true"
+    exact = recorded_about.get("exact") == "true"
     reading = RecordFile(file) if reading is None else reading
     shelf = Shelved(most_bytes=reading.budget.most_bytes)
     resumptions = Resumptions(file, system, layouts)
@@ -327,7 +329,7 @@ def replay(
     }
     outcomes = [one.outcome for one in replayed.values()]
     watch = None if only or system.requirements is None else Watch(system, layouts, shelf)
-    if tick := told.get("from"):
+    if tick := recorded_about.get("from"):
         _begin_later(file, tick, system, replayed, watch)
     gone: set[str] = set()
     for topic, time_s, text in steps_of(reading, shelf):

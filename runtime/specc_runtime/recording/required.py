@@ -47,11 +47,11 @@ class Watch:
             read.setdefault(reading.subsystem, []).append(reading)
         owners = {s.subsystem.name: (_copy(s.subsystem.x), s.ticks) for s in system.subsystems}
         owners[PLANT] = SimpleNamespace(), 1
-        self._told = {
-            topic_of(name): _Told(name, ticks, x, _elements(read.get(name, ()), layouts), shelf)
+        self._sources = {
+            topic_of(name): _Source(name, ticks, x, _elements(read.get(name, ()), layouts), shelf)
             for name, (x, ticks) in owners.items()
         }
-        followed = {told.name: (told, told.ticks) for told in self._told.values()}
+        followed = {source.name: (source, source.ticks) for source in self._sources.values()}
         self._requirements.follow(followed, system.tick_s)
 
     def begin(self, saved: Mapping[str, Any], values: Values) -> None:
@@ -59,31 +59,33 @@ class Watch:
         known, tick = saved.get("requirements", ()), int(saved["tick"])
         self._requirements.restore(known, tick, partial(values.found, "requirements"))
         stamps = {**saved["stamps"], PLANT: saved["tick"] - 1}
-        for told in self._told.values():
-            told.begin(int(stamps.get(told.name, -1)) + 1, self._tick_s)  # a new one has no steps
+        for source in self._sources.values():
+            source.begin(
+                int(stamps.get(source.name, -1)) + 1, self._tick_s
+            )  # a new one has no steps
 
     def take(self, topic: str, text: bytes) -> None:
         """Note a message; raises Misshapen."""
-        told = self._told.get(topic)
-        if told is not None and not told.is_over:
-            self._note(told, told.follow(text, self._tick_s))
+        source = self._sources.get(topic)
+        if source is not None and not source.is_over:
+            self._note(source, source.follow(text, self._tick_s))
 
-    def _note(self, told: _Told, record: StepRecord | None) -> None:
+    def _note(self, source: _Source, record: StepRecord | None) -> None:
         if record is not None:
             self._requirements(record)
             self._requirements.advance(round(record.time_s / self._tick_s))
 
     def finish(self, until_s: float) -> None:
         """End the run, at the end of the recording."""
-        for told in self._told.values():
-            self._note(told, told.end())
-        ends = [(told.begun_s, told.settled_s) for told in self._told.values()]
-        begun, settled = (round(max(s) / self._tick_s) for s in zip(*ends, strict=True))
+        for source in self._sources.values():
+            self._note(source, source.end())
+        ends = [(source.begun_s, source.settled_s) for source in self._sources.values()]
+        begun, last = (round(max(s) / self._tick_s) for s in zip(*ends, strict=True))
         total_s = simulated_s(self._shelf.report)
         end = begun + 1 if total_s is None else round(total_s / self._tick_s)
         if isfinite(until_s):
             end = min(end, int(until_s / self._tick_s + 1e-6) + 1)
-        self._requirements.finish(min(end, settled))
+        self._requirements.finish(min(end, last))
 
     @property
     def violated(self) -> bool:
@@ -93,7 +95,7 @@ class Watch:
     def as_data(self) -> list[dict[str, Any]]:
         """The entries of the report of a run; `missing` names the values that the file lacks."""
         found = self._requirements.as_data()
-        known = {item for told in self._told.values() for item in told.known}
+        known = {item for source in self._sources.values() for item in source.known}
         absent = {r.attribute for r in self._requirements.readings} - known
         for data, requirement in zip(found, self._requirements.requirements, strict=True):
             data["missing"] = [
@@ -132,7 +134,7 @@ def _elements(
         yield reading, part, next(found, None)
 
 
-class _Told:
+class _Source:
     """A recorded subsystem, or the plant: its `x` and `memory` after its last step."""
 
     def __init__(
@@ -153,7 +155,7 @@ class _Told:
         self.begun_s, self.settled_s = 0.0, 0.0
         """When its last step began, and until when its values are known."""
         self._stamp = 0
-        self._held: _Step | None = None
+        self._pending: _Step | None = None
         """The last step, whose values hold until the next step."""
         self._last: dict[Element, tuple[Any, Any]] = {}
 
@@ -168,35 +170,35 @@ class _Told:
 
         None before the first step, and from the first incomplete step on.
         """
-        told = loaded(text) if self.name == PLANT else step_of(text)
-        held, self._held = self._held, None
-        if not isinstance(told, dict) or not {"y", "stamp"} <= told.keys():
+        message = loaded(text) if self.name == PLANT else step_of(text)
+        pending, self._pending = self._pending, None
+        if not isinstance(message, dict) or not {"y", "stamp"} <= message.keys():
             self.is_over = True  # the step failed
-        elif first_of(told) != self._stamp:
+        elif first_of(message) != self._stamp:
             self.is_over = True  # steps before it are missing
-        elif (times := self._times(told, tick_s)) is None:
-            self.is_over, held = True, None  # it had another rate
+        elif (times := self._times(message, tick_s)) is None:
+            self.is_over, pending = True, None  # it had another rate
         else:
-            self._stamp = told["stamp"] + 1
+            self._stamp = message["stamp"] + 1
             found = [
-                (reading, part, self._value(told.get(part), element) if element else NOTHING)
+                (reading, part, self._value(message.get(part), element) if element else NOTHING)
                 for reading, part, element in self._readings
             ]
-            self._held = _Step(told["stamp"], *times, told.get("state", ""), found)
-        return held and self._record(held)
+            self._pending = _Step(message["stamp"], *times, message.get("state", ""), found)
+        return pending and self._record(pending)
 
-    def _times(self, told: Mapping[str, Any], tick_s: float) -> tuple[float, float] | None:
+    def _times(self, message: Mapping[str, Any], tick_s: float) -> tuple[float, float] | None:
         """When a step began and was seen; None if it is not a step of this rate."""
-        stamp, begun_s, period_s = told["stamp"], told.get("time"), self.ticks * tick_s
-        if "visible" in told and _is_time(begun_s) and _is_time(told["visible"]):
-            return float(begun_s), float(told["visible"])
+        stamp, begun_s, period_s = message["stamp"], message.get("time"), self.ticks * tick_s
+        if "visible" in message and _is_time(begun_s) and _is_time(message["visible"]):
+            return float(begun_s), float(message["visible"])
         is_regular = _is_time(begun_s) and abs(begun_s - stamp * period_s) < _ROUNDING_S
         return (stamp * period_s, (stamp + 1) * period_s) if is_regular else None
 
     def end(self) -> StepRecord | None:
         """The record of the last step."""
-        held, self._held = self._held, None
-        return held and self._record(held)
+        pending, self._pending = self._pending, None
+        return pending and self._record(pending)
 
     def _record(self, step: _Step) -> StepRecord:
         sent = {}
@@ -209,8 +211,8 @@ class _Told:
             if value is not NOTHING or reading.kind == "state":
                 self.known.add(reading.attribute)
         self.begun_s, self.settled_s = step.time_s, step.visible_s
-        told = self.name, step.stamp, step.time_s, step.state, -1, tuple(sent.items()), ()
-        return StepRecord(*told, step.visible_s)
+        fields = self.name, step.stamp, step.time_s, step.state, -1, tuple(sent.items()), ()
+        return StepRecord(*fields, step.visible_s)
 
     def _value(self, data: Any, element: Element) -> Any:
         found = within(data, element)

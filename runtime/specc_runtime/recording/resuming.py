@@ -48,9 +48,9 @@ class Resumptions:
     def _next(self, subsystem: str, stamp: int) -> Resumption | None:
         if self._stamps is None:
             self._stamps = []
-            for told in every_snapshot(self._file, self._budget):
-                self._budget.keep(_BYTES * len(told["stamps"]))
-                self._stamps.append((str(told["tick"]), told["stamps"]))
+            for snapshot in every_snapshot(self._file, self._budget):
+                self._budget.keep(_BYTES * len(snapshot["stamps"]))
+                self._stamps.append((str(snapshot["tick"]), snapshot["stamps"]))
         for tick, stamps in self._stamps:
             last = stamps.get(subsystem)
             if type(last) is not int or last + 1 < stamp:
@@ -62,7 +62,7 @@ class Resumptions:
 
     def _at(self, tick: str) -> tuple[Any, Values] | None:
         if tick not in self._read:
-            self._read = {tick: None for tick, kept in self._read.items() if kept is None}
+            self._read = {tick: None for tick, snapshot in self._read.items() if snapshot is None}
             self._read[tick] = None
             saved, shelf = snapshot_of(self._file, tick, self._budget)
             if saved is not None and shelf.is_whole:

@@ -106,8 +106,8 @@ class SceneWriter:
         for time_s, poses in zip(times, moments, strict=True):
             stamp = dumped(stamped(time_s)["timestamp"])
             rows = dumped_each(poses.ravel().tolist())
-            told = [(stamp, *rows[i : i + 7]) for i in range(0, len(rows), 7)]
-            yield self._template % tuple(chain.from_iterable(told))
+            values = [(stamp, *rows[i : i + 7]) for i in range(0, len(rows), 7)]
+            yield self._template % tuple(chain.from_iterable(values))
 
     def _entities(self) -> list[dict[str, Any]]:
         found: dict[str, dict[str, Any]] = {}
@@ -154,5 +154,5 @@ def _model(mesh: Mesh, most: int) -> dict[str, Any]:
 
 
 def _primitive(shape: Shape) -> dict[str, Any]:
-    told = _placed(shape) | {"size": dict(zip("xyz", shape.size, strict=True))}
-    return told | ({"bottom_scale": 1.0, "top_scale": 1.0} if shape.kind == "cylinder" else {})
+    message = _placed(shape) | {"size": dict(zip("xyz", shape.size, strict=True))}
+    return message | ({"bottom_scale": 1.0, "top_scale": 1.0} if shape.kind == "cylinder" else {})

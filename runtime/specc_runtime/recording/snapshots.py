@@ -86,10 +86,10 @@ class Snapshots(Shelf):
             return
         self._time_s = time_s
         try:
-            told = saved(self._values)
+            values = saved(self._values)
         except NotRecorded as missing:
-            told = {"missing": str(missing)}
-        data = dumped({"time": time_s, **told})
+            values = {"missing": str(missing)}
+        data = dumped({"time": time_s, **values})
         self._messages.add(time_s, data)
         self._next_s = time_s + len(data) / _BYTES_A_SECOND
 
@@ -106,7 +106,7 @@ class Snapshots(Shelf):
 
 
 @dataclass(slots=True)
-class Kept:
+class Snapshot:
     """The start of a continued run: the last snapshot until a moment, and its values stored aside.
 
     Without a snapshot, `missing` has the reason. `seed`, `set` and `texts` are of the recorded run.
@@ -142,9 +142,9 @@ class Kept:
         if not session.time_s:
             self.saved = None
             return
-        taken = _Taken()
-        values = Values(system, load_layouts(system), taken, is_lenient=True)
-        self.saved, self.shelf = loaded(dumped(session.saved(values))), taken.shelf
+        aside = _SnapshotAside()
+        values = Values(system, load_layouts(system), aside, is_lenient=True)
+        self.saved, self.shelf = loaded(dumped(session.saved(values))), aside.shelf
         self.until_s = session.time_s
 
     def go_on(self, session: Session, system: System) -> list[str]:
@@ -180,13 +180,13 @@ def _over(view: View, time_s: float) -> str:
     return f"after cycle {view.cycles}" if enough else ""
 
 
-class _Taken(Aside):
+class _SnapshotAside(Aside):
     """Keeps images and opaque values in this process, unconverted; see `Aside`."""
 
     exact, is_brief = False, False
 
     def __init__(self) -> None:
-        self.shelf = _Held()
+        self.shelf = _SnapshotShelf()
 
     def image(self, value: Any) -> Any:
         """See `Aside`."""
@@ -201,25 +201,25 @@ class _Taken(Aside):
         return {"kept": self.shelf.hold((kind, value))}
 
 
-class _Held(Shelved):
+class _SnapshotShelf(Shelved):
     """The values kept by `_Taken`; see `Fetch`."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._held: list[Any] = []
+        self._numbered: list[Any] = []
 
     def hold(self, value: Any) -> int:
         """Keep a value; returns its number."""
-        self._held.append(value)
-        return len(self._held) - 1
+        self._numbered.append(value)
+        return len(self._numbered) - 1
 
     def image(self, data: Any) -> Any:
         """See `Fetch`."""
-        return self._held[data["image"]]
+        return self._numbered[data["image"]]
 
-    def kept(self, kind: str, data: Any) -> Any:
+    def opaque(self, kind: str, data: Any) -> Any:
         """See `Fetch`."""
-        own, value = self._held[data["kept"]]
+        own, value = self._numbered[data["kept"]]
         if own != kind:
             raise Misshapen(f"a value of {own} is none of {kind}")
         return value
@@ -232,7 +232,7 @@ def settings_text(settings: Mapping[str, Any] | None) -> str:
     return ", ".join(f"{name}={text}" for name, text in settings.items()) or "no constants"
 
 
-def last_before(file: Path, until_s: float) -> Kept:
+def last_before(file: Path, until_s: float) -> Snapshot:
     """The last snapshot until a time; raises UsageError if the file is unusable or too short."""
     try:
         return _last_before(file, until_s)
@@ -240,7 +240,7 @@ def last_before(file: Path, until_s: float) -> Kept:
         raise UsageError(str(error)) from error
 
 
-def _last_before(file: Path, until_s: float) -> Kept:
+def _last_before(file: Path, until_s: float) -> Snapshot:
     budget = Budget(file)
     about, texts = recorded(file, budget)
     seed = about.get("seed", "")
@@ -248,7 +248,7 @@ def _last_before(file: Path, until_s: float) -> Kept:
         raise UsageError(f"{file} does not say with which seed it was recorded")
     if followed_the_clock(about):
         raise UsageError(f"{file} is of a run in real time, which cannot be gone on with")
-    kept = Kept(until_s=until_s, seed=int(seed), set=_set(about), texts=texts)
+    snapshot = Snapshot(until_s=until_s, seed=int(seed), set=_set(about), texts=texts)
     reading = RecordFile(file, {SNAPSHOTS}, budget)
     report: dict[str, str] = {}
     latest = _last(_texts(reading, until_s, report), budget.most_bytes)
@@ -257,23 +257,23 @@ def _last_before(file: Path, until_s: float) -> Kept:
         raise UsageError(f"{file} ends at {end_s:g} s, before {until_s:g} s")
     tries = _MOST_TRIES
     for text in reversed(latest):
-        told = _told(text)
-        if "tick" in told and type(told.get("time")) is float:
-            kept.saved, kept.shelf = told, _aside_of(file, told, budget)
+        data = _snapshot_data(text)
+        if "tick" in data and type(data.get("time")) is float:
+            snapshot.saved, snapshot.shelf = data, _aside_of(file, data, budget)
             tries -= 1
-            if kept.shelf.is_whole or not tries:
+            if snapshot.shelf.is_whole or not tries:
                 break
-        kept.missing = str(told.get("missing"))
-    return kept
+        snapshot.missing = str(data.get("missing"))
+    return snapshot
 
 
 def _set(about: Mapping[str, str]) -> Mapping[str, Any] | None:
     """The constants that were set for a run."""
     try:
-        told = loaded(about.get("set", "").encode())
+        texts = loaded(about.get("set", "").encode())
     except Misshapen:
         return None
-    return told if type(told) is dict else None
+    return texts if type(texts) is dict else None
 
 
 def _last(texts: Iterable[bytes], most_bytes: int) -> deque[bytes]:
@@ -295,16 +295,16 @@ def snapshot_of(file: Path, tick: str, budget: Budget | None = None) -> tuple[An
     """
     budget = budget or Budget(file)
     every = every_snapshot(file, budget)
-    found = next((told for told in every if str(told["tick"]) == tick), None)
+    found = next((data for data in every if str(data["tick"]) == tick), None)
     return found, _aside_of(file, found, budget)
 
 
 def every_snapshot(file: Path, budget: Budget | None = None) -> Iterator[dict[str, Any]]:
     """All snapshots in a file. Raises Unusable, Misshapen."""
     for text in _texts(RecordFile(file, {SNAPSHOTS}, budget), inf, {}):
-        told = _told(text)
-        if "tick" in told and type(told.get("stamps")) is dict:
-            yield told
+        data = _snapshot_data(text)
+        if "tick" in data and type(data.get("stamps")) is dict:
+            yield data
 
 
 def _texts(reading: RecordFile, until_s: float, report: dict[str, str]) -> Iterator[bytes]:
@@ -358,8 +358,8 @@ def _of_topic(reading: RecordFile, topic: str) -> Iterator[Message | Metadata]:
             yield record
 
 
-def _told(text: bytes) -> dict[str, Any]:
-    told = loaded(text)
-    if type(told) is not dict:
+def _snapshot_data(text: bytes) -> dict[str, Any]:
+    data = loaded(text)
+    if type(data) is not dict:
         raise Misshapen("a snapshot that is none")
-    return told
+    return data

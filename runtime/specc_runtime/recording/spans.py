@@ -32,8 +32,8 @@ _BLOCK_BYTES = 1 << 20
 
 def headed(number: int, place: int, span: bytes) -> bytes:
     """A span with its head, for a place in the file."""
-    told = _HEAD.pack(number, place + _HEAD_BYTES, len(span), crc32(span))
-    return _BEGINNING + told + _CRC.pack(crc32(told)) + span
+    head = _HEAD.pack(number, place + _HEAD_BYTES, len(span), crc32(span))
+    return _BEGINNING + head + _CRC.pack(crc32(head)) + span
 
 
 def is_copies(span: bytes) -> bool:
@@ -112,7 +112,7 @@ class Spans:
 
 def _head(text: bytes, place: int) -> _Head | None:
     """The head at a place of a file, None if there is none for this place."""
-    told = text[len(_BEGINNING) : -_CRC.size]
-    head = _Head(*_HEAD.unpack(told))
-    is_whole = text[-_CRC.size :] == _CRC.pack(crc32(told))
+    content = text[len(_BEGINNING) : -_CRC.size]
+    head = _Head(*_HEAD.unpack(content))
+    is_whole = text[-_CRC.size :] == _CRC.pack(crc32(content))
     return head if is_whole and head.place == place + _HEAD_BYTES else None

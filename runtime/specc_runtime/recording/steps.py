@@ -9,7 +9,7 @@ from typing import Any
 
 from specc_runtime.buffers import AGE, FRESH, LATE
 from specc_runtime.forms import Element, Layout, Schema, object_schema
-from specc_runtime.recording.cells import Cells, Held, Shelf, Times, getter
+from specc_runtime.recording.cells import BufferCells, Cells, Shelf, Times, getter
 from specc_runtime.recording.log import Log
 from specc_runtime.recording.text import dumped, dumped_each
 from specc_runtime.records import StepRecord
@@ -41,11 +41,11 @@ class _Passages(dict[tuple[Any, ...], bytes]):
 
     def __missing__(self, passage: tuple[Any, ...]) -> bytes:
         before, row, state, fresh = passage
-        told = passage_of(self._table, self._ends, before, row, state)
-        told["fresh"] = dict(zip(self._flags, fresh, strict=True))
+        found = passage_of(self._table, self._ends, before, row, state)
+        found["fresh"] = dict(zip(self._flags, fresh, strict=True))
         if len(self) >= _MOST_PASSAGES:
             self.clear()
-        text = self[passage] = dumped(told)[1:-1]
+        text = self[passage] = dumped(found)[1:-1]
         return text
 
 
@@ -55,17 +55,17 @@ class Steps:
     def __init__(self, subsystem: Subsystem, layout: Layout, shelf: Shelf, log: Log) -> None:
         """Note the steps of the subsystem from now on."""
         self.subsystem = subsystem
-        self._taken: tuple[str, Held, tuple[bool, ...], tuple[float, ...]] | None = None
+        self._last_step: tuple[str, BufferCells, tuple[bool, ...], tuple[float, ...]] | None = None
         """State, inputs, freshness and ages of the step that is not committed yet."""
         self._stamp: int | None = None
         """Of the step that was written last."""
         self._shelf = shelf
         brief = not shelf.exact
         topic = topic_of(subsystem.name)
-        kept = remembered(layout, shelf.exact)
+        memory = remembered(layout, shelf.exact)
         self._x = Cells(f"{topic}/x", layout.x)
         self._y = Cells(f"{topic}/y", layout.y, brief=brief)
-        self._memory = Cells(f"{topic}/memory", kept, brief=brief)
+        self._memory = Cells(f"{topic}/memory", memory, brief=brief)
         flagged = beside(subsystem, layout.x, FRESH)
         self._flags = getter([FRESH + e.attribute for e in flagged])
         names = [".".join(e.name) for e in flagged]
@@ -74,7 +74,7 @@ class Steps:
         self._lag_template = _lag_template(behind)
         self._passages = _Passages(subsystem.transitions, layout, names)
         form = STEP_SCHEMA + subsystem.name, _schema(layout, [k for k in behind if behind[k]])
-        every = (*layout.x, *layout.y, *kept)
+        every = (*layout.x, *layout.y, *memory)
         is_preceded = any(element.form.is_aside for element in every)
         self._channel = log.channel(topic, *form, self._texts, is_preceded=is_preceded)
         self._step = subsystem.step
@@ -89,15 +89,15 @@ class Steps:
         """Note state and inputs of the step that comes next."""
         subsystem = self.subsystem
         x = subsystem.x
-        self._taken = subsystem.state, self._x.held(x), self._flags(x), self._lags(x)
+        self._last_step = subsystem.state, self._x.of_buffer(x), self._flags(x), self._lags(x)
 
     def add(self, record: StepRecord) -> None:
         """Write a committed step."""
-        assert self._taken is not None
-        before, (x, inputs), fresh, lags = self._taken
+        assert self._last_step is not None
+        before, (x, inputs), fresh, lags = self._last_step
         _, stamp, time_s, state, row, sent, _, visible_s = record
-        memory, values = self._memory.held(self.subsystem.memory)
-        self._taken = None
+        memory, values = self._memory.of_buffer(self.subsystem.memory)
+        self._last_step = None
         passage = before, row, state, fresh
         late = self._late(stamp, time_s, visible_s)
         kind = x, state, memory, "", bool(late)
@@ -105,8 +105,8 @@ class Steps:
 
     def failed(self, stamp: int, time_s: float, message: str) -> None:
         """Write the step that ended in a fault, if any."""
-        if self._taken is not None and stamp >= 0:
-            before, (x, inputs), fresh, lags = self._taken
+        if self._last_step is not None and stamp >= 0:
+            before, (x, inputs), fresh, lags = self._last_step
             state = self.subsystem.state
             passage = before, -1, state, fresh
             late = self._late(stamp, time_s, None)
@@ -135,7 +135,7 @@ class Steps:
         """The texts of steps that have values for the same elements: column by column."""
         x, state, memory, fault, is_late = kind
         shelf, names = self._shelf, self.subsystem.sends[state] if not fault else ()
-        _, stamps, late, passages, lags, inputs, sent, held = zip(*rows, strict=True)
+        _, stamps, late, passages, lags, inputs, sent, memories = zip(*rows, strict=True)
         columns = [
             stamps,
             *_late_columns(late if is_late else ()),
@@ -154,7 +154,7 @@ class Steps:
         else:
             values = [list(map(itemgetter(1), column)) for column in zip(*sent, strict=True)]
             columns += self._y.texts(names, values, shelf, times)
-            columns += self._memory.texts(memory, zip(*held, strict=True), shelf, times)
+            columns += self._memory.texts(memory, zip(*memories, strict=True), shelf, times)
             template += b',"y":%b,"memory":%b}' % (
                 self._y.template(names),
                 self._memory.template(memory),
@@ -229,16 +229,16 @@ def passage_of(
     The error condition comes first, then the terminal condition, then the initial conditions of
     the rows, of which exactly one holds.
     """
-    cause, taken = (table[row].cause, str(table[row])) if row >= 0 else ("", "")
-    asked = {}
+    cause, row_text = (table[row].cause, str(table[row])) if row >= 0 else ("", "")
+    conditions = {}
     if before:
         terminal, error, _ = ends[before]
-        asked[error] = cause == "error"
+        conditions[error] = cause == "error"
         if cause != "error":
-            asked[terminal] = cause == "terminal"
+            conditions[terminal] = cause == "terminal"
     if row >= 0:
         rows = enumerate(table)
-        asked |= {
+        conditions |= {
             other.condition: index == row
             for index, other in rows
             if (other.source, other.cause) == (before, cause)
@@ -248,8 +248,8 @@ def passage_of(
         "state": state,
         "cause": cause,
         "row": row,
-        "transition": taken,
-        "conditions": asked,
+        "transition": row_text,
+        "conditions": conditions,
     }
 
 

@@ -150,11 +150,11 @@ def _take(
         columns = [[array("d") for _ in range(each.width)] for each in wanted]
         found.lines[name] = Line(columns=columns)
     line = found.lines[name]
-    told = (loaded(text) if is_plant else step_of(text)) if wanted or _FAULT in text else {}
-    begun = _of_plant(told) if is_plant else beginning_of(text)
+    message = (loaded(text) if is_plant else step_of(text)) if wanted or _FAULT in text else {}
+    begun = _of_plant(message) if is_plant else beginning_of(text)
     if wanted:
         blank = [[nan] * each.width for each in wanted]
-        rows = [_numbers(each, told) for each in wanted]
+        rows = [_numbers(each, message) for each in wanted]
         size = 8 * (1 + sum(each.width for each in wanted))
         reading.budget.keep(2 * size)
         if not line.is_next(begun) and line.times_s:
@@ -162,19 +162,19 @@ def _take(
         line.add(at_s, rows)
     more = line.follow(at_s, begun)
     reading.budget.keep(more * _OF_SPAN)
-    if fault := told.get("fault"):
+    if fault := message.get("fault"):
         _mark(found.faults, at_s, f"{name}: {fault}")
 
 
-def _of_plant(told: Any) -> Beginning:
-    if not isinstance(told, dict):
+def _of_plant(message: Any) -> Beginning:
+    if not isinstance(message, dict):
         raise Misshapen("a message of the plant that is no object")
-    first = first_of(told)
-    return Beginning(told["stamp"], first, "", "", -1, "")
+    first = first_of(message)
+    return Beginning(message["stamp"], first, "", "", -1, "")
 
 
-def _numbers(wanted: Wanted, told: Mapping[str, Any]) -> Sequence[float]:
-    data: Any = told
+def _numbers(wanted: Wanted, message: Mapping[str, Any]) -> Sequence[float]:
+    data: Any = message
     for name in wanted.path:
         if not isinstance(data, dict) or name not in data:
             return [nan] * wanted.width

@@ -59,10 +59,10 @@ class Ros2Topic:
     @property
     def config(self) -> dict[str, Any]:
         """What the node is told of it."""
-        told = ("name", "topic", "type", "commanded", "joints", "part", "between")
+        keys = ("name", "topic", "type", "commanded", "joints", "part", "between")
         every = asdict(self)
         field = self.path if self.shape == "joints" else ""
-        return {key: every[key] for key in told} | {"qos": dict(self.qos), "field": field}
+        return {key: every[key] for key in keys} | {"qos": dict(self.qos), "field": field}
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +113,6 @@ CHANGES = Ros2Topic("~/changes", "~/changes", "std_msgs/String", "scalar", "data
 
 def _watched(published: tuple[Ros2Published, ...]) -> list[dict[str, Any]]:
     """The topics; who comes late gets the last state, which may have been for long."""
-    kept = {"qos": {"durability": "transient_local"}}
-    found = [each.topic.config | ({} if each.output else kept) for each in published]
+    latched = {"qos": {"durability": "transient_local"}}
+    found = [each.topic.config | ({} if each.output else latched) for each in published]
     return [*found, CHANGES.config] if published else []

@@ -75,9 +75,9 @@ class Ros2Plant(HostedPlant):
             return
         self._others_seen = raw.number
         for name, (topic, nodes) in plain(bytes(raw.data)).items():
-            told = {"topic": topic, "nodes": nodes, "first_s": self._run_s()}
-            before = self.other_commanders.setdefault(name, told)
-            if before is told or before["nodes"] != nodes:
+            data = {"topic": topic, "nodes": nodes, "first_s": self._run_s()}
+            before = self.other_commanders.setdefault(name, data)
+            if before is data or before["nodes"] != nodes:
                 before["nodes"] = nodes
                 say(f"warning: {', '.join(nodes)} can send on {topic}, too, which commands {name}")
 

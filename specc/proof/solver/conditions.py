@@ -11,9 +11,8 @@ from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.limits import OUT_OF_STEPS, spend
 from specc.model.expr import (
-    COMPARED,
+    COMPARISONS,
     LENGTH,
-    Among,
     Builtin,
     Choice,
     Clock,
@@ -21,6 +20,7 @@ from specc.model.expr import (
     Component,
     Expr,
     Fresh,
+    IsOneOf,
     Items,
     Logic,
     Number,
@@ -28,7 +28,7 @@ from specc.model.expr import (
     Quantifier,
     Unary,
     children,
-    instance,
+    instantiate,
     walk,
 )
 from specc.model.types import Enum, Int, ListOf, Pose, Vector
@@ -106,7 +106,7 @@ class Conditions(Terms):
 
     def _fact(self, expr: Expr) -> Any:
         match expr:
-            case Among(item=item, members=members) if isinstance(item.type, Enum):
+            case IsOneOf(item=item, members=members) if isinstance(item.type, Enum):
                 term = self.item(item)
                 return z3.Or([term == item.type.members.index(m) for m in sorted(members)])
             case Fresh(input=element) | Present(input=element):
@@ -119,13 +119,13 @@ class Conditions(Terms):
         of = left.type
         match kind(of).sort, kind(right.type).sort:
             case "truth", _:
-                return COMPARED[op](self.boolean(left), self.boolean(right))
+                return COMPARISONS[op](self.boolean(left), self.boolean(right))
             case "item", _:
-                return COMPARED[op](self.item(left), self.item(right))
+                return COMPARISONS[op](self.item(left), self.item(right))
             case (("whole" | "real"), ("whole" | "real")):
-                return COMPARED[op](*self._sides(left, right))
+                return COMPARISONS[op](*self._sides(left, right))
         if not isinstance(of, Vector):
-            return COMPARED[op](self.argument(left), self.argument(right))
+            return COMPARISONS[op](self.argument(left), self.argument(right))
         same = z3.And([self._compare("==", *pair) for pair in self._pairs(left, right, of)])
         self.laws.append(z3.Implies(same, self.argument(left) == self.argument(right)))
         return same if op == "==" else z3.Not(same)
@@ -193,7 +193,7 @@ class Conditions(Terms):
         assert isinstance(over.type, (Vector, ListOf))  # typing guarantees it
         self._count_parts(len(indices) * sum(1 for _ in walk(expr.body)))
         items = (Component(over, index, type=over.type.element) for index in indices)
-        return [self.boolean(instance(expr.body, expr.variable, item)) for item in items]
+        return [self.boolean(instantiate(expr.body, expr.variable, item)) for item in items]
 
     def _pairs(self, a: Expr, b: Expr, kind: Vector) -> Iterator[tuple[Expr, Expr]]:
         """The components of two vectors of a type."""

@@ -8,8 +8,8 @@ from typing import Any
 
 import z3
 
-from specc.limits import OUT_OF_STEPS, left, spend
-from specc.model.expr import Among, LetRef, Quantifier, children
+from specc.limits import OUT_OF_STEPS, remaining, spend
+from specc.model.expr import IsOneOf, LetRef, Quantifier, children
 from specc.model.types import Bool, ListOf
 from specc.proof.formula import (
     Answered,
@@ -75,7 +75,7 @@ class Theory:
         Raises:
             SolverError: the solver does not say.
         """
-        allowed = left("proof")
+        allowed = remaining("proof")
         if allowed < MOST_STEPS:
             self._solver.set("rlimit", max(allowed, 1))
         self._solver.push()
@@ -126,7 +126,7 @@ class Theory:
             case Arrival(peer=peer, element=element):
                 return arrived(peer, element, atom.test)
             case EnumItem(expr=item) if item is not None:
-                return self._conditions.boolean(Among(item, atom.test, type=Bool()))
+                return self._conditions.boolean(IsOneOf(item, atom.test, type=Bool()))
             case Quantity(kind="periods"):
                 return self._conditions.in_periods(atom.expr, atom.test[1], atom.holds_if)
         if atom.expr is None:

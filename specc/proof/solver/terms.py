@@ -12,7 +12,7 @@ import z3
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.limits import OUT_OF_STEPS, spend
 from specc.model.expr import (
     Binary,

@@ -1,6 +1,6 @@
 """What changed between two specifications in what they mean."""
 
-from specc.tools.diff.record import Comparison, Difference
-from specc.tools.diff.system import compare
+from specc.tools.diff.changes import Comparison, Difference
+from specc.tools.diff.systems import compare
 
 __all__ = ["Comparison", "Difference", "compare"]

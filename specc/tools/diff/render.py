@@ -8,9 +8,9 @@ from dataclasses import asdict, replace
 from itertools import groupby
 from typing import Any
 
-from specc.diagnostics.phrases import clipped, counted, few
-from specc.diagnostics.render.visible import visible
-from specc.tools.diff.record import Comparison, Difference
+from specc.diagnostics.phrases import counted, join_some, truncate
+from specc.diagnostics.visible import visible
+from specc.tools.diff.changes import Comparison, Difference
 
 # What the readable formats share: a change in a few words, in order.
 
@@ -28,38 +28,26 @@ def _headline(change: Difference) -> str:
     return f"{what}: {visible(change.aspect)} changed" if change.aspect else f"{what} changed"
 
 
-def _reasons(change: Difference) -> Iterator[str]:
+def _witnesses(change: Difference) -> Iterator[str]:
     """Under which facts only one of two conditions holds."""
     for which, facts in (("old", change.only_old), ("new", change.only_new)):
         if facts:
-            told = visible(", ".join(f"{fact} is {answer}" for fact, answer in facts))
-            yield f"only the {which} one holds when {told}"
+            when = visible(", ".join(f"{fact} is {answer}" for fact, answer in facts))
+            yield f"only the {which} one holds when {when}"
 
 
-_GUARANTEES = {"weaker": "less is guaranteed", "stronger": "more is guaranteed"}
-
-
-def _remarks(change: Difference) -> Iterator[str]:
-    yield from filter(None, (_GUARANTEES.get(change.guarantee, ""), change.note))
-
-
-def _shortened(text: str) -> str:
-    """A text that may be long, or of several lines, fit for a line."""
-    return visible(clipped(text, LONGEST))
+_GUARANTEES = {"weaker": "less is guaranteed", "stronger": "more is guaranteed", "": ""}
 
 
 def _by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Difference]]]:
-    """Changes of the system, then of each agent, subsystem and device in the order given.
-
-    Places in which the same has changed, such as the copies of one description, are told together.
-    """
+    """Changes by agent, subsystem or device; places with the same changes are listed together."""
     together: dict[tuple[Difference, ...], list[tuple[str, list[Difference]]]] = {}
     for where, group in groupby(changes, key=lambda change: change.where):
         own = list(group)
         same = (replace(one, where="", name="" if one.name == where else one.name) for one in own)
         together.setdefault(tuple(same), []).append((visible(where) or "system", own))
     for alike in together.values():
-        yield few([where for where, _ in alike], MOST_PLACES), alike[0][1]
+        yield join_some([where for where, _ in alike], MOST_PLACES), alike[0][1]
 
 
 # For a terminal.
@@ -80,9 +68,9 @@ def as_text(comparison: Comparison, old: str, new: str) -> str:
 
 def _counted(comparison: Comparison) -> str:
     """How many differences there are, and by how many of them less is guaranteed."""
-    weaker = len(comparison.weaker)
-    said = f", {weaker} of which weaken{'s' * (weaker == 1)} what is guaranteed" if weaker else ""
-    return f"{counted(len(comparison.differences), 'difference')}{said}"
+    weaker = sum(change.guarantee == "weaker" for change in comparison.differences)
+    words = f", {weaker} of which weaken{'s' * (weaker == 1)} what is guaranteed" if weaker else ""
+    return f"{counted(len(comparison.differences), 'difference')}{words}"
 
 
 def _list(changes: Iterable[Difference]) -> Iterator[str]:
@@ -90,18 +78,16 @@ def _list(changes: Iterable[Difference]) -> Iterator[str]:
         yield where
         for change in group:
             yield f"  {_SIGNS[change.change]} {_headline(change)}"
-            yield from (f"      {visible(line)}" for line in _details(change))
+            old, new = (visible(truncate(text, LONGEST)) for text in (change.old, change.new))
+            if change.change == "changed":
+                yield f"      old: {old}"
+                yield f"      new: {new}"
+            elif old or new:
+                yield f"      {old or new}"
+            yield from (f"      {visible(line)}" for line in _witnesses(change))
+            remarks = filter(None, (_GUARANTEES[change.guarantee], change.note))
+            yield from (f"      ({visible(words)})" for words in remarks)
         yield ""
-
-
-def _details(change: Difference) -> Iterator[str]:
-    if change.change == "changed":
-        yield f"old: {_shortened(change.old)}"
-        yield f"new: {_shortened(change.new)}"
-    elif change.old or change.new:
-        yield _shortened(change.old or change.new)
-    yield from _reasons(change)
-    yield from (f"({words})" for words in _remarks(change))
 
 
 # For a review: a table for each part of the system.
@@ -124,7 +110,8 @@ def _tables(changes: Iterable[Difference]) -> Iterator[str]:
         head = "| change | old | new | |", "| --- | --- | --- | --- |"
         yield from (f"### {_plain(where)}", "", *head)
         for change in group:
-            why = "<br>".join(map(_plain, filter(None, (*_reasons(change), *_remarks(change)))))
+            words = *_witnesses(change), _GUARANTEES[change.guarantee], change.note
+            why = "<br>".join(map(_plain, filter(None, words)))
             cells = _plain(_headline(change)), _code(change.old), _code(change.new), why
             yield f"| {' | '.join(cells)} |"
         yield ""
@@ -134,7 +121,7 @@ def _code(text: str) -> str:
     """A text as code; a vertical bar would end the cell, a backtick the code."""
     if not text:
         return ""
-    clean = " ".join(_shortened(text).split()).replace("|", "\\|")
+    clean = " ".join(visible(truncate(text, LONGEST)).split()).replace("|", "\\|")
     return f"`` {clean} ``" if "`" in clean else f"`{clean}`"
 
 

@@ -14,14 +14,14 @@ from itertools import pairwise, product
 from typing import Any, Protocol
 
 from specc.lang.evaluate import Environment, evaluate
-from specc.lang.kinds import first_value, kind, others
+from specc.lang.kinds import first_value, kind, other_values
 from specc.lower.module import buffer_names
 from specc.model import expr as m
 from specc.model.system import System
-from specc.model.types import Opaque, OptionalOf, Type, Vector, within
+from specc.model.types import Opaque, OptionalOf, Type, Vector, nested_types
 from specc.model.units import DIMENSIONLESS, Dimensions
 from specc.model.wires import Wires
-from specc.tools.explore.partial import Known, filled, is_literal
+from specc.tools.explore.partial import KnownValues, is_literal, residual
 from specc.tools.explore.trace import ExploredTrace
 
 Reports = dict[str, list[tuple[int, Any]]]
@@ -70,7 +70,7 @@ class SensorValues:
         """The values of a sensor without `...`."""
         if sensor not in self._values:
             type_ = self.types[sensor]
-            found = [first_value(type_), *others(first_value(type_), type_)]
+            found = [first_value(type_), *other_values(first_value(type_), type_)]
             marks = self._marks(type_)
             found += [numbers for kind, numbers in self._vectors if kind == type_]
             found += [first_value(type_, mark) for mark in marks]
@@ -109,18 +109,18 @@ def _numbers(nodes: Sequence[m.Expr]) -> Iterator[tuple[Dimensions, float]]:
 
 def _vectors(nodes: Sequence[m.Expr], system: System) -> Iterator[tuple[Type, Any]]:
     """The vectors among some nodes, points included, with their types."""
-    known = Known({}, {item.name: item.value for item in system.constants}, Fraction(1))
+    known = KnownValues({}, {item.name: item.value for item in system.constants}, Fraction(1))
     for node in nodes:
         if isinstance(node, m.Items) and isinstance(node.type, Vector):
             has_lets = any(isinstance(part, m.LetRef) for part in m.walk(node))
-            made = node if has_lets else filled(node, known)
+            made = node if has_lets else residual(node, known)
             if is_literal(made):
                 yield node.type, evaluate(made, Environment())
 
 
 def _units(type_: Type) -> Iterator[Dimensions]:
     """The units of the numbers in a value."""
-    for part in within([type_]):
+    for part in nested_types([type_]):
         if not part.parts:
             yield from (unit.dimensions for unit in part.units or (DIMENSIONLESS,))
 
@@ -282,11 +282,11 @@ class _Expected:
         self.rehearsal = rehearsal
         self.runs = self.steps = 0
         self.snapshots: Mapping[int, Any] = {}
-        self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in way.stamped()) + 1
-        self._steps = {(s.walker.name, n): s for s, n in way.stamped()}
+        self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in way.with_stamps()) + 1
+        self._steps = {(s.walker.name, n): s for s, n in way.with_stamps()}
         wires = Wires(system.agents)
         self._bound = {
-            (s.qualified_name, key): f"{wires.measured(s.qualified_name, key[0])}.{key[1]}"
+            (s.qualified_name, key): f"{wires.measuring_device(s.qualified_name, key[0])}.{key[1]}"
             for s in system.subsystems
             for key in s.inputs
         }
@@ -320,14 +320,14 @@ class _Expected:
                 before.insert(0, value)
                 del before[MOST_SENT:]
             step = self._steps.get((name, stamp))
-            if step is not None and (state, row) != (step.move.target, step.move.row):
+            if step is not None and (state, row) != (step.transition.target, step.transition.row):
                 words = f"at {stamp * ticks[name] * self.rehearsal.tick_s:g} s `{name}` "
-                words += f"is in `{state}`, not in `{step.move.target}`"
+                words += f"is in `{state}`, not in `{step.transition.target}`"
                 found.append(Deviation(stamp * ticks[name], name, words))
             return not found
 
         failures, self.snapshots = self.rehearsal.run(known, self._end, goes_on, since, keep)
-        broken = {key for key, step in self._steps.items() if step.move.broken}
+        broken = {key for key, step in self._steps.items() if step.transition.broken}
         is_expected = any(f.is_assumption and (f.subsystem, f.stamp) in broken for f in failures)
         if not is_expected:
             for failure in failures[:1]:
@@ -346,7 +346,7 @@ class _Expected:
         """Deviations where a measurement should arrive unseen, but does not arrive."""
         for (name, stamp), step in self._steps.items():
             tick = stamp * self.rehearsal.ticks[name]
-            for key, _ in step.move.lost:
+            for key, _ in step.transition.lost:
                 said = known.get(self._bound.get((name, key), ""), ())
                 if [data for begin, data in said if begin <= tick][-1:] == [...]:
                     yield Deviation(tick, name, f"`x.{key[0]}.{key[1]}` does not come then")

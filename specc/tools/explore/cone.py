@@ -18,8 +18,8 @@ from specc.model import expr as m
 from specc.model.types import Type
 from specc.proof import InputName, Prover
 from specc.reachable import reachable
-from specc.tools.explore.partial import Known, filled
-from specc.tools.explore.regions import Within
+from specc.tools.explore.partial import KnownValues, residual
+from specc.tools.explore.regions import BoundedUnknown
 
 Renaming = Mapping[InputName, InputName]
 
@@ -58,11 +58,13 @@ class ConeState:
     members: tuple[tuple[InputName, frozenset[str], frozenset[str]], ...]
     """Of events with an enum the members to which its conditions react, and its functions."""
 
-    def members_asked(self, event: InputName) -> frozenset[str]:
+    def members_in_conditions(self, event: InputName) -> frozenset[str]:
         """The members of an event to which its conditions react."""
-        return next((asked for key, asked, _ in self.members if key == event), frozenset())
+        return next(
+            (conditional for key, conditional, _ in self.members if key == event), frozenset()
+        )
 
-    def members_read(self, event: InputName) -> frozenset[str]:
+    def members_in_functions(self, event: InputName) -> frozenset[str]:
         """The members of an event to which its functions react."""
         return next((read for key, _, read in self.members if key == event), frozenset())
 
@@ -92,10 +94,10 @@ class ConeInput:
     type: Type
     init: m.Expr | None
     is_event: bool
-    is_followed: bool
+    is_tracked: bool
     is_measured: bool
     is_steady: bool
-    within: Within | None
+    bounds: BoundedUnknown | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +107,7 @@ class ConeMemory:
     name: str
     type: Type
     init: m.Expr
-    within: Within | None
+    bounds: BoundedUnknown | None
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,7 @@ class Cone:
     """What it answers follows from the lets, constants, axioms, period and `always_present`."""
 
     @cached_property
-    def rests(self) -> Dependences:
+    def dependences(self) -> Dependences:
         """The dependences of its expressions."""
         return Dependences(dict(self.lets))
 
@@ -139,41 +141,43 @@ class Cone:
 
     def is_measured(self, expr: m.Expr) -> bool:
         """Whether an expression is computed from measurements, or from ages."""
-        rests = self.rests.of(expr)
+        rests = self.dependences.of(expr)
         memory = {("", name) for name in rests.memory}
-        return rests.lags or not self.measured.isdisjoint(rests.inputs | memory)
+        return rests.has_lag or not self.measured.isdisjoint(rests.inputs | memory)
 
     @property
-    def static(self) -> Known:
+    def static_values(self) -> KnownValues:
         """The values that are known at all times."""
-        return Known(dict(self.lets), dict(self.constants), self.period_s)
+        return KnownValues(dict(self.lets), dict(self.constants), self.period_s)
 
     @cached_property
-    def normal(self) -> Cone:
+    def normal_form(self) -> Cone:
         """The cone with lets and constants filled in, and everything without an order sorted."""
-        known = self.static
-        made = self._changed(lambda expr: in_order(filled(expr, known)), {}, {})
-        left = [*made.axioms, *(item.init for item in made.memory)]
-        left += [expr for state in made.states for expr in state.expressions]
-        lets, constants = named_in(left, self.rests, known.constants)
-        lets = tuple((let, in_order(value)) for let, value in lets)
-        return replace(made, lets=lets, constants=constants)
+        known = self.static_values
+        transformed = self._transformed(lambda expr: normalized(residual(expr, known)), {}, {})
+        exprs = [*transformed.axioms, *(item.init for item in transformed.memory)]
+        exprs += [expr for state in transformed.states for expr in state.expressions]
+        lets, constants = named_definitions(exprs, self.dependences, known.constants)
+        lets = tuple((let, normalized(value)) for let, value in lets)
+        return replace(transformed, lets=lets, constants=constants)
 
     @cached_property
     def size(self) -> int:
         """How many parts the expressions of the normal form have, and the lets that these name."""
-        normal = self.normal
+        normal = self.normal_form
         every = [expr for state in normal.states for expr in state.expressions]
         every += [*normal.axioms, *(value for _, value in normal.lets)]
         return sum(1 for expr in every for _ in m.walk(expr))
 
     def renamed(self, inputs: Renaming, outputs: Renaming) -> Cone:
         """The normal form of the cone with other names of inputs and outputs."""
-        made = self.normal._changed(lambda expr: renamed(expr, inputs), inputs, outputs)
-        lets = tuple((let, renamed(value, inputs)) for let, value in made.lets)
-        return replace(made, lets=lets)
+        transformed = self.normal_form._transformed(
+            lambda expr: renamed(expr, inputs), inputs, outputs
+        )
+        lets = tuple((let, renamed(value, inputs)) for let, value in transformed.lets)
+        return replace(transformed, lets=lets)
 
-    def _changed(
+    def _transformed(
         self, change: Callable[[m.Expr], m.Expr], inputs: Renaming, outputs: Renaming
     ) -> Cone:
         """The cone with its expressions changed, and with other names of inputs and outputs."""
@@ -181,15 +185,15 @@ class Cone:
         def name(key: InputName) -> InputName:
             return inputs.get(key, key)
 
-        begun = (
+        inputs_ = (
             replace(x, key=name(x.key), init=None if x.init is None else change(x.init))
             for x in self.inputs
         )
         sent = ((outputs.get(key, key), type_) for key, type_ in self.outputs)
         return replace(
             self,
-            states=tuple(_renamed(state, change, name, outputs) for state in self.states),
-            inputs=tuple(sorted(begun, key=lambda x: x.key)),
+            states=tuple(_renamed_state(state, change, name, outputs) for state in self.states),
+            inputs=tuple(sorted(inputs_, key=lambda x: x.key)),
             outputs=tuple(sorted(sent, key=itemgetter(0))),
             memory=tuple(replace(item, init=change(item.init)) for item in self.memory),
             axioms=tuple(map(change, self.axioms)),
@@ -198,7 +202,7 @@ class Cone:
         )
 
 
-def _renamed(
+def _renamed_state(
     state: ConeState,
     change: Callable[[m.Expr], m.Expr],
     name: Callable[[InputName], InputName],
@@ -224,8 +228,8 @@ def _renamed(
     )
 
 
-def named_in(
-    exprs: Iterable[m.Expr], rests: Dependences, constants: Mapping[str, m.Expr]
+def named_definitions(
+    exprs: Iterable[m.Expr], dependences: Dependences, constants: Mapping[str, m.Expr]
 ) -> tuple[tuple[tuple[str, m.Expr], ...], tuple[tuple[str, m.Expr], ...]]:
     """The lets and the constants that expressions name, directly or through others, in order."""
     every = list(exprs)
@@ -234,15 +238,15 @@ def named_in(
         nodes = m.walk(constants[name])
         return (node.name for node in nodes if isinstance(node, m.ConstantRef))
 
-    needed = reachable(rests.all(every).constants, named)
+    needed = reachable(dependences.all(every).constants, named)
     used = ((name, value) for name, value in constants.items() if name in needed)
-    return tuple(rests.lets(every).items()), tuple(used)
+    return tuple(dependences.lets(every).items()), tuple(used)
 
 
-def in_order(expr: m.Expr) -> m.Expr:
+def normalized(expr: m.Expr) -> m.Expr:
     """An expression with the parts of `and` and `or` in one order."""
-    made = m.mapped(expr, in_order)
-    return _sorted(made) if isinstance(made, m.Logic) else made
+    ordered = m.map_children(expr, normalized)
+    return _sort_operands(ordered) if isinstance(ordered, m.Logic) else ordered
 
 
 def renamed(expr: m.Expr, names: Renaming) -> m.Expr:
@@ -250,9 +254,11 @@ def renamed(expr: m.Expr, names: Renaming) -> m.Expr:
     if isinstance(expr, m.Input):
         new = names.get(expr.key, expr.key)
         return expr if new == expr.key else replace(expr, peer=new[0], element=new[1])
-    made = m.mapped(expr, lambda part: renamed(part, names))
-    return _sorted(made) if isinstance(made, m.Logic) and made is not expr else made
+    ordered = m.map_children(expr, lambda part: renamed(part, names))
+    return (
+        _sort_operands(ordered) if isinstance(ordered, m.Logic) and ordered is not expr else ordered
+    )
 
 
-def _sorted(expr: m.Logic) -> m.Logic:
+def _sort_operands(expr: m.Logic) -> m.Logic:
     return replace(expr, operands=tuple(sorted(expr.operands, key=show)))

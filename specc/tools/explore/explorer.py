@@ -7,36 +7,36 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from specc.analysis import Facts
-from specc.diagnostics.phrases import counted, listed
+from specc.diagnostics.phrases import counted, join_words
 from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
-from specc.tools.explore.findings import FindingsByAbout, TracedFinding, add_best, findings
+from specc.tools.explore.findings import FindingsById, TracedFinding, add_best, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
-from specc.tools.explore.refine import best, not_refuted, refined
-from specc.tools.explore.required import (
+from specc.tools.explore.refine import finest_complete, not_refuted, refine
+from specc.tools.explore.symmetry import group_equal_slices
+from specc.tools.explore.verdicts import (
     RequirementSlice,
     RequirementVerdict,
-    judged,
-    subjects,
-    undecided,
+    judge,
+    requirement_slices,
+    undecided_verdict,
 )
-from specc.tools.explore.symmetry import likewise
 
-FOR_EACH = 16
+REQUIREMENT_SHARE = 16
 """Each pass for a requirement has one part in so many of the budget, however many there are.
 
 So the verdict on one does not depend on the others.
 """
-MOST_ALIKE = 4
+MAX_NAMED = 4
 """Machines and conditions that are named."""
 BOUND = "ended at the bound"
 AssumptionVerdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
 
 
 @dataclass(frozen=True, slots=True)
-class Explored:
+class SliceResult:
     """One slice: the part that was explored, and whether time was counted in periods."""
 
     names: tuple[str, ...]
@@ -44,16 +44,16 @@ class Explored:
     steps: int
     depth_s: float
     complete: bool
-    exact: bool
-    timed: bool
+    counts_time: bool
+    is_timed: bool
     """Whether a condition depends on the time in a state."""
     broken_off: BrokenOff
     widened: tuple[str, ...] = ()
     undecided: int = 0
     """Findings that are neither confirmed nor refuted."""
-    unjudged: tuple[tuple[str, str, tuple[str, ...]], ...] = ()
+    undecided_conditions: tuple[tuple[str, str, tuple[str, ...]], ...] = ()
     """Machine, state, and conditions there of which it is unknown whether they ever come true."""
-    alike: tuple[str, ...] = ()
+    equal_machines: tuple[str, ...] = ()
     """Machines of equal slices that were not explored themselves."""
 
     @property
@@ -64,7 +64,7 @@ class Explored:
         but = f" but for {counted(self.undecided, 'finding')} not decided"
         return f"complete{but if self.undecided else ''}"
 
-    def words(self) -> str:
+    def summary(self) -> str:
         """A line on the coverage of the slice and its abstraction."""
         what = f"{', '.join(self.names)}: "
         states = counted(self.configurations, "state")
@@ -72,21 +72,23 @@ class Explored:
             what += f"explored {self.status.replace('complete', 'completely', 1)}: {states}"
         else:
             what += f"{self.status} after {states}, {self.depth_s:g} s into the runs"
-        if self.timed:
-            time = "counted in periods" if self.exact else "taken to pass in any way"
+        if self.is_timed:
+            time = "counted in periods" if self.counts_time else "taken to pass in any way"
             what += f"; time in states {time}"
-        if self.alike:
-            shown = (*self.alike[:MOST_ALIKE], "...")[: len(self.alike)]
+        if self.equal_machines:
+            shown = (*self.equal_machines[:MAX_NAMED], "...")[: len(self.equal_machines)]
             what += f"; so for {', '.join(shown)}"
         if self.widened:
             what += f"; not all values followed of: {', '.join(self.widened)}"
-        conditions = dict.fromkeys(name for _, _, names in self.unjudged for name in names)
+        conditions = dict.fromkeys(
+            name for _, _, names in self.undecided_conditions for name in names
+        )
         if conditions:
-            named = [*conditions][:MOST_ALIKE]
+            named = [*conditions][:MAX_NAMED]
             if len(conditions) > len(named):
                 named.append(f"{len(conditions) - len(named)} more")
             comes = "comes" if len(named) == 1 else "come"
-            what += f"; not judged is whether {listed(named, 'and')} ever {comes} true"
+            what += f"; not judged is whether {join_words(named, 'and')} ever {comes} true"
         return what
 
 
@@ -94,13 +96,13 @@ class Explored:
 class Exploration:
     """The result: slices, findings, and verdicts on assumptions and requirements."""
 
-    slices: list[Explored] = field(default_factory=list)
+    slices: list[SliceResult] = field(default_factory=list)
     findings: list[TracedFinding] = field(default_factory=list)
     assumptions: list[tuple[str, Axiom, AssumptionVerdict]] = field(default_factory=list)
     requirements: list[RequirementVerdict] = field(default_factory=list)
-    alone: tuple[str, ...] = ()
+    without_decisions: tuple[str, ...] = ()
     """Machines that decide nothing."""
-    left: list[tuple[str, ...]] = field(default_factory=list)
+    not_begun: list[tuple[str, ...]] = field(default_factory=list)
     """Slices that were not begun because exploring was broken off."""
     broken_off: BrokenOff = ""
 
@@ -109,7 +111,7 @@ class Exploration:
         """The word for the whole: complete, complete but for findings, bound, broken off."""
         if self.broken_off:
             return self.broken_off
-        if self.is_short:
+        if self.is_incomplete:
             return BOUND
         undecided = sum(not finding.is_confirmed for finding in self.findings)
         but = f" but for {counted(undecided, 'finding')} not decided"
@@ -122,17 +124,17 @@ class Exploration:
         return f"{counted(count, 'requirement')} can be broken by what is measured" if count else ""
 
     @property
-    def traced(self) -> list[TracedFinding]:
+    def with_traces(self) -> list[TracedFinding]:
         """The findings, then the violations that rest on conditions and are none."""
         rest = (each.finding for each in self.requirements if each.verdict == "open")
         return [*self.findings, *filter(None, rest)]
 
     @property
-    def is_short(self) -> bool:
+    def is_incomplete(self) -> bool:
         """Whether more steps would explore more."""
-        asked = any(r.is_short or r.verdict == "not explored" for r in self.requirements)
+        unfinished = any(r.is_incomplete or r.verdict == "not explored" for r in self.requirements)
         complete = all(each.complete for each in self.slices)
-        return not self.broken_off and (asked or not complete)
+        return not self.broken_off and (unfinished or not complete)
 
 
 def explore(facts: Facts, budget: int) -> Exploration:
@@ -147,84 +149,87 @@ def explore(facts: Facts, budget: int) -> Exploration:
 def _explore(facts: Facts, budget: int) -> Exploration:
     abstraction = Abstraction(facts)
     result = Exploration()
-    found: FindingsByAbout = {}
+    found: FindingsById = {}
     verdicts: dict[tuple[str, int], set[AssumptionVerdict]] = {}
-    slices, required = likewise(abstraction.slices(), abstraction), subjects(facts)
+    slices, required = (
+        group_equal_slices(abstraction.slices(), abstraction),
+        requirement_slices(facts),
+    )
     for index, (names, others) in enumerate(slices):
         if result.broken_off:
-            result.left.append(names)
+            result.not_begun.append(names)
             continue
         spent = sum(each.steps for each in result.slices)
         share = max(0, budget - spent) // (len(slices) - index)
-        explored, graph, there = _explored(names, abstraction, facts, share)
-        for finding in there.values():
+        explored, graph, found_here = _explore_slice(names, abstraction, facts, share)
+        for finding in found_here.values():
             add_best(found, finding)
         alike = tuple(new for same in others for old, new in same.items() if new != old)
-        result.slices.append(replace(explored, alike=alike))
+        result.slices.append(replace(explored, equal_machines=alike))
         result.broken_off = graph.broken_off
         for walker in graph.composition.walkers:
             for number in range(len(walker.subsystem.axioms)):
-                answers = walker.assumed.get(number, set())
-                failing = there.get(("W1006", walker.kind, number))
-                said = _verdict(answers, failing, complete=graph.complete)
+                answers = walker.assumption_truths.get(number, set())
+                failing = found_here.get(("W1006", walker.kind, number))
+                verdict = _verdict(answers, failing, complete=graph.is_complete)
                 for same in (walker.name, *(each[walker.name] for each in others)):
-                    verdicts.setdefault((same, number), set()).add(said)
+                    verdicts.setdefault((same, number), set()).add(verdict)
     result.findings = [f for f in found.values() if not _is_proved(f, verdicts)]
     result.assumptions = [
-        (name, kept.subsystem.axioms[index], _best(said))
-        for (name, index), said in sorted(verdicts.items())
-        for kept in (abstraction.kept[name],)
+        (name, machine.subsystem.axioms[index], _combined_verdict(answers))
+        for (name, index), answers in sorted(verdicts.items())
+        for machine in (abstraction.machines[name],)
     ]
-    begun = [*(each.names for each in result.slices), *result.left]
-    begun += [each.alike for each in result.slices]
-    inside = {name for names in begun for name in names}
-    _require(result, required, facts, budget)
-    result.alone = tuple(name for name in abstraction.kept if name not in inside)
+    groups = [*(each.names for each in result.slices), *result.not_begun]
+    groups += [each.equal_machines for each in result.slices]
+    inside = {name for names in groups for name in names}
+    _explore_requirements(result, required, facts, budget)
+    result.without_decisions = tuple(name for name in abstraction.machines if name not in inside)
     return result
 
 
-def _require(
+def _explore_requirements(
     result: Exploration, required: Sequence[RequirementSlice], facts: Facts, budget: int
 ) -> None:
     """Explore the requirements, each alone."""
-    told: dict[int, RequirementVerdict] = {}
+    verdicts: dict[int, RequirementVerdict] = {}
     for subject in required:
         key = id(subject.requirement)
-        told[key] = RequirementVerdict(subject.requirement, "not explored")
+        verdicts[key] = RequirementVerdict(subject.requirement, "not explored")
         if result.broken_off:
             continue
         try:
-            said, there, graphs = judged(subject, budget // FOR_EACH)
+            verdict, found, graphs = judge(subject, budget // REQUIREMENT_SHARE)
         except (KeyboardInterrupt, MemoryError) as error:
             result.broken_off = broken_off(error)
             continue
         result.broken_off = next((g.broken_off for g in graphs if g.broken_off), "")
-        told[key] = said
-        result.findings += there
+        verdicts[key] = verdict
+        result.findings += found
     result.requirements = [
-        told.get(id(requirement)) or undecided(requirement)
+        verdicts.get(id(requirement)) or undecided_verdict(requirement)
         for requirement in facts.system.requirements
     ]
 
 
-def _explored(
+def _explore_slice(
     names: tuple[str, ...], abstraction: Abstraction, facts: Facts, budget: int
-) -> tuple[Explored, Graph, FindingsByAbout]:
+) -> tuple[SliceResult, Graph, FindingsById]:
     """Explore a slice: its summary, its most exact complete graph, and the findings."""
-    told = refined(
+    steps = refine(
         lambda precision, most: Graph(Composition(names, abstraction, precision), most),
-        lambda graph: _found(graph, abstraction, facts),
+        lambda graph: _findings_or_none(graph, abstraction, facts),
         budget,
     )
-    graph = best(each for each, _ in told)
+    graph = finest_complete(each for each, _ in steps)
     found = {
-        about: replace(finding, is_confirmed=exactly or finding.way.is_decided)
-        for about, (finding, exactly) in not_refuted(told).items()
+        about: replace(finding, is_confirmed=exactly or finding.trace.is_decided)
+        for about, (finding, exactly) in not_refuted(steps).items()
     }
     return _summary(graph, sum(not each.is_confirmed for each in found.values())), graph, found
 
 
-def _found(graph: Graph, abstraction: Abstraction, facts: Facts) -> FindingsByAbout:
+def _findings_or_none(graph: Graph, abstraction: Abstraction, facts: Facts) -> FindingsById:
     """The findings in a graph; none if the search is broken off."""
     try:
         return findings(graph, abstraction, facts.system)
@@ -233,15 +238,15 @@ def _found(graph: Graph, abstraction: Abstraction, facts: Facts) -> FindingsByAb
     return {}
 
 
-def _summary(graph: Graph, undecided: int) -> Explored:
+def _summary(graph: Graph, undecided: int) -> SliceResult:
     composition = graph.composition
-    return Explored(
+    return SliceResult(
         composition.names,
         len(graph.configurations),
         graph.steps,
-        0.0 if graph.complete else float(graph.depth_s(len(graph.edges))),
-        graph.complete,
-        composition.precision.exact,
+        0.0 if graph.is_complete else float(graph.depth_s(len(graph.edges))),
+        graph.is_complete,
+        composition.precision.counts_time,
         composition.is_timed,
         graph.broken_off,
         tuple(sorted(composition.widened)),
@@ -249,7 +254,7 @@ def _summary(graph: Graph, undecided: int) -> Explored:
         tuple(
             (walker.name, state, tuple(names))
             for walker in composition.walkers
-            for state, names in walker.open.items()
+            for state, names in walker.open_conditions.items()
         ),
     )
 
@@ -258,13 +263,13 @@ def _verdict(
     answers: set[bool | None], failing: TracedFinding | None, *, complete: bool
 ) -> AssumptionVerdict:
     if False in answers or failing:
-        return "refuted" if failing and failing.way.is_decided else "may fail"
+        return "refuted" if failing and failing.trace.is_decided else "may fail"
     if not complete:
         return "not explored"
     return "on your word" if None in answers else "proved"
 
 
-_ORDER: tuple[AssumptionVerdict, ...] = (
+_VERDICT_ORDER: tuple[AssumptionVerdict, ...] = (
     "proved",
     "refuted",
     "on your word",
@@ -273,8 +278,8 @@ _ORDER: tuple[AssumptionVerdict, ...] = (
 )
 
 
-def _best(said: set[AssumptionVerdict]) -> AssumptionVerdict:
-    return min(said, key=_ORDER.index)
+def _combined_verdict(verdicts: set[AssumptionVerdict]) -> AssumptionVerdict:
+    return min(verdicts, key=_VERDICT_ORDER.index)
 
 
 def _is_proved(
@@ -283,5 +288,5 @@ def _is_proved(
     """Whether another slice proves the assumption that this finding says fails."""
     if finding.code != "W1006":
         return False
-    _, name, index = finding.about
-    return _best(verdicts[name, index]) == "proved"  # type: ignore[index]  # what W1006 is about
+    _, name, index = finding.identity
+    return _combined_verdict(verdicts[name, index]) == "proved"  # type: ignore[index]  # what W1006 is about

@@ -16,11 +16,11 @@ from heapq import heappop, heappush
 from mmap import mmap
 from typing import Literal, NamedTuple
 
-from specc.tools.explore.acceleration import FIRST, LONGEST_LOOP, accelerated
+from specc.tools.explore.acceleration import MAX_LOOP, MIN_PATH, accelerate
 from specc.tools.explore.composition import Composition, Configuration, Edge
-from specc.tools.explore.symmetry import Permutation, turned
+from specc.tools.explore.symmetry import Permutation, composed
 
-Passage = tuple[int, Edge]
+PathEdge = tuple[int, Edge]
 """An edge, and the configuration from which it leads."""
 Cost = tuple[int, int, int, int]
 """Of a way: rows taken where something else was possible, steps, how late these rows are, and how
@@ -28,7 +28,7 @@ many values are lost."""
 BrokenOff = Literal["", "interrupted", "out of memory"]
 RESERVE = 1 << 25
 """Bytes that are released when memory runs out, so that findings can be printed."""
-_FAR: Cost = 1 << 62, 0, 0, 0
+_UNREACHED: Cost = 1 << 62, 0, 0, 0
 
 
 def broken_off(error: KeyboardInterrupt | MemoryError) -> BrokenOff:
@@ -36,7 +36,7 @@ def broken_off(error: KeyboardInterrupt | MemoryError) -> BrokenOff:
     return "out of memory" if isinstance(error, MemoryError) else "interrupted"
 
 
-def _reserve() -> mmap:
+def _reserve_memory() -> mmap:
     """Memory that is reserved unwritten, since clearing it took longer than most explorations."""
     try:
         return mmap(-1, RESERVE)
@@ -54,35 +54,35 @@ class Graph:
     def __init__(self, composition: Composition, budget: int) -> None:
         """Explore with at most about `budget` steps of single machines."""
         self.composition = composition
-        first, begun = composition.start()
-        self.begin = begun.moves
+        first, initial = composition.start()
+        self.initial_transitions = initial.transitions
         self.configurations = [first]
         self.edges: list[list[Edge]] = []
-        self.faults: list[Passage] = []
-        self.violated = set(begun.violated)
-        self._violations: list[Passage] = []
+        self.faults: list[PathEdge] = []
+        self.violated = set(initial.violated)
+        self._violations: list[PathEdge] = []
         self.steps = 0
         self.broken_off: BrokenOff = ""
-        self._begun = begun
-        self._known = {first: 0}
+        self._initial_edge = initial
+        self._numbers = {first: 0}
         self._ticks = [0]
-        self._single: list[tuple[int, int]] = [(0, 0)]
+        self._unbranched: list[tuple[int, int]] = [(0, 0)]
         """How many edges lead here without a branch, and from where the last of them."""
         try:
-            with _reserve():
+            with _reserve_memory():
                 self._explore(budget)
         except (KeyboardInterrupt, MemoryError) as error:  # findings so far are printed
             self.broken_off = broken_off(error)
 
     @property
-    def complete(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether the edges of every configuration were followed."""
         return len(self.edges) == len(self.configurations)
 
     @property
     def is_counted(self) -> bool:
         """Whether time was counted where it matters."""
-        return self.composition.precision.exact or not self.composition.is_timed
+        return self.composition.precision.counts_time or not self.composition.is_timed
 
     @property
     def is_exact(self) -> bool:
@@ -97,63 +97,65 @@ class Graph:
         while len(self.edges) < len(self.configurations):
             here = len(self.edges)
             out: list[Edge] = []
-            for there, edge in self._following(here):
+            for successor, edge in self._successors(here):
                 # One configuration may have more edges than the budget has steps.
                 if self.steps >= budget:
                     return
-                self.steps += len(edge.moves)
-                out.append(Edge(self._number(there, here, edge), *edge[1:]))
-                if edge.ends:
+                self.steps += len(edge.transitions)
+                out.append(Edge(self._number_of(successor, here, edge), *edge[1:]))
+                if edge.ends_run:
                     self.faults.append((here, out[-1]))
                 if edge.violated:  # kept even if not all edges from here are followed
                     self._violations.append((here, out[-1]))
                     self.violated.update(edge.violated)
             self.edges.append(out)
             new = len(self.configurations) - 1
-            if len(out) == 1 and out[0].target == new and self._single[new] == (0, 0):
-                is_step = not (out[0].ends or out[0].loop)
-                self._single[new] = (self._single[here][0] + 1, here) if is_step else (0, here)
+            if len(out) == 1 and out[0].target == new and self._unbranched[new] == (0, 0):
+                is_step = not (out[0].ends_run or out[0].loop)
+                self._unbranched[new] = (
+                    (self._unbranched[here][0] + 1, here) if is_step else (0, here)
+                )
 
-    def _following(self, here: int) -> Iterable[tuple[Configuration, Edge]]:
+    def _successors(self, here: int) -> Iterable[tuple[Configuration, Edge]]:
         """The edges from a configuration; where steps repeat, one edge to the last of them."""
-        count, _ = self._single[here]
-        if count >= FIRST and not count & (count - 1):
-            way = [here]
-            while len(way) <= min(count, 2 * LONGEST_LOOP):
-                way.append(self._single[way[-1]][1])
-            way.reverse()
-            edges = [self.edges[number][0] for number in way[:-1]]
-            there = [self.configurations[number] for number in way]
-            if found := accelerated(self.composition, there, edges):
+        count, _ = self._unbranched[here]
+        if count >= MIN_PATH and not count & (count - 1):
+            path = [here]
+            while len(path) <= min(count, 2 * MAX_LOOP):
+                path.append(self._unbranched[path[-1]][1])
+            path.reverse()
+            edges = [self.edges[number][0] for number in path[:-1]]
+            successor = [self.configurations[number] for number in path]
+            if found := accelerate(self.composition, successor, edges):
                 return [found]
-        return self.composition.following(self.configurations[here])
+        return self.composition.successors(self.configurations[here])
 
-    def going_on(self, number: int) -> list[Edge]:
+    def continuing_edges(self, number: int) -> list[Edge]:
         """The edges from a configuration that no fault ends."""
-        return [edge for edge in self.edges[number] if not edge.ends]
+        return [edge for edge in self.edges[number] if not edge.ends_run]
 
-    def passed(self, here: int, edge: Edge) -> int:
+    def elapsed_ticks(self, here: int, edge: Edge) -> int:
         """The base ticks of the slice that an edge from a configuration takes."""
-        return self.composition.passed(self.configurations[here].phase, edge)
+        return self.composition.elapsed_ticks(self.configurations[here].phase, edge)
 
-    def _number(self, there: Configuration, here: int, edge: Edge) -> int:
-        number = self._known.get(there)
+    def _number_of(self, successor: Configuration, here: int, edge: Edge) -> int:
+        number = self._numbers.get(successor)
         if number is None:
-            number = self._known[there] = len(self.configurations)
-            self.configurations.append(there)
-            self._ticks.append(self._ticks[here] + self.passed(here, edge))
-            self._single.append((0, 0))
+            number = self._numbers[successor] = len(self.configurations)
+            self.configurations.append(successor)
+            self._ticks.append(self._ticks[here] + self.elapsed_ticks(here, edge))
+            self._unbranched.append((0, 0))
         return number
 
     # The easiest paths.
 
     def cost(self, number: int, *last: Edge) -> Cost:
         """The cost of the easiest path to a configuration and over further edges."""
-        return reduce(after, last, self._ways.costs[number])
+        return reduce(extended_cost, last, self._easiest_paths.costs[number])
 
-    def way(self, number: int) -> list[Passage]:
+    def easiest_path(self, number: int) -> list[PathEdge]:
         """The easiest path to a configuration: edges, each with the configuration it leaves."""
-        found, before = list[Passage](), self._ways.before
+        found, before = list[PathEdge](), self._easiest_paths.before
         while (passage := before[number]) is not None:
             found.append(passage)
             number = passage[0]
@@ -161,11 +163,11 @@ class Graph:
 
     def frame(self, number: int) -> Permutation:
         """The frame at its end: for each machine the real machine that it stands for."""
-        return self._ways.frames[number] if self.composition.copies else self._ordered
+        return self._easiest_paths.frames[number] if self.composition.copies else self._identity
 
     def violation(self, requirement: int) -> tuple[int, tuple[Edge, ...]]:
         """The easiest violation of a requirement: a configuration, and the edge, if any."""
-        if requirement in self._begun.violated:
+        if requirement in self._initial_edge.violated:
             return 0, ()
         number, edge = min(
             ((n, e) for n, e in self._violations if requirement in e.violated),
@@ -174,40 +176,45 @@ class Graph:
         return number, (edge,)
 
     @cached_property
-    def _ordered(self) -> Permutation:
+    def _identity(self) -> Permutation:
         return tuple(range(len(self.composition.names)))
 
     @cached_property
-    def _ways(self) -> _Ways:
+    def _easiest_paths(self) -> _EasiestPaths:
         every = len(self.configurations)
-        ways = _Ways([_FAR] * every, [None] * every, [self._ordered] * every)
-        ways.costs[0] = 0, 0, 0, 0
-        waiting = [(ways.costs[0], 0)]
+        paths = _EasiestPaths([_UNREACHED] * every, [None] * every, [self._identity] * every)
+        paths.costs[0] = 0, 0, 0, 0
+        waiting = [(paths.costs[0], 0)]
         while waiting:
             cost, number = heappop(waiting)
-            if cost > ways.costs[number] or number >= len(self.edges):
+            if cost > paths.costs[number] or number >= len(self.edges):
                 continue
             for edge in self.edges[number]:
-                there = after(cost, edge)
-                if there < ways.costs[edge.target]:
-                    ways.costs[edge.target] = there
-                    ways.before[edge.target] = number, edge
-                    ways.frames[edge.target] = turned(ways.frames[number], edge.turn)
-                    heappush(waiting, (there, edge.target))
-        return ways
+                successor = extended_cost(cost, edge)
+                if successor < paths.costs[edge.target]:
+                    paths.costs[edge.target] = successor
+                    paths.before[edge.target] = number, edge
+                    paths.frames[edge.target] = composed(paths.frames[number], edge.permutation)
+                    heappush(waiting, (successor, edge.target))
+        return paths
 
 
-class _Ways(NamedTuple):
+class _EasiestPaths(NamedTuple):
     """The easiest path to each configuration: its cost, its last edge, and the frame there."""
 
     costs: list[Cost]
-    before: list[Passage | None]
+    before: list[PathEdge | None]
     frames: list[Permutation]
 
 
-def after(cost: Cost, edge: Edge) -> Cost:
+def extended_cost(cost: Cost, edge: Edge) -> Cost:
     """The cost of a way with one more edge."""
-    turns, steps, late, lost = cost
-    more = sum(move.row >= 0 and bool(move.free) for _, move in edge.moves)
-    lost += len(edge.overtaken) + sum(len(move.lost) for _, move in edge.moves)
-    return turns + more, steps + max(1, len(edge.loop)) * edge.times, late + more * steps, lost
+    choices, steps, late, lost = cost
+    avoidable = sum(move.row >= 0 and bool(move.choices) for _, move in edge.transitions)
+    lost += len(edge.overwritten) + sum(len(move.lost) for _, move in edge.transitions)
+    return (
+        choices + avoidable,
+        steps + max(1, len(edge.loop)) * edge.times,
+        late + avoidable * steps,
+        lost,
+    )

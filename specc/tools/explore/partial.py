@@ -12,16 +12,15 @@ from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeGuard
 
-from specc.analysis.failures import asked_parts, failure
-from specc.lang.bounds import bounded, operation_of
+from specc.analysis.suspicious_expressions import evaluated_parts, failure
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.evaluate import Environment, evaluate
+from specc.lang.evaluate import Environment, evaluate, operation_of, range_of
 from specc.lang.kinds import kind
 from specc.lang.ranges import Range
-from specc.lang.signs import SIGNS
+from specc.lang.values import SIGNS
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model import expr as m
-from specc.model.logic import joined, negation, truth
+from specc.model.expr import junction, negation, truth
 from specc.model.system import Subsystem, System
 from specc.model.types import (
     Int,
@@ -31,17 +30,17 @@ from specc.model.types import (
 )
 from specc.proof import InputName
 from specc.proof.clock import TurningPoints
-from specc.tools.explore.lines import EXACT, Line, lined
-from specc.tools.explore.regions import Region, Within, is_number, leaves
+from specc.tools.explore.progressions import MAX_EXACT, Progression, progression_of
+from specc.tools.explore.regions import BoundedUnknown, Region, is_number, value_leaves
 
 SOME: Final = "some"
 """An unknown value that is present (not None)."""
-AbstractValue = m.Expr | Region | Within | Line | str
-"""A literal, a region or line of numbers, what unknown ones lie within, or SOME."""
+AbstractValue = m.Expr | Region | BoundedUnknown | Progression | str
+"""A literal, a region or progression of numbers, bounds of an unknown one, or SOME."""
 
 
 @dataclass(eq=False, slots=True)
-class Known:
+class KnownValues:
     """The known values for evaluating expressions of a subsystem; missing ones are unknown."""
 
     lets: Mapping[str, m.Expr]
@@ -56,9 +55,9 @@ class Known:
     turns: dict[int, tuple[m.Expr, TurningPoints]] = field(default_factory=dict)
     """The periods at which an expression that time alone decides turns, by its identity."""
     times: int = 0
-    """How many values of lines are meant: what is filled in holds for all of them."""
-    _lets: dict[str | int, m.Expr] = field(default_factory=dict)
-    """What is made of lets, by name, and of conditions, by identity."""
+    """How many values of each progression the residuals have to hold for."""
+    _residuals: dict[str | int, m.Expr] = field(default_factory=dict)
+    """The residuals of lets, by name, and of conditions, by identity."""
 
     def value_of(self, leaf: m.Expr) -> AbstractValue | None:
         """The known value of an input or of memory."""
@@ -66,66 +65,70 @@ class Known:
             return self.inputs.get((leaf.peer, leaf.element))
         return self.memory.get(leaf.name) if isinstance(leaf, m.MemoryRef) else None
 
-    def fill_in(self, condition: m.Expr) -> m.Expr:
+    def cached_residual(self, condition: m.Expr) -> m.Expr:
         """A condition with all known values filled in, remembered until the time is set."""
         key = id(condition)
-        if key not in self._lets:
-            self._lets[key] = filled(condition, self)
-        return self._lets[key]
+        if key not in self._residuals:
+            self._residuals[key] = residual(condition, self)
+        return self._residuals[key]
 
-    def line_of(self, expr: m.Expr) -> Line | None:
-        """The line on which an expression runs, if it does."""
+    def progression_of(self, expr: m.Expr) -> Progression | None:
+        """The progression that an expression follows, if any."""
 
-        def leaf(part: m.Expr) -> Line | None:
+        def leaf(part: m.Expr) -> Progression | None:
             value = self.value_of(part)
-            return value if isinstance(value, Line) else None
+            return value if isinstance(value, Progression) else None
 
-        return lined(expr, leaf, self.times) if self.times else None
+        return progression_of(expr, leaf, self.times) if self.times else None
 
     def range_of(self, expr: m.Expr) -> Range | None:
-        """The known region of an input or of memory, or the range of a line, if any."""
+        """The known region of an input or of memory, or the range of a progression, if any."""
         value = self.value_of(expr)
-        if isinstance(value, (Region, Within)):
+        if isinstance(value, (Region, BoundedUnknown)):
             return value.low, value.high
-        if self.times and isinstance(expr, m.Compare):  # two lines may never meet
-            return self._compared(expr)
-        line = self.line_of(expr)
-        return None if line is None else line.over(self.times, whole=isinstance(expr.type, Int))
+        if self.times and isinstance(expr, m.Compare):  # two progressions may never meet
+            return self._comparison_range(expr)
+        line = self.progression_of(expr)
+        return (
+            None if line is None else line.range_over(self.times, whole=isinstance(expr.type, Int))
+        )
 
-    def _compared(self, expr: m.Compare) -> Range | None:
-        left, right = self.line_of(expr.left), self.line_of(expr.right)
+    def _comparison_range(self, expr: m.Compare) -> Range | None:
+        left, right = self.progression_of(expr.left), self.progression_of(expr.right)
         operation = operation_of(expr)
         if left is None or right is None or operation is None:
             return None
-        apart = Line(left.base - right.base, left.slope - right.slope)
-        return operation(apart.over(self.times), (0, 0))
+        apart = Progression(left.base - right.base, left.step - right.step)
+        return operation(apart.range_over(self.times), (0, 0))
 
-    def runs(self, expr: m.Expr) -> bool:
-        """Whether it reads an input or memory that runs on a line."""
-        leaf = leaves(expr) if self.times else ()
-        return any(isinstance(self.value_of(each), Line) for each in leaf)
+    def reads_progression(self, expr: m.Expr) -> bool:
+        """Whether it reads an input or memory that is a progression."""
+        leaf = value_leaves(expr) if self.times else ()
+        return any(isinstance(self.value_of(each), Progression) for each in leaf)
 
-    def is_unclear(self, expr: m.Expr) -> bool:
+    def reads_region(self, expr: m.Expr) -> bool:
         """Whether it reads an input or memory of which only the region is known."""
         return self._reads(expr, Region)
 
-    def is_ranged(self, expr: m.Expr) -> bool:
+    def reads_range(self, expr: m.Expr) -> bool:
         """Whether it reads an input or memory of which a range is known, and not the value."""
-        return self._reads(expr, (Region, Within))
+        return self._reads(expr, (Region, BoundedUnknown))
 
     def _reads(self, expr: m.Expr, kind: type | tuple[type, ...]) -> bool:
         values = (*self.inputs.values(), *self.memory.values())
         return any(isinstance(value, kind) for value in values) and any(
-            isinstance(self.value_of(leaf), kind) for leaf in leaves(expr)
+            isinstance(self.value_of(leaf), kind) for leaf in value_leaves(expr)
         )
 
 
-def static(subsystem: Subsystem, system: System) -> Known:
+def static_values(subsystem: Subsystem, system: System) -> KnownValues:
     """The values of a subsystem that are known at all times."""
-    known = Known({item.name: item.value for item in subsystem.lets}, {}, 1 / subsystem.rate_hz)
+    known = KnownValues(
+        {item.name: item.value for item in subsystem.lets}, {}, 1 / subsystem.rate_hz
+    )
     constants: dict[str, m.Expr] = {}
     for constant in (*system.constants, *subsystem.constants):  # each names only those before it
-        constants[constant.name] = filled(constant.value, replace(known, constants=constants))
+        constants[constant.name] = residual(constant.value, replace(known, constants=constants))
     return replace(known, constants=constants)
 
 
@@ -134,13 +137,13 @@ def is_literal(expr: m.Expr) -> bool:
     if isinstance(expr, m.Items):
         return all(map(is_literal, expr.items))
     if isinstance(expr, m.Number) and isinstance(expr.value, int):
-        return abs(expr.value) <= EXACT
+        return abs(expr.value) <= MAX_EXACT
     return isinstance(expr, _LITERALS)
 
 
 def is_known(value: AbstractValue | None) -> TypeGuard[m.Expr]:
     """Whether the value itself is known, not only its presence or region."""
-    return value is not None and not isinstance(value, (Region, Within, Line, str))
+    return value is not None and not isinstance(value, (Region, BoundedUnknown, Progression, str))
 
 
 _LITERALS = (m.Number, m.Truth, m.TextLiteral, m.Member, m.Nothing, m.Unused)
@@ -151,7 +154,7 @@ def literal(value: Any, type_: Type) -> m.Expr | None:
     return kind(type_).literal(type_, value, lambda part, item: literal(item, part))
 
 
-def filled(expr: m.Expr, known: Known) -> m.Expr:
+def residual(expr: m.Expr, known: KnownValues) -> m.Expr:
     """Fill in all known values: the result is a literal, or the residual expression."""
     if known.periods and id(expr) in known.turns:
         _, turns = known.turns[id(expr)]
@@ -159,18 +162,18 @@ def filled(expr: m.Expr, known: Known) -> m.Expr:
     rule = _RULES.get(type(expr))
     if rule is not None:
         return rule(expr, known)
-    return _computed(m.mapped(expr, lambda part: filled(part, known)))
+    return _evaluated(m.map_children(expr, lambda part: residual(part, known)))
 
 
-def _computed(expr: m.Expr) -> m.Expr:
+def _evaluated(expr: m.Expr) -> m.Expr:
     """The value of an expression whose parts are values; unchanged if evaluating it fails."""
     if not isinstance(expr, _COMPUTABLE) or not all(map(is_literal, m.children(expr))):
         return expr
     try:
-        made = literal(evaluate(expr, Environment()), expr.type)
+        value = literal(evaluate(expr, Environment()), expr.type)
     except (ArithmeticError, ValueError, TypeError, LookupError):
         return expr
-    return expr if made is None else made
+    return expr if value is None else value
 
 
 def may_fail(expr: m.Expr, lets: Collection[str]) -> bool:
@@ -183,52 +186,52 @@ def may_fail(expr: m.Expr, lets: Collection[str]) -> bool:
     )
 
 
-def fails(expr: m.Expr) -> bool:
-    """Whether what filling in left surely has no result, as a division by zero has none."""
+def surely_fails(expr: m.Expr) -> bool:
+    """Whether a residual expression surely has no result, as a division by zero."""
     if is_number(expr) and failure(expr, _number):
         return True
-    return any(map(fails, asked_parts(expr, lambda condition: "settled")))
+    return any(map(surely_fails, evaluated_parts(expr, lambda condition: "settled")))
 
 
 def _number(expr: m.Expr) -> float | None:
     return expr.value if isinstance(expr, m.Number) and is_literal(expr) else None
 
 
-_COMPUTABLE = (m.Unary, m.Binary, m.Compare, m.Among, m.Builtin)
+_COMPUTABLE = (m.Unary, m.Binary, m.Compare, m.IsOneOf, m.Builtin)
 
 
 # One rule for each kind of node that can be decided without all of its parts.
 
 
-def _named(values: Mapping[Any, AbstractValue], key: Any, expr: m.Expr) -> m.Expr:
+def _known_value(values: Mapping[Any, AbstractValue], key: Any, expr: m.Expr) -> m.Expr:
     value = values.get(key, SOME)
     return value if is_known(value) else expr
 
 
-def _let(expr: m.LetRef, known: Known) -> m.Expr:
+def _let(expr: m.LetRef, known: KnownValues) -> m.Expr:
     """The value of a let; the let itself where its value, written out, is too large."""
-    if expr.name not in known._lets:
-        made = filled(known.lets[expr.name], known)
-        known._lets[expr.name] = expr if has_more(made, MAX_EXPRESSION_PARTS) else made
-    return known._lets[expr.name]
+    if expr.name not in known._residuals:
+        value = residual(known.lets[expr.name], known)
+        known._residuals[expr.name] = expr if is_larger_than(value, MAX_EXPRESSION_PARTS) else value
+    return known._residuals[expr.name]
 
 
-def has_more(expr: m.Expr, parts: int) -> bool:
+def is_larger_than(expr: m.Expr, parts: int) -> bool:
     """Whether an expression has more than `parts` parts; stops counting there."""
     return next(islice(m.walk(expr), parts, None), None) is not None
 
 
-def _constant(expr: m.ConstantRef, known: Known) -> m.Expr:
+def _constant(expr: m.ConstantRef, known: KnownValues) -> m.Expr:
     value = known.constants.get(expr.name)
     return value if value is not None and is_literal(value) else expr
 
 
-def _asked(answers: Mapping[InputName, bool], expr: m.Fresh | m.Present) -> m.Expr:
+def _known_answer(answers: Mapping[InputName, bool], expr: m.Fresh | m.Present) -> m.Expr:
     answer = answers.get((expr.input.peer, expr.input.element))
     return expr if answer is None else truth(answer)
 
 
-def _clock(expr: m.Clock, known: Known) -> m.Expr:
+def _clock(expr: m.Clock, known: KnownValues) -> m.Expr:
     if expr.name == "period":
         return m.Number(float(known.period_s), type=expr.type)
     if known.periods is not None and expr.name == "entered":
@@ -236,52 +239,54 @@ def _clock(expr: m.Clock, known: Known) -> m.Expr:
     return m.Number(0.0, type=expr.type) if known.periods == 0 else expr
 
 
-def _ranged(expr: m.Compare | m.Builtin, known: Known) -> m.Expr:
-    """A comparison, or whole number, that is the same wherever in their ranges values lie."""
-    made = _computed(m.mapped(expr, lambda part: filled(part, known)))
-    if isinstance(made, (m.Compare, m.Builtin)) and (known.is_ranged(made) or known.runs(made)):
-        least, greatest = bounded(made, known.range_of)
-        if least == greatest and isinstance(made, m.Compare):
+def _over_ranges(expr: m.Compare | m.Builtin, known: KnownValues) -> m.Expr:
+    """A comparison, or whole number, that is the same for all values in their ranges."""
+    value = _evaluated(m.map_children(expr, lambda part: residual(part, known)))
+    if isinstance(value, (m.Compare, m.Builtin)) and (
+        known.reads_range(value) or known.reads_progression(value)
+    ):
+        least, greatest = range_of(value, known.range_of)
+        if least == greatest and isinstance(value, m.Compare):
             return truth(bool(least))
-        if least == greatest and isinstance(made.type, Int) and abs(least) <= EXACT:
-            return m.Number(int(least), type=made.type)
-    return made
+        if least == greatest and isinstance(value.type, Int) and abs(least) <= MAX_EXACT:
+            return m.Number(int(least), type=value.type)
+    return value
 
 
-def _unary(expr: m.Unary, known: Known) -> m.Expr:
-    operand = filled(expr.operand, known)
-    return negation(operand) if expr.op == "not" else _computed(replace(expr, operand=operand))
+def _unary(expr: m.Unary, known: KnownValues) -> m.Expr:
+    operand = residual(expr.operand, known)
+    return negation(operand) if expr.op == "not" else _evaluated(replace(expr, operand=operand))
 
 
-def _logic(expr: m.Logic, known: Known) -> m.Expr:
+def _logic(expr: m.Logic, known: KnownValues) -> m.Expr:
     end, parts = expr.op == "or", list[m.Expr]()
     for operand in expr.operands:
-        part = filled(operand, known)
+        part = residual(operand, known)
         if not isinstance(part, m.Truth):
             parts.append(part)
-        elif part.value == end and not (parts and fails(parts[0])):
+        elif part.value == end and not (parts and surely_fails(parts[0])):
             return part
-    return joined(expr.op, parts)
+    return junction(expr.op, parts)
 
 
-def _choice(expr: m.Choice, known: Known) -> m.Expr:
-    test = filled(expr.test, known)
+def _choice(expr: m.Choice, known: KnownValues) -> m.Expr:
+    test = residual(expr.test, known)
     if isinstance(test, m.Truth):
-        return filled(expr.then if test.value else expr.otherwise, known)
-    then, otherwise = filled(expr.then, known), filled(expr.otherwise, known)
-    is_same = then == otherwise and not fails(test)
+        return residual(expr.then if test.value else expr.otherwise, known)
+    then, otherwise = residual(expr.then, known), residual(expr.otherwise, known)
+    is_same = then == otherwise and not surely_fails(test)
     return then if is_same else replace(expr, test=test, then=then, otherwise=otherwise)
 
 
-def _is_none(expr: m.IsNone, known: Known) -> m.Expr:
-    value = filled(expr.value, known)
+def _is_none(expr: m.IsNone, known: KnownValues) -> m.Expr:
+    value = residual(expr.value, known)
     if isinstance(value, m.Nothing):
         return m.TRUE
     return m.FALSE if is_some(value, known) else replace(expr, value=value)
 
 
-def is_some(value: m.Expr, known: Known) -> bool:
-    """Whether the result of filling in is surely present (not None)."""
+def is_some(value: m.Expr, known: KnownValues) -> bool:
+    """Whether a residual expression is surely present (not None)."""
     if not isinstance(value.type, OptionalOf):
         return not isinstance(value, m.Nothing)
     match value:
@@ -292,54 +297,54 @@ def is_some(value: m.Expr, known: Known) -> bool:
     return False
 
 
-def _sure(expr: m.Sure, known: Known) -> m.Expr:
-    value = filled(expr.value, known)
+def _sure(expr: m.Unwrap, known: KnownValues) -> m.Expr:
+    value = residual(expr.value, known)
     return value if is_literal(value) else replace(expr, value=value)
 
 
-def _component(expr: m.Component, known: Known) -> m.Expr:
-    value = filled(expr.value, known)
+def _component(expr: m.Component, known: KnownValues) -> m.Expr:
+    value = residual(expr.value, known)
     if isinstance(value, m.Items) and expr.index < len(value.items):
         return value.items[expr.index]
     return replace(expr, value=value)
 
 
-def _quantifier(expr: m.Quantifier, known: Known) -> m.Expr:
-    over = filled(expr.over, known)
+def _quantifier(expr: m.Quantifier, known: KnownValues) -> m.Expr:
+    over = residual(expr.over, known)
     items = over.items if isinstance(over, m.Items) and expr.kind in ("all", "any") else None
-    if items is None or _times(expr.body, known) * len(items) > MAX_EXPRESSION_PARTS:
-        return replace(expr, over=over, body=filled(expr.body, known))
-    each = tuple(m.instance(expr.body, expr.variable, item) for item in items)
+    if items is None or _expanded_size(expr.body, known) * len(items) > MAX_EXPRESSION_PARTS:
+        return replace(expr, over=over, body=residual(expr.body, known))
+    each = tuple(m.instantiate(expr.body, expr.variable, item) for item in items)
     return _logic(m.Logic("and" if expr.kind == "all" else "or", each, type=expr.type), known)
 
 
-def _times(body: m.Expr, known: Known) -> int:
+def _expanded_size(body: m.Expr, known: KnownValues) -> int:
     """The size of the body of a quantifier after the quantifiers in it are expanded."""
     if not isinstance(body, m.Quantifier):
-        return 1 + sum(_times(part, known) for part in m.children(body))
+        return 1 + sum(_expanded_size(part, known) for part in m.children(body))
     over = body.over
     over = known.constants.get(over.name, over) if isinstance(over, m.ConstantRef) else over
     size = over.type.size if isinstance(over.type, Vector) else 1
     size = len(over.items) if isinstance(over, m.Items) else size
-    return size * _times(body.body, known)
+    return size * _expanded_size(body.body, known)
 
 
-_RULES: dict[type, Callable[[Any, Known], m.Expr]] = {
-    m.Input: lambda e, known: _named(known.inputs, (e.peer, e.element), e),
-    m.MemoryRef: lambda e, known: _named(known.memory, e.name, e),
+_RULES: dict[type, Callable[[Any, KnownValues], m.Expr]] = {
+    m.Input: lambda e, known: _known_value(known.inputs, (e.peer, e.element), e),
+    m.MemoryRef: lambda e, known: _known_value(known.memory, e.name, e),
     m.LetRef: _let,
     m.ConstantRef: _constant,
-    m.Fresh: lambda e, known: _asked(known.fresh, e),
-    m.Present: lambda e, known: _asked(known.present, e),
+    m.Fresh: lambda e, known: _known_answer(known.fresh, e),
+    m.Present: lambda e, known: _known_answer(known.present, e),
     m.Lag: lambda e, known: e,
     m.Clock: _clock,
-    m.Compare: _ranged,
-    m.Builtin: _ranged,
+    m.Compare: _over_ranges,
+    m.Builtin: _over_ranges,
     m.Unary: _unary,
     m.Logic: _logic,
     m.Choice: _choice,
     m.IsNone: _is_none,
-    m.Sure: _sure,
+    m.Unwrap: _sure,
     m.Component: _component,
     m.Quantifier: _quantifier,
 }

@@ -1,6 +1,6 @@
-"""Abstraction refinement: findings are looked for again on finer abstractions.
+"""Abstraction refinement: findings are checked again on finer abstractions.
 
-The first abstraction lets any time pass in a state, and follows a bounded number of values of each
+The first abstraction lets any time pass in a state, and tracks a bounded number of values of each
 element. A finding is dropped only if it is absent from the complete graph of an abstraction that
 is finer in every respect.
 """
@@ -13,72 +13,73 @@ from typing import TypeVar
 from specc.tools.explore.composition import COARSEST, Precision
 from specc.tools.explore.graph import Graph
 
-FOR_TIME, FOR_VALUES, FOR_REALS = 8, 64, 256
+TIME_SHARE, VALUES_SHARE, REALS_SHARE = 8, 64, 256
 """One part in so many of the budget is for a finer abstraction without findings on the coarse one.
 
 The smaller parts are for a coarse graph that was complete: it can hide only waiting machines. Whole
 numbers between constants come to an end, real ones may have new values for ever.
 """
-LEAST = 2000
-"""Steps, if the budget allows for as many: with fewer, a finer abstraction finds nothing."""
-About = TypeVar("About")
-What = TypeVar("What")
-Told = list[tuple[Graph, Mapping[About, What]]]
+MIN_STEPS = 2000
+"""Steps that a finer abstraction gets if the budget allows: with fewer it finds nothing."""
+Identity = TypeVar("Identity")
+Item = TypeVar("Item")
+Refinement = list[tuple[Graph, Mapping[Identity, Item]]]
 """Graphs from coarse to fine, each with its findings."""
 
 
-def refined(
+def refine(
     build: Callable[[Precision, int], Graph],
-    look: Callable[[Graph], Mapping[About, What]],
+    look: Callable[[Graph], Mapping[Identity, Item]],
     budget: int,
-) -> Told[About, What]:
+) -> Refinement[Identity, Item]:
     """The graphs of one slice, each of at most about `budget` steps, until nothing is open."""
-    told: Told[About, What] = []
+    results: Refinement[Identity, Item] = []
 
-    def explored(precision: Precision, budget: int) -> Graph:
+    def explore(precision: Precision, budget: int) -> Graph:
         graph = build(precision, budget)
-        told.append((graph, look(graph)))
+        results.append((graph, look(graph)))
         return graph
 
-    graph = explored(COARSEST, budget)
-    found = told[-1][1]
-    is_open = found or not graph.complete or graph.composition.widened
-    share = budget // (FOR_REALS if graph.composition.values.has_reals else FOR_VALUES)
-    share = min(budget, max(share, LEAST))
+    graph = explore(COARSEST, budget)
+    found = results[-1][1]
+    is_open = found or not graph.is_complete or graph.composition.widened
+    share = budget // (REALS_SHARE if graph.composition.values.has_reals else VALUES_SHARE)
+    share = min(budget, max(share, MIN_STEPS))
     # Time that may pass in any way adds traces, which counting it removes.
     if is_open and graph.composition.is_timed and not graph.broken_off:
-        least = share if graph.complete else budget // FOR_TIME
+        least = share if graph.is_complete else budget // TIME_SHARE
         steps = budget if found else least
         # Without a step it would be the first state again, and making machines takes time, too.
-        counted = explored(Precision(exact=True), steps) if steps else graph
-        if counted.complete or counted.broken_off:
-            graph, found = counted, told[-1][1]
+        counted = explore(Precision(counts_time=True), steps) if steps else graph
+        if counted.is_complete or counted.broken_off:
+            graph, found = counted, results[-1][1]
     if budget and graph.composition.widened and not graph.broken_off:
-        finest = Precision(graph.composition.precision.exact, None)
-        explored(finest, budget if found else share)
-    return told
+        finest = Precision(graph.composition.precision.counts_time, None)
+        explore(finest, budget if found else share)
+    return results
 
 
-def not_refuted(told: Told[About, What]) -> dict[About, tuple[What, bool]]:
+def not_refuted(results: Refinement[Identity, Item]) -> dict[Identity, tuple[Item, bool]]:
     """The findings that no finer, complete graph refutes by lacking them.
 
     Each is as in the finest graph that has it, with whether that graph is exact.
     """
-    kept: dict[About, tuple[What, bool]] = {}
-    for index, (graph, there) in enumerate(told):
+    standing: dict[Identity, tuple[Item, bool]] = {}
+    for index, (graph, found) in enumerate(results):
         finer = [
             other
-            for after, other in told[index + 1 :]
-            if after.complete and after.composition.precision.refines(graph.composition.precision)
+            for after, other in results[index + 1 :]
+            if after.is_complete
+            and after.composition.precision.refines(graph.composition.precision)
         ]
-        for about, what in there.items():
-            if all(about in other for other in finer):
-                kept[about] = what, graph.is_exact
-    return kept
+        for identity, item in found.items():
+            if all(identity in other for other in finer):
+                standing[identity] = item, graph.is_exact
+    return standing
 
 
-def best(graphs: Iterable[Graph]) -> Graph:
+def finest_complete(graphs: Iterable[Graph]) -> Graph:
     """Of graphs from coarse to fine, the last one that is complete, else the coarsest."""
     every = list(graphs)
-    done = (graph for graph in reversed(every) if graph.complete or graph.broken_off)
+    done = (graph for graph in reversed(every) if graph.is_complete or graph.broken_off)
     return next(done, every[0])

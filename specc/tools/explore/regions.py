@@ -1,7 +1,7 @@
-"""Interval abstraction: numbers of which only the region between two constants is known.
+"""Interval abstraction: numbers with a known region between two constants.
 
-A counter has too many values to follow each of them. Decisions depend on comparisons with some
-constants. So all values between two of these constants are one region.
+A counter has too many values to track each. Decisions depend on comparisons with constants, so all
+values between two neighbouring constants form one region.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from specc.lang.kinds import kind
-from specc.lang.ranges import ANY, Range, of_float
+from specc.lang.ranges import ANY, Range, as_floats
 from specc.model import expr as m
 from specc.model.types import Int, Real, Type, Vector
 
@@ -26,22 +26,22 @@ class Region(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Within:
+class BoundedUnknown:
     """An unknown number, or vector of numbers, between two numbers whatever is measured."""
 
     low: float
     high: float
 
 
-def within(expr: m.Expr, range_: Range, type_: Type) -> Within | None:
-    """What is known of a number of a type by the range of the expression that gives it.
+def bounded_unknown(expr: m.Expr, range_: Range, type_: Type) -> BoundedUnknown | None:
+    """The bounds of a number that an expression of a known range gives.
 
-    A whole number that becomes a real one may be rounded.
+    An integer that becomes a real may be rounded.
     """
     of = _element(expr.type)
     if range_ == ANY or kind(of).sort not in ("whole", "real"):
         return None
-    return Within(*(of_float(range_) if of != _element(type_) else range_))
+    return BoundedUnknown(*(as_floats(range_) if of != _element(type_) else range_))
 
 
 def _element(type_: Type) -> Type:
@@ -54,12 +54,12 @@ class Regions:
     def __init__(self, cuts: Iterable[float]) -> None:
         self.cuts = sorted(set(cuts))
 
-    def between(self, low: float, high: float, *, whole: bool) -> Iterator[Region]:
+    def intersecting(self, low: float, high: float, *, whole: bool) -> Iterator[Region]:
         """The regions that intersect a range, of integers if `whole`."""
         at = bisect_left(self.cuts, low)
         before = self.cuts[at - 1] if at else -math.inf
         for cut in (*self.cuts[at:], math.inf):
-            inside = _inside(before, cut, whole=whole)
+            inside = _open_interval(before, cut, whole=whole)
             if inside.low <= inside.high and max(low, inside.low) <= min(high, inside.high):
                 yield inside
             if cut > high:
@@ -73,7 +73,7 @@ class Regions:
         return min([0, *self.cuts[:1]]) <= number <= max([0, *self.cuts[-1:]])
 
 
-def _inside(low: float, high: float, *, whole: bool) -> Region:
+def _open_interval(low: float, high: float, *, whole: bool) -> Region:
     """The open interval between two numbers."""
     if not whole:
         return Region(math.nextafter(low, math.inf), math.nextafter(high, -math.inf))
@@ -86,7 +86,7 @@ def is_number(expr: m.Expr) -> bool:
     return isinstance(expr.type, (Int, Real))
 
 
-def leaves(expr: m.Expr) -> Iterator[m.Input | m.MemoryRef]:
+def value_leaves(expr: m.Expr) -> Iterator[m.Input | m.MemoryRef]:
     """The inputs and memory that determine the value of an expression.
 
     Arguments of operators are left out: the result is unknown anyway.
@@ -95,4 +95,4 @@ def leaves(expr: m.Expr) -> Iterator[m.Input | m.MemoryRef]:
         yield expr
     elif not isinstance(expr, (m.Call, m.Fresh, m.Present, m.Lag)):
         for part in m.children(expr):
-            yield from leaves(part)
+            yield from value_leaves(part)

@@ -1,4 +1,4 @@
-"""Bounded response: requests that can no longer be answered, unless they are made anew.
+"""Bounded response: requests that can no longer be answered, unless they are repeated.
 
 `always(p implies within(d, q))` requests an answer `q` where `p` holds. While it is pending, a run
 answers it on a way on which `p` lasts, then does not hold, until `q` holds. A configuration without
@@ -18,7 +18,7 @@ from typing import Literal
 from specc.model import requirement as r
 from specc.reachable import grouped, reachable
 from specc.tools.explore.composition import Edge
-from specc.tools.explore.graph import Graph, after
+from specc.tools.explore.graph import Graph, extended_cost
 from specc.tools.explore.monitor import TruthValue
 
 
@@ -31,163 +31,169 @@ class Response:
     request: tuple[r.TemporalFormula, ...] = ()
 
     @property
-    def at_once(self) -> r.TemporalFormula:
-        """That the answer is there at the tick of the request."""
-        return r.Junction("or", (_not(self.antecedent), self.answer))
+    def immediate(self) -> r.TemporalFormula:
+        """The formula "the answer holds at the tick of the request"."""
+        return r.BoolOp("or", (_negation(self.antecedent), self.answer))
 
     @property
     def antecedent(self) -> r.TemporalFormula:
         """The request as one formula."""
-        return r.Junction("and", self.request)
+        return r.BoolOp("and", self.request)
 
 
-def responses(formula: r.TemporalFormula, *, meant: bool = True) -> Iterator[Response]:
-    """The responses that a formula, or its negation, asks for, each part of a conjunction alone."""
+def responses(formula: r.TemporalFormula, *, positive: bool = True) -> Iterator[Response]:
+    """The responses that a formula, or its negation, requires, one for each conjunct."""
     match formula:
-        case r.Junction(op="not", operands=(operand,)):
-            yield from responses(operand, meant=not meant)
-        case r.Junction(op=op, operands=operands) if (op == "and") == meant:
+        case r.BoolOp(op="not", operands=(operand,)):
+            yield from responses(operand, positive=not positive)
+        case r.BoolOp(op=op, operands=operands) if (op == "and") == positive:
             for operand in operands:
-                yield from responses(operand, meant=meant)
-        case r.Junction(operands=operands):
+                yield from responses(operand, positive=positive)
+        case r.BoolOp(operands=operands):
             ahead = [each for each in operands if not r.is_timeless(each)]
-            now = [_not(each) if meant else each for each in operands if r.is_timeless(each)]
-            for part in responses(ahead[0], meant=meant) if len(ahead) == 1 else ():
+            now = [
+                _negation(each) if positive else each for each in operands if r.is_timeless(each)
+            ]
+            for part in responses(ahead[0], positive=positive) if len(ahead) == 1 else ():
                 yield replace(part, request=(*now, *part.request))
         case r.Temporal(op="within" | "throughout" as op, operands=(operand,)):
-            if (op == "within") == meant and r.is_timeless(operand):
-                yield Response(operand if meant else _not(operand), formula.span_s)
+            if (op == "within") == positive and r.is_timeless(operand):
+                yield Response(operand if positive else _negation(operand), formula.span_s)
 
 
-def _not(formula: r.TemporalFormula) -> r.TemporalFormula:
-    return r.Junction("not", (formula,))
+def _negation(formula: r.TemporalFormula) -> r.TemporalFormula:
+    return r.BoolOp("not", (formula,))
 
 
 Phase = Literal["asked", "over", "ever"]
-"""What is left of a request: it holds, it is over, or it may be made anew at any time."""
+"""The phase of a request: it holds, it is over, or it may be repeated at any time."""
 PendingPlace = tuple[int, Phase]
 """A configuration with a pending answer."""
 
 
 @dataclass(frozen=True, slots=True)
 class DeadEnd:
-    """A pending answer that cannot come: the configuration with the request, and the way on."""
+    """A pending answer that cannot come: the configuration with the request, and the path."""
 
     start: int
-    way: tuple[Edge, ...]
-    unless_anew: bool
-    """Whether a request that is made anew may be answered."""
+    path: tuple[Edge, ...]
+    can_retry: bool
+    """Whether a repeated request may be answered."""
 
 
-class Pending:
+class PendingAnswers:
     """The places of a graph where an answer is pending.
 
-    It may hold or not where it is unknown whether a request holds. An unknown answer is one.
+    An unknown request may hold or not; an unknown answer counts as an answer.
     """
 
     def __init__(
         self,
         graph: Graph,
-        asked: Sequence[TruthValue],
+        requested: Sequence[TruthValue],
         answered: Sequence[TruthValue],
         deadline_s: Fraction,
     ) -> None:
         """`asked` and `answered` are the truth values in each configuration."""
-        self._graph, self._asked, self._answered = graph, asked, answered
+        self._graph, self._requested, self._answered = graph, requested, answered
         self._deadline = deadline_s / graph.composition.tick_s
 
     def dead_end(self, starts: Iterable[int]) -> DeadEnd | None:
         """The dead end with the easiest way, for requests in some configurations."""
         begins: list[PendingPlace] = [(n, self._phase(n)) for n in starts]
-        places = reachable(begins, lambda place: [there for there, _ in self._pending(place)])
-        until_anew = self._dead(places)
-        for_ever = self._dead((number, "ever") for number, _ in places)
+        places = reachable(
+            begins, lambda place: [target for target, _ in self._still_pending(place)]
+        )
+        until_anew = self._dead_places(places)
+        for_ever = self._dead_places((number, "ever") for number, _ in places)
         costs = {place: self._graph.cost(place[0]) for place in begins}
         before = dict[PendingPlace, tuple[PendingPlace, Edge]]()
         waiting = [(cost, place) for place, cost in costs.items()]
         heapify(waiting)
         while waiting:
             cost, place = heappop(waiting)
-            is_shut = (place[0], "ever") in for_ever
-            if is_shut or place in until_anew:
-                way = list[Edge]()
+            is_closed = (place[0], "ever") in for_ever
+            if is_closed or place in until_anew:
+                path = list[Edge]()
                 while place in before:
                     place, edge = before[place]
-                    way.insert(0, edge)
-                return DeadEnd(place[0], tuple(way), not is_shut)
-            for there, edge in self._pending(place):
-                if there not in costs or after(cost, edge) < costs[there]:
-                    costs[there], before[there] = after(cost, edge), (place, edge)
-                    heappush(waiting, (costs[there], there))
+                    path.insert(0, edge)
+                return DeadEnd(place[0], tuple(path), not is_closed)
+            for target, edge in self._still_pending(place):
+                if target not in costs or extended_cost(cost, edge) < costs[target]:
+                    costs[target], before[target] = extended_cost(cost, edge), (place, edge)
+                    heappush(waiting, (costs[target], target))
         return None
 
     def _phase(self, number: int) -> Phase:
-        return "over" if self._asked[number] is False else "asked"
+        return "over" if self._requested[number] is False else "asked"
 
-    def _pending(self, place: PendingPlace) -> Iterator[tuple[PendingPlace, Edge]]:
+    def _still_pending(self, place: PendingPlace) -> Iterator[tuple[PendingPlace, Edge]]:
         """Where the answer is still pending after a step; the request may be made anew."""
-        for edge in self._edges(place[0]):
+        for edge in self._continuing_edges(place[0]):
             if self._answered[edge.target] is False and len(edge.loop) < 2:
                 yield (edge.target, self._phase(edge.target)), edge
 
-    def _edges(self, number: int) -> list[Edge]:
-        return self._graph.going_on(number) if number < len(self._graph.edges) else []
+    def _continuing_edges(self, number: int) -> list[Edge]:
+        return self._graph.continuing_edges(number) if number < len(self._graph.edges) else []
 
-    def _following(self, place: PendingPlace) -> Iterator[PendingPlace | None]:
+    def _next_places(self, place: PendingPlace) -> Iterator[PendingPlace | None]:
         """The places after a step on which no request is made anew; None for an answer."""
         number, phase = place
         if number >= len(self._graph.edges):  # nothing is known of what follows
             yield None
-        for edge in self._edges(number):
-            yield from self._after(phase, edge)
+        for edge in self._continuing_edges(number):
+            yield from self._places_after(phase, edge)
 
-    def _after(self, phase: Phase, edge: Edge) -> Iterator[PendingPlace | None]:
-        there = edge.target
-        asked = self._asked[there]
-        if phase == "over" and asked is True:
+    def _places_after(self, phase: Phase, edge: Edge) -> Iterator[PendingPlace | None]:
+        target = edge.target
+        requested = self._requested[target]
+        if phase == "over" and requested is True:
             return  # what answers now answers the request that is made anew
-        if self._answered[there] is not False or len(edge.loop) > 1:
+        if self._answered[target] is not False or len(edge.loop) > 1:
             yield None  # within several repeated steps there may be one
         elif phase == "ever":
-            yield there, "ever"
+            yield target, "ever"
         else:
-            if asked is not False and phase == "asked":
-                yield there, "asked"
-            if asked is not True:
-                yield there, "over"
+            if requested is not False and phase == "asked":
+                yield target, "asked"
+            if requested is not True:
+                yield target, "over"
 
-    def _dead(self, places: Iterable[PendingPlace]) -> set[PendingPlace]:
+    def _dead_places(self, places: Iterable[PendingPlace]) -> set[PendingPlace]:
         """The places from which no answer comes, although a run may last beyond the deadline."""
-        known = reachable(places, lambda place: filter(None, self._following(place)))
-        pairs = [(there, here) for here in known for there in self._following(here)]
+        known = reachable(places, lambda place: filter(None, self._next_places(place)))
+        pairs = [(target, here) for here in known for target in self._next_places(here)]
         before = grouped(pairs)
         answered = reachable([None], lambda place: before.get(place, ()))
-        shut = {place for place in known if place not in answered}
-        longest = self._longest(shut, before)
-        return {place for place in shut if longest.get(place, inf) > self._deadline}
+        closed = {place for place in known if place not in answered}
+        longest = self._longest_stays(closed, before)
+        return {place for place in closed if longest.get(place, inf) > self._deadline}
 
-    def _longest(
-        self, shut: set[PendingPlace], before: Mapping[PendingPlace | None, Sequence[PendingPlace]]
+    def _longest_stays(
+        self,
+        closed: set[PendingPlace],
+        before: Mapping[PendingPlace | None, Sequence[PendingPlace]],
     ) -> dict[PendingPlace, int]:
         """For how many ticks runs stay in these places; without those where they may for ever."""
-        left = {place: sum(1 for _ in self._following(place)) for place in shut}
+        remaining = {place: sum(1 for _ in self._next_places(place)) for place in closed}
         found, waiting = (
             dict[PendingPlace, int](),
-            [place for place, count in left.items() if not count],
+            [place for place, count in remaining.items() if not count],
         )
         while waiting:
             place = waiting.pop()
             number, phase = place
             found[place] = max(
                 (
-                    self._graph.passed(number, edge)
-                    + max((found[p] for p in self._after(phase, edge) if p), default=0)
-                    for edge in self._edges(number)
+                    self._graph.elapsed_ticks(number, edge)
+                    + max((found[p] for p in self._places_after(phase, edge) if p), default=0)
+                    for edge in self._continuing_edges(number)
                 ),
                 default=0,
             )
             for earlier in before.get(place, ()):
-                if earlier in shut:
-                    left[earlier] -= 1
-                    waiting += [] if left[earlier] else [earlier]
+                if earlier in closed:
+                    remaining[earlier] -= 1
+                    waiting += [] if remaining[earlier] else [earlier]
         return found

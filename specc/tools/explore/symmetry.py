@@ -17,9 +17,9 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.cone import Cone, Renaming
 
 CopyLinks = tuple[tuple[InputName, ...], ...]
-"""For each copy the names of the elements that a machine exchanges with it, in one order."""
+"""For each copy the elements between a machine and the copy, in one order."""
 Permutation = tuple[int, ...]
-"""Which machine each one stands for, by their indices."""
+"""The index of the machine that each machine stands for."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Copies:
         return {i: number for number, copy in enumerate(self.machines) for i in copy}
 
     @cached_property
-    def others(self) -> tuple[int, ...]:
+    def outside_machines(self) -> tuple[int, ...]:
         """The machines outside that receive elements of copies, or send elements to them."""
         return tuple(sorted(self.inputs.keys() | self.outputs.keys()))
 
@@ -54,7 +54,9 @@ class Copies:
         pairs = (zip(links[q], links[p], strict=True) for p, q in enumerate(order))
         return {old: new for pair in pairs for old, new in pair}
 
-    def real(self, frame: Permutation, index: int, key: InputName, *, is_sent: bool) -> InputName:
+    def real_name(
+        self, frame: Permutation, index: int, key: InputName, *, is_sent: bool
+    ) -> InputName:
         """The real name of an element of a copy, where `frame` maps machines to real ones."""
         links = (self.outputs if is_sent else self.inputs).get(index, ())
         for number, names in enumerate(links):
@@ -64,15 +66,15 @@ class Copies:
         return key
 
 
-MOST_COMPARED = 100_000
-"""Parts of expressions that are compared to find copies; what is left over counts as no copy."""
+MAX_COMPARED = 100_000
+"""The most parts of expressions that are compared to find copies; the rest counts as no copy."""
 
 
 def copies_in(names: tuple[str, ...], abstraction: Abstraction) -> list[Copies]:
     """The copies among the machines of a slice, which are the same at any precision."""
-    if names not in abstraction.copies:
-        abstraction.copies[names] = Symmetry(names, abstraction).copies()
-    return abstraction.copies[names]
+    if names not in abstraction.copies_by_slice:
+        abstraction.copies_by_slice[names] = Symmetry(names, abstraction).copies()
+    return abstraction.copies_by_slice[names]
 
 
 class Symmetry:
@@ -80,22 +82,24 @@ class Symmetry:
 
     def __init__(self, names: Sequence[str], abstraction: Abstraction) -> None:
         self._abstraction = abstraction
-        self._left = MOST_COMPARED
+        self._budget = MAX_COMPARED
         self._index = {name: index for index, name in enumerate(names)}
         self._agents: dict[str, dict[str, str]] = {}
-        for name, kept in abstraction.kept.items():
-            self._agents.setdefault(kept.subsystem.agent, {})[kept.subsystem.name] = name
-        self._agent = {name: kept.subsystem.agent for name, kept in abstraction.kept.items()}
-        self._read = {
+        for name, machine in abstraction.machines.items():
+            self._agents.setdefault(machine.subsystem.agent, {})[machine.subsystem.name] = name
+        self._agent = {
+            name: machine.subsystem.agent for name, machine in abstraction.machines.items()
+        }
+        self._readers = {
             sent: (name, key)
-            for name, kept in abstraction.kept.items()
-            for key in kept.subsystem.inputs
+            for name, machine in abstraction.machines.items()
+            for key in machine.subsystem.inputs
             if (sent := abstraction.sender_of(name, key)) is not None
         }
-        self._near: dict[str, set[str]] = {}
-        for (sender, _), (reader, _) in self._read.items():
-            self._near.setdefault(self._agent[sender], set()).add(reader)
-            self._near.setdefault(self._agent[reader], set()).add(sender)
+        self._neighbours: dict[str, set[str]] = {}
+        for (sender, _), (reader, _) in self._readers.items():
+            self._neighbours.setdefault(self._agent[sender], set()).add(reader)
+            self._neighbours.setdefault(self._agent[reader], set()).add(sender)
 
     def copies(self) -> list[Copies]:
         """All copies, by kind of agent."""
@@ -113,106 +117,106 @@ class Symmetry:
             first, *others = agents
             same = [first, *(a for a in others if self._are_exchangeable(first, a, agents))]
             if len(same) > 1:
-                found.append(self._made(same))
+                found.append(self._copies_of(same))
         return found
 
-    def _made(self, agents: Sequence[str]) -> Copies:
+    def _copies_of(self, agents: Sequence[str]) -> Copies:
         roles = sorted(r for r, name in self._agents[agents[0]].items() if name in self._index)
         machines = tuple(tuple(self._index[self._agents[a][r]] for r in roles) for a in agents)
         inputs, outputs = dict[int, CopyLinks](), dict[int, CopyLinks]()
         for name, index in self._index.items():
             if self._agent[name] in agents:
                 continue
-            renamings = [self._names(name, agents[0], other) for other in agents[1:]]
+            renamings = [self._renamings(name, agents[0], other) for other in agents[1:]]
             assert None not in renamings  # they are exchangeable
             if any(names and any(names) for names in renamings):
                 for side, links in enumerate((inputs, outputs)):
                     maps = [both[side] for both in renamings if both]
-                    own = [key for key in maps[0] if self._is_of(name, key, agents[0], side)]
+                    own = [key for key in maps[0] if self._is_linked_to(name, key, agents[0], side)]
                     links[index] = (tuple(own), *(tuple(map(g.__getitem__, own)) for g in maps))
         return Copies(machines, inputs, outputs)
 
-    def _is_of(self, name: str, key: InputName, agent: str, side: int) -> bool:
-        end = self._read.get((name, key)) if side else self._abstraction.sender_of(name, key)
+    def _is_linked_to(self, name: str, key: InputName, agent: str, side: int) -> bool:
+        end = self._readers.get((name, key)) if side else self._abstraction.sender_of(name, key)
         return end is not None and self._agent[end[0]] == agent
 
     def _are_exchangeable(self, one: str, other: str, agents: Sequence[str]) -> bool:
         """Whether exchanging two agents with corresponding machines changes nothing."""
         for role, name in self._agents[one].items():
             like = self._agents[other].get(role)
-            if like is None or not self._are_connected_alike(name, like, one, other):
+            if like is None or not self._have_equal_links(name, like, one, other):
                 return False
-        near = self._near.get(one, set()) | self._near.get(other, set())
-        for name in self._index:  # in this order, since parts are left for the first ones
+        near = self._neighbours.get(one, set()) | self._neighbours.get(other, set())
+        for name in self._index:  # in this order, since the budget goes to the first ones
             if name not in near or self._agent[name] in (one, other):
                 continue
-            names = self._names(name, one, other)
+            names = self._renamings(name, one, other)
             if names is None or (self._agent[name] in agents and any(names)):
                 return False
-            if any(names) and not self._is_same(self._cone(name), *names):
+            if any(names) and not self._is_same_machine(self._cone(name), *names):
                 return False
         return True
 
-    def _is_same(self, cone: Cone, *names: Renaming) -> bool:
+    def _is_same_machine(self, cone: Cone, *names: Renaming) -> bool:
         """Whether a machine is the same with other names, as far as parts are left to compare."""
-        self._left -= cone.size
-        return self._left >= 0 and cone.normal == cone.renamed(*names)
+        self._budget -= cone.size
+        return self._budget >= 0 and cone.normal_form == cone.renamed(*names)
 
-    def _are_connected_alike(self, name: str, like: str, one: str, other: str) -> bool:
-        for key in self._abstraction.kept[name].subsystem.inputs:
+    def _have_equal_links(self, name: str, like: str, one: str, other: str) -> bool:
+        for key in self._abstraction.machines[name].subsystem.inputs:
             sent = self._abstraction.sender_of(name, key)
             alike = self._abstraction.sender_of(like, key)
             if sent is None or alike is None:
                 if sent is not alike:
                     return False
             elif self._agent[sent[0]] == one:
-                if alike != (self._exchanged(sent[0], one, other), sent[1]):
+                if alike != (self._counterpart(sent[0], one, other), sent[1]):
                     return False
             elif self._agent[sent[0]] == other or alike[0] != sent[0]:
                 return False
         return True
 
-    def _exchanged(self, name: str, one: str, other: str) -> str:
+    def _counterpart(self, name: str, one: str, other: str) -> str:
         """The name of the corresponding machine, for a machine of one of two agents."""
         agent = self._agent[name]
         if agent not in (one, other):
             return name
         return self._agents[other if agent == one else one][
-            self._abstraction.kept[name].subsystem.name
+            self._abstraction.machines[name].subsystem.name
         ]
 
-    def _names(self, name: str, one: str, other: str) -> tuple[Renaming, Renaming] | None:
+    def _renamings(self, name: str, one: str, other: str) -> tuple[Renaming, Renaming] | None:
         """The names of inputs and outputs after two agents are exchanged; None if none changes.
 
         Elements that have nothing to do with the two agents are left out.
         """
-        abstraction, subsystem = self._abstraction, self._abstraction.kept[name].subsystem
+        abstraction, subsystem = self._abstraction, self._abstraction.machines[name].subsystem
         senders = {abstraction.sender_of(name, key): key for key in subsystem.inputs}
         inputs, outputs = dict[InputName, InputName](), dict[InputName, InputName]()
         for sent, key in senders.items():
             if sent is not None and self._agent[sent[0]] in (one, other):
-                like = senders.get((self._exchanged(sent[0], one, other), sent[1]))
+                like = senders.get((self._counterpart(sent[0], one, other), sent[1]))
                 if like is None:
                     return None
                 inputs[key] = like
         for key in subsystem.outputs:
-            read = self._read.get((name, key))
+            read = self._readers.get((name, key))
             if read is not None and self._agent[read[0]] in (one, other):
-                there = abstraction.sender_of(self._exchanged(read[0], one, other), read[1])
-                if there is None or there[0] != name:
+                sender = abstraction.sender_of(self._counterpart(read[0], one, other), read[1])
+                if sender is None or sender[0] != name:
                     return None
-                outputs[key] = there[1]
+                outputs[key] = sender[1]
         return inputs, outputs
 
     def _cone(self, name: str) -> Cone:
         return self._abstraction.cone(name)
 
 
-def likewise(
+def group_equal_slices(
     slices: Sequence[tuple[str, ...]], abstraction: Abstraction
 ) -> list[tuple[tuple[str, ...], list[dict[str, str]]]]:
     """Slices, each with equal slices that it stands for, as renamings of its machines."""
-    names = tuple(abstraction.kept)
+    names = tuple(abstraction.machines)
     every = Symmetry(names, abstraction).copies() if len(slices) > 1 else []
     found: dict[object, list[tuple[tuple[str, ...], list[str]]]] = {}
     for each in slices:
@@ -234,6 +238,6 @@ def likewise(
     ]
 
 
-def turned(frame: Permutation, turn: Permutation) -> Permutation:
+def composed(frame: Permutation, permutation: Permutation) -> Permutation:
     """A frame (machine -> real machine) after copies were put in order by `turn`."""
-    return tuple(frame[was] for was in turn) if turn else frame
+    return tuple(frame[was] for was in permutation) if permutation else frame

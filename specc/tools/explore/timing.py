@@ -12,14 +12,14 @@ from specc.proof import InputName
 from specc.proof.clock import Timer, TurningPoints
 from specc.proof.numbering import Numbering
 from specc.tools.explore.cone import Cone
-from specc.tools.explore.lines import Line
-from specc.tools.explore.partial import AbstractValue, Known, filled
+from specc.tools.explore.partial import AbstractValue, KnownValues, residual
+from specc.tools.explore.progressions import Progression
 
 MOST_COUNTED = 10_000
-"""Periods up to which a comparison of time with kept values is followed."""
+"""Periods up to which a comparison of time with tracked values is computed."""
 
 
-class Timed(NamedTuple):
+class TurnTable(NamedTuple):
     """When conditions turn, by identity (`Known.turns`), and the periods at which any does."""
 
     turns: dict[int, tuple[m.Expr, TurningPoints]]
@@ -27,7 +27,7 @@ class Timed(NamedTuple):
 
 
 _Compared = tuple[tuple[m.Expr, ...], list[InputName], list[str]]
-"""Comparisons of time with kept values, and the inputs and memory that they read."""
+"""Comparisons of time with tracked values, and the inputs and memory that they read."""
 
 
 class Clocks:
@@ -38,27 +38,27 @@ class Clocks:
     all times.
     """
 
-    def __init__(self, cone: Cone, static: Known, *, exact: bool) -> None:
+    def __init__(self, cone: Cone, static: KnownValues, *, counts_periods: bool) -> None:
         """`static` are the values known at all times; turns that are found are added to it."""
-        self.exact = exact
-        self._rests, self._static = cone.rests, static
-        self._followed = {x.key for x in cone.inputs if x.is_followed}
+        self.counts_periods = counts_periods
+        self._dependences, self._static = cone.dependences, static
+        self._tracked = {x.key for x in cone.inputs if x.is_tracked}
         # All constants have values here, those too that no proof computes.
         self._timer = Timer(Numbering(static.lets, static.constants, static.period_s))
         self._turns: dict[str, tuple[int, ...]] = {}
         self._compared: dict[str, _Compared] = {}
         for state in cone.states:
-            asked = [value for _, value in state.assignments]
-            asked += [*cone.axioms, *state.conditions]
+            exprs = [value for _, value in state.assignments]
+            exprs += [*cone.axioms, *state.conditions]
             turning = set[int]()
-            for decided in map(self._timer.timed_conditions, asked):
+            for decided in map(self._timer.timed_conditions, exprs):
                 static.turns |= decided
                 turning.update(*(turns.at for _, turns in decided.values()))
             self._turns[state.name] = tuple(sorted(turning))
-            found = tuple(self._time_comparisons(asked))
-            rests = cone.rests.all(found)
+            found = tuple(self._time_comparisons(exprs))
+            rests = cone.dependences.all(found)
             self._compared[state.name] = found, sorted(rests.values), sorted(rests.memory)
-        self._known: dict[tuple[str, tuple[AbstractValue | None, ...]], Timed] = {}
+        self._turn_tables: dict[tuple[str, tuple[AbstractValue | None, ...]], TurnTable] = {}
 
     @property
     def is_timed(self) -> bool:
@@ -67,35 +67,35 @@ class Clocks:
 
     # When conditions turn.
 
-    def _timed(self, state: str, known: Known) -> Timed:
+    def _turn_table(self, state: str, known: KnownValues) -> TurnTable:
         """When the conditions of a state turn, with the values that time is compared with."""
         compared, inputs, memory = self._compared[state]
         values = (*map(known.inputs.get, inputs), *map(known.memory.get, memory))
-        if (state, values) not in self._known:
-            self._known[state, values] = self._found(state, compared, known)
-        return self._known[state, values]
+        if (state, values) not in self._turn_tables:
+            self._turn_tables[state, values] = self._find_turns(state, compared, known)
+        return self._turn_tables[state, values]
 
-    def _found(self, state: str, compared: Iterable[m.Expr], known: Known) -> Timed:
-        values = replace(self._static, inputs=known.inputs, memory=known.memory, _lets={})
+    def _find_turns(self, state: str, compared: Iterable[m.Expr], known: KnownValues) -> TurnTable:
+        values = replace(self._static, inputs=known.inputs, memory=known.memory, _residuals={})
         found, at = dict(self._static.turns), {1, *self._turns[state]}
         for expr in compared:
-            turns = self._timer.turning_points(filled(expr, values))
+            turns = self._timer.turning_points(residual(expr, values))
             if turns is not None and max(turns.at, default=0) <= MOST_COUNTED:
                 found[id(expr)] = expr, turns
                 at.update(turns.at)
-        return Timed(found, tuple(sorted(at)))
+        return TurnTable(found, tuple(sorted(at)))
 
     def _time_comparisons(self, exprs: Iterable[m.Expr]) -> list[m.Expr]:
-        """The comparisons of time with followed values, directly or through lets; each once."""
+        """The comparisons of time with tracked values, directly or through lets; each once."""
         parts = {id(expr): expr for expr in exprs}
         found, waiting = list[m.Expr](), list(parts.values())
         while waiting:
             expr = waiting.pop()
-            rests = self._rests.of(expr)
-            if not rests.clock or id(expr) in self._static.turns:
+            rests = self._dependences.of(expr)
+            if not rests.has_clock or id(expr) in self._static.turns:
                 continue
             if isinstance(expr, m.Compare):
-                if rests.values <= self._followed and rests.values | rests.memory:
+                if rests.values <= self._tracked and rests.values | rests.memory:
                     found.append(expr)
                 continue
             named = [self._static.lets[expr.name]] if isinstance(expr, m.LetRef) else []
@@ -106,15 +106,15 @@ class Clocks:
 
     # The clock.
 
-    def begin(self, state: str) -> int:
+    def initial(self, state: str) -> int:
         """The clock of a state just entered; with classes, the class of one period later."""
-        return 0 if self.exact else sum(turn <= 1 for turn in self._turns[state])
+        return 0 if self.counts_periods else sum(turn <= 1 for turn in self._turns[state])
 
-    def after(self, state: str, clock: int, known: Known) -> tuple[int, ...]:
+    def next_clocks(self, state: str, clock: int, known: KnownValues) -> tuple[int, ...]:
         """The possible clocks at the next time stamp, with the values known then."""
-        if not self.exact:
+        if not self.counts_periods:
             return tuple(range(clock, len(self._turns[state]) + 1))
-        last = self._timed(state, known).at[-1]
+        last = self._turn_table(state, known).at[-1]
         passed, more = clock // 2 + 1, clock % 2
         if passed >= last:
             return (2 * last + 1,)
@@ -123,25 +123,33 @@ class Clocks:
         # Compared with other values, more had passed: any of these numbers.
         return (*range(2 * passed, 2 * last, 2), 2 * last + 1)
 
-    def stays(self, state: str, known: Known, clock: int, step: int, times: int) -> bool:
+    def is_constant(
+        self, state: str, known: KnownValues, clock: int, step: int, times: int
+    ) -> bool:
         """Whether no condition turns while the clock changes by `step`, up to its last value."""
-        if not self.exact:
+        if not self.counts_periods:
             return not step
         _, inputs, memory = self._compared[state]
         values = (*map(known.inputs.get, inputs), *map(known.memory.get, memory))
-        if step < 0 or clock % 2 > (not step) or any(isinstance(value, Line) for value in values):
+        if (
+            step < 0
+            or clock % 2 > (not step)
+            or any(isinstance(value, Progression) for value in values)
+        ):
             return False
         last = (clock + step * (times - 1)) // 2
-        return not any(clock // 2 < turn <= last for turn in self._timed(state, known).at)
+        return not any(clock // 2 < turn <= last for turn in self._turn_table(state, known).at)
 
-    def turned(self, state: str, clock: int, known: Known) -> int:
-        """How many times conditions have turned; what depends on the clock depends on that."""
-        return bisect(self._timed(state, known).at, clock // 2) if self.exact else clock
+    def turns_passed(self, state: str, clock: int, known: KnownValues) -> int:
+        """How many times conditions have turned, which decides all that depends on the clock."""
+        return (
+            bisect(self._turn_table(state, known).at, clock // 2) if self.counts_periods else clock
+        )
 
-    def set(self, known: Known, state: str, clock: int) -> None:
-        """Set the time in a state in what is known."""
-        known._lets.clear()
-        if self.exact:
-            known.turns, known.periods = self._timed(state, known).turns, clock // 2
+    def set_time(self, known: KnownValues, state: str, clock: int) -> None:
+        """Set the time in a state in the known values."""
+        known._residuals.clear()
+        if self.counts_periods:
+            known.turns, known.periods = self._turn_table(state, known).turns, clock // 2
         else:  # a class counts the turns that passed
             known.periods = self._turns[state][clock - 1] if clock else 1

@@ -10,18 +10,18 @@ from itertools import groupby
 from operator import attrgetter
 
 from specc.diagnostics import Related
-from specc.diagnostics.phrases import listed
+from specc.diagnostics.phrases import join_words
 from specc.lang.show import show
-from specc.model.fsm import Transition
+from specc.model import fsm
 from specc.proof import InputName
 from specc.source import Place
 from specc.tools.explore.composition import Edge
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.moves import Move
 from specc.tools.explore.partial import is_known
+from specc.tools.explore.transitions import Transition
 from specc.tools.explore.walker import Walker
 
-MOST_SHOWN = 16
+MAX_SHOWN = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,34 +31,42 @@ class Step:
     time_s: Fraction
     index: int
     walker: Walker
-    move: Move
+    transition: Transition
     times: int = 1
-    """How often it is taken in turn with its neighbours of which that is said, too."""
+    """How often it is repeated, in turn with its neighbours of the same number."""
 
     @property
-    def row(self) -> Transition | None:
+    def row(self) -> fsm.Transition | None:
         """The row that was taken."""
-        return self.walker.subsystem.transitions[self.move.row] if self.move.row >= 0 else None
+        return (
+            self.walker.subsystem.transitions[self.transition.row]
+            if self.transition.row >= 0
+            else None
+        )
 
     @property
     def place(self) -> Place:
         """The row, or the state that was entered first."""
-        return self.row.place if self.row else self.walker.subsystem.state(self.move.target).place
+        return (
+            self.row.place
+            if self.row
+            else self.walker.subsystem.state(self.transition.target).place
+        )
 
-    def words(self) -> str:
+    def description(self) -> str:
         """The step in words."""
-        source, target = self.move.source, self.move.target
-        way = f"from `{source}` to `{target}`" if source and source != target else f"in `{target}`"
-        sent = [f"`y.{peer}.{name}`{self._value(n)}" for (peer, name), n in self.move.sent]
-        parts = [f"{float(self.time_s):g} s: `{self.walker.name}` {way}"]
+        source, target = self.transition.source, self.transition.target
+        path = f"from `{source}` to `{target}`" if source and source != target else f"in `{target}`"
+        sent = [f"`y.{peer}.{name}`{self._value(n)}" for (peer, name), n in self.transition.sent]
+        parts = [f"{float(self.time_s):g} s: `{self.walker.name}` {path}"]
         if sent:
-            parts.append(f"sends {listed(sent, 'and')}")
-        if self.move.lost:
+            parts.append(f"sends {join_words(sent, 'and')}")
+        if self.transition.lost:
             lost = [
                 f"`x.{peer}.{name}`" + (f" = {member}" if member else "")
-                for (peer, name), member in self.move.lost
+                for (peer, name), member in self.transition.lost
             ]
-            parts.append(f"does not look at {listed(lost, 'and')}, which came")
+            parts.append(f"does not look at {join_words(lost, 'and')}, which came")
         if self.times > 1:
             parts.append(f"{self.times} times in turn")
         return ", ".join(parts)
@@ -70,29 +78,33 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class ExploredTrace:
-    """The steps to a configuration; `free` are the conditions that could have been false."""
+    """The steps to a configuration; `choices` are the conditions that could have been false."""
 
     steps: tuple[Step, ...]
-    overtaken: tuple[tuple[int, InputName], ...]
-    free: tuple[str, ...]
+    overwritten: tuple[tuple[int, InputName], ...]
+    choices: tuple[str, ...]
     time_s: Fraction
 
     @property
     def rests_on_measurements(self) -> bool:
         """Whether some of the conditions are decided by measurements."""
-        return any(name in s.walker.measured for s in self.steps for name in s.move.free)
+        return any(
+            name in s.walker.measured_choices for s in self.steps for name in s.transition.choices
+        )
 
     @property
     def is_decided(self) -> bool:
         """Whether every run takes it."""
-        return not self.free
+        return not self.choices
 
-    def lost(self, index: int, key: InputName) -> Step | None:
-        """The step at which the last arrival of an input was not looked at."""
-        found = (s for s in reversed(self.steps) if s.index == index and key in dict(s.move.lost))
+    def last_missed(self, index: int, key: InputName) -> Step | None:
+        """The step at which the last arrival of an input was not read."""
+        found = (
+            s for s in reversed(self.steps) if s.index == index and key in dict(s.transition.lost)
+        )
         return next(found, None)
 
-    def stamped(self) -> Iterator[tuple[Step, int]]:
+    def with_stamps(self) -> Iterator[tuple[Step, int]]:
         """The steps, each with its first time stamp."""
         stamps: Counter[int] = Counter()
         for times, steps in groupby(self.steps, key=attrgetter("times")):
@@ -103,33 +115,43 @@ class ExploredTrace:
             for index, count in passed.items():
                 stamps[index] += times * count
 
-    def related(self) -> tuple[Related, ...]:
+    def shown_steps(self) -> tuple[Related, ...]:
         """The steps to show: those that change a state or miss an input; of many the last ones."""
-        missed = {(s.index, s.move.target, key): s for s in self.steps for key, _ in s.move.lost}
+        missed = {
+            (s.index, s.transition.target, key): s
+            for s in self.steps
+            for key, _ in s.transition.lost
+        }
         last = {id(step) for step in missed.values()}
-        told = [s for s in self.steps if s.move.source not in ("", s.move.target) or id(s) in last]
-        shown = [Related(s.place, s.words()) for s in told[-MOST_SHOWN:]]
-        if len(told) > MOST_SHOWN:
-            earlier = sum(step.times for step in told[:-MOST_SHOWN])
+        steps = [
+            s
+            for s in self.steps
+            if s.transition.source not in ("", s.transition.target) or id(s) in last
+        ]
+        shown = [Related(s.place, s.description()) for s in steps[-MAX_SHOWN:]]
+        if len(steps) > MAX_SHOWN:
+            earlier = sum(step.times for step in steps[:-MAX_SHOWN])
             words = f"after {earlier} earlier steps, {shown[0].message}"
             shown[0] = Related(shown[0].place, words)
         return tuple(shown)
 
 
-def trace(graph: Graph, number: int, *last: Edge) -> ExploredTrace:
+def easiest_trace(graph: Graph, number: int, *last: Edge) -> ExploredTrace:
     """The easiest trace to a configuration and over further edges."""
     composition = graph.composition
     walkers = composition.walkers
     ticks, tick_s = 0, composition.tick_s
-    steps = [Step(Fraction(0), i, walkers[i], move) for i, move in graph.begin]
-    overtaken: list[tuple[int, InputName]] = []
-    for here, edge in (*graph.way(number), *((number, edge) for edge in last)):
-        frame, begun = graph.frame(here), ticks
+    steps = [Step(Fraction(0), i, walkers[i], move) for i, move in graph.initial_transitions]
+    overwritten: list[tuple[int, InputName]] = []
+    for here, edge in (*graph.easiest_path(number), *((number, edge) for edge in last)):
+        frame, begin = graph.frame(here), ticks
         for each in edge.loop or (edge,):
-            ticks += composition.passed(ticks % composition.hyperperiod, each)
-            moves = (composition.real_move(frame, *move) for move in each.moves)
+            ticks += composition.elapsed_ticks(ticks % composition.hyperperiod, each)
+            moves = (composition.real_transition(frame, *move) for move in each.transitions)
             steps += (Step(ticks * tick_s, i, walkers[i], m, edge.times) for i, m in moves)
-            overtaken += composition.real_overtaken(frame, each)
-        ticks = begun + edge.times * (ticks - begun)
-    free = [f"{f} in `{s.walker.name}`" for s in steps for f in s.move.free]
-    return ExploredTrace(tuple(steps), tuple(overtaken), tuple(dict.fromkeys(free)), ticks * tick_s)
+            overwritten += composition.real_overwritten(frame, each)
+        ticks = begin + edge.times * (ticks - begin)
+    free = [f"{f} in `{s.walker.name}`" for s in steps for f in s.transition.choices]
+    return ExploredTrace(
+        tuple(steps), tuple(overwritten), tuple(dict.fromkeys(free)), ticks * tick_s
+    )

@@ -1,4 +1,4 @@
-"""Numbers that stand for kept values, so that configurations are small and quick to compare."""
+"""Numbers for values, so that configurations are small and quick to compare."""
 
 from __future__ import annotations
 
@@ -8,154 +8,158 @@ from fractions import Fraction
 from math import prod
 from typing import Any, TypeVar
 
-from specc.lang.bounds import bounded
+from specc.lang.evaluate import range_of
 from specc.model import expr as m
 from specc.model.types import Int, Type
 from specc.tools.explore.partial import (
     SOME,
     AbstractValue,
-    Known,
-    has_more,
+    KnownValues,
     is_known,
+    is_larger_than,
     is_literal,
     is_some,
 )
-from specc.tools.explore.regions import Region, Regions, is_number, within
+from specc.tools.explore.regions import Region, Regions, bounded_unknown, is_number
 
 MOST_VALUES = 32
-"""Values that are followed of one element; of later ones only the region is known."""
+"""The most tracked values of one element; of later ones only the region is known."""
 MOST_PARTS = 500
-"""Parts of a value that is followed: a list may grow in every period."""
+"""The most parts of a tracked value, since a list may grow in every period."""
 MOST_OPTIONS, MOST_COMBINED = 16, 256
-"""Branches of a period that come from one value of which only the region is known, and from all."""
+"""The most branches of a period from one value with a known region, and from all."""
 
 MOST_RANGES = 4
-"""Ranges of unknown values that are followed of one output; in a circle they may grow for ever."""
+"""The most ranges of unknown values of one output, since in a cycle they may grow for ever."""
 
 UNKNOWN, ABSENT, PRESENT = 0, 1, 2
-"""Numbers of an unknown value, an absent one, and SOME; others stand for what is known."""
+"""Numbers of an unknown value, an absent one, and SOME; others stand for known values."""
 Target = TypeVar("Target")
 
 
-class Numbers(dict[Any, int]):
-    """Numbers things in the order in which they are first met."""
+class Interner(dict[Any, int]):
+    """Assigns numbers to items in the order of their first use."""
 
     def __init__(self) -> None:
-        self.things: list[Any] = []
+        self.by_number: list[Any] = []
 
-    def of(self, thing: Any) -> int:
-        """The number of a thing, as `self[thing]`, which calls nothing for a known one."""
-        return self[thing]
+    def number(self, item: Any) -> int:
+        """The number of an item; `self[item]` is quicker for a known one."""
+        return self[item]
 
-    def __missing__(self, thing: Any) -> int:
-        number = self[thing] = len(self.things)
-        self.things.append(thing)
+    def __missing__(self, item: Any) -> int:
+        number = self[item] = len(self.by_number)
+        self.by_number.append(item)
         return number
 
 
-class ValueNumbers:
-    """Numbers of the values that are kept, shared by all machines."""
+class ValueTable:
+    """Numbers of the tracked values, shared by all machines."""
 
-    def __init__(self, most: int | None, cuts: Iterable[float] = ()) -> None:
-        """At most `most` values of each target are followed; None: all between the `cuts`."""
-        self._most = most
+    def __init__(self, max_values: int | None, cuts: Iterable[float] = ()) -> None:
+        """At most `max_values` of each target are tracked; None: all between the `cuts`."""
+        self._max_values = max_values
         self._regions = Regions(cuts)
-        self._numbers = Numbers()
+        self._interner = Interner()
         for reserved in ("unknown", "absent", SOME):  # as `UNKNOWN`, `ABSENT`, `PRESENT`
-            self._numbers.of(reserved)
-        self._seen: dict[str, set[int]] = {}
+            self._interner.number(reserved)
+        self._tracked: dict[str, set[int]] = {}
         self._ranges: dict[str, set[int]] = {}
         self.has_reals = False
         """Whether some of these are real numbers, which may have new values for ever."""
         self.widened: set[str] = set()
         """Targets whose region is not enough for a decision."""
 
-    def of(self, target: str, expr: m.Expr, known: Known) -> int:
+    def number_of(self, target: str, expr: m.Expr, known: KnownValues) -> int:
         """The number of the value that is assigned to a target, before any region is involved."""
-        (number, *_) = self.options(target, expr, known)
+        (number, *_) = self.possible_numbers(target, expr, known)
         return number
 
-    def options(
-        self, target: str, expr: m.Expr, known: Known, *, sent: Type | None = None
+    def possible_numbers(
+        self, target: str, expr: m.Expr, known: KnownValues, *, sent: Type | None = None
     ) -> tuple[int, ...]:
         """The numbers of the values that may be assigned to a target.
 
-        Of an unknown one that is sent, as a value of this type, it is kept what it lies within; of
-        memory `MemoryBounds` knows it for all times.
+        An unknown value that is sent, with the type `sent`, keeps its bounds; those of memory hold
+        at all times (`MemoryBounds`).
         """
         if is_literal(expr):
-            number = self._numbers.of(expr)
-            if self.follows(target, number):
+            number = self._interner.number(expr)
+            if self.track(target, number):
                 return (number,)
             if isinstance(expr, m.Number):
-                return self._in(target, expr, expr.value, expr.value)
+                return self._region_numbers(target, expr, expr.value, expr.value)
             self.widened.add(target)
             return (UNKNOWN if isinstance(expr, m.Nothing) else PRESENT,)
-        if known.is_unclear(expr):
+        if known.reads_region(expr):
             if is_number(expr):
-                return self._in(target, expr, *bounded(expr, known.range_of))
+                return self._region_numbers(target, expr, *range_of(expr, known.range_of))
             self.widened.add(target)
-        elif sent and (found := within(expr, bounded(expr, known.range_of), sent)):
-            number = self._numbers.of(found)
+        elif sent and (found := bounded_unknown(expr, range_of(expr, known.range_of), sent)):
+            number = self._interner.number(found)
             ranges = self._ranges.setdefault(target, set())
             if number in ranges or len(ranges) < MOST_RANGES:
                 ranges.add(number)
                 return (number,)
         return (PRESENT if is_some(expr, known) else UNKNOWN,)
 
-    def follows(self, target: str, number: int) -> bool:
-        """Whether a number that a target comes to have is followed; it is from then on."""
-        seen, value = self._seen.setdefault(target, set()), self.value(number)
+    def track(self, target: str, number: int) -> bool:
+        """Track a number of a target, if the bound allows; whether it does."""
+        seen, value = self._tracked.setdefault(target, set()), self.value(number)
         if is_known(value) and number not in seen:
-            if self._is_left(seen, value):
+            if self._exceeds_bound(seen, value):
                 return False
             seen.add(number)
         return True
 
-    def moved(self, number: int, by: Fraction) -> int:
+    def shifted(self, number: int, by: Fraction) -> int:
         """The number of a value to which something is added, exactly."""
         value = self.value(number)
         if not by or not isinstance(value, m.Number):
             return number
-        there = Fraction(value.value) + by
+        shifted = Fraction(value.value) + by
         whole = isinstance(value.value, int)
-        return self._numbers.of(replace(value, value=int(there) if whole else float(there)))
+        return self._interner.number(
+            replace(value, value=int(shifted) if whole else float(shifted))
+        )
 
-    def _is_left(self, seen: set[int], expr: m.Expr) -> bool:
-        """Whether a value is beyond the bound on values that are followed."""
-        if has_more(expr, MOST_PARTS):
+    def _exceeds_bound(self, seen: set[int], expr: m.Expr) -> bool:
+        """Whether a value is beyond the bound on tracked values."""
+        if is_larger_than(expr, MOST_PARTS):
             return True
         if len(seen) < MOST_VALUES:
             return False
         is_among = not isinstance(expr, m.Number) or self._regions.is_within(expr.value)
-        return self._most is not None or not is_among
+        return self._max_values is not None or not is_among
 
-    def _in(self, target: str, expr: m.Expr, low: float, high: float) -> tuple[int, ...]:
+    def _region_numbers(
+        self, target: str, expr: m.Expr, low: float, high: float
+    ) -> tuple[int, ...]:
         """The numbers of the regions of a range."""
         whole = isinstance(expr.type, Int)
         self.has_reals |= not whole
-        regions = list(self._regions.between(low, high, whole=whole))
+        regions = list(self._regions.intersecting(low, high, whole=whole))
         if len(regions) > 1:
             self.widened.add(target)
         if len(regions) > MOST_OPTIONS:
             return (PRESENT,)
-        return tuple(self._numbers.of(_shown(region, expr)) for region in regions)
+        return tuple(self._interner.number(_region_value(region, expr)) for region in regions)
 
     def value(self, number: int) -> AbstractValue | None:
         """The value that a number stands for; None if it is unknown or absent."""
-        return None if number in (UNKNOWN, ABSENT) else self._numbers.things[number]
+        return None if number in (UNKNOWN, ABSENT) else self._interner.by_number[number]
 
 
-def combinable(options: Mapping[Target, tuple[int, ...]]) -> dict[Target, tuple[int, ...]]:
-    """The options of several targets, where there are too many together without the widest."""
-    left = dict(options)
-    while prod(map(len, left.values())) > MOST_COMBINED:
-        widest = max(left, key=lambda target: len(left[target]))
-        left[widest] = (PRESENT,)
-    return left
+def limit_combinations(options: Mapping[Target, tuple[int, ...]]) -> dict[Target, tuple[int, ...]]:
+    """The options of several targets; with too many together, the widest become unknown."""
+    limited = dict(options)
+    while prod(map(len, limited.values())) > MOST_COMBINED:
+        widest = max(limited, key=lambda target: len(limited[target]))
+        limited[widest] = (PRESENT,)
+    return limited
 
 
-def _shown(region: Region, expr: m.Expr) -> AbstractValue:
+def _region_value(region: Region, expr: m.Expr) -> AbstractValue:
     low, high = region
     if low != high or (low == 0 and not isinstance(expr.type, Int)):  # 0.0 or -0.0
         return region

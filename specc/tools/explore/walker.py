@@ -12,258 +12,290 @@ from itertools import product
 
 from specc.analysis.reads import Dependence
 from specc.model import expr as m
-from specc.model.logic import conjuncts, negation
+from specc.model.expr import conjuncts, negation
 from specc.model.system import Subsystem
 from specc.proof import InputName
-from specc.tools.explore.attention import Attention
 from specc.tools.explore.cone import Cone, renamed
-from specc.tools.explore.moves import OVER, STAYS, Branch, Local, Move, Outcome, SentValues
-from specc.tools.explore.partial import SOME, AbstractValue, Known, fails, filled
-from specc.tools.explore.regions import leaves
+from specc.tools.explore.input_use import InputUse
+from specc.tools.explore.partial import SOME, AbstractValue, KnownValues, residual, surely_fails
+from specc.tools.explore.regions import value_leaves
 from specc.tools.explore.timing import Clocks
-from specc.tools.explore.values import ABSENT, Numbers, ValueNumbers, combinable
+from specc.tools.explore.transitions import (
+    FAILED,
+    SAME_STATE,
+    Branch,
+    MachineState,
+    SentValues,
+    Successor,
+    Transition,
+)
+from specc.tools.explore.values import ABSENT, Interner, ValueTable, limit_combinations
 
 MOST_REMEMBERED = 12
-"""Answers about unknown values; with more of them, all are forgotten."""
+"""The most answers about unknown values; with more, all are forgotten."""
 
 
 class Walker:
     """Steps one machine. `exact` says whether time in a state is counted or only passes."""
 
-    def __init__(self, cone: Cone, subsystem: Subsystem, values: ValueNumbers, *, exact: bool):
-        """`subsystem` has the names and places for messages; no step reads it."""
+    def __init__(self, cone: Cone, subsystem: Subsystem, values: ValueTable, *, exact: bool):
+        """`subsystem` is only for the names and places in messages."""
         self.cone = cone
         self.subsystem = subsystem
         self.name = subsystem.qualified_name
         self.values = values
-        followed = [x.key for x in cone.inputs if x.is_followed]
-        others = [x for x in cone.inputs if not x.is_followed]
-        self.inputs = tuple(followed)
-        self.slots = {key: index for index, key in enumerate(followed)}
-        self.attention = Attention(cone)
-        self.events = self.attention.events
+        tracked = [x.key for x in cone.inputs if x.is_tracked]
+        others = [x for x in cone.inputs if not x.is_tracked]
+        self.inputs = tuple(tracked)
+        self.slots = {key: index for index, key in enumerate(tracked)}
+        self.input_use = InputUse(cone)
+        self.events = self.input_use.events
         self._inits = {x.key: x.init for x in cone.inputs}
         self._outputs = dict(cone.outputs)
         self.memory_slots = {item.name: slot for slot, item in enumerate(cone.memory)}
-        self._within = {item.name: item.within for item in cone.memory}
-        self.static = cone.static
-        self.clocks = Clocks(cone, self.static, exact=exact)
+        self._memory_bounds = {item.name: item.bounds for item in cone.memory}
+        self.static_values = cone.static_values
+        self.clocks = Clocks(cone, self.static_values, counts_periods=exact)
         self._steady = {x.key for x in others if x.is_steady}
         self._measured = {x.key for x in others if x.is_measured}
-        self._noise = {x.key: x.within for x in others if x.within is not None}
-        self.locals = Numbers()
-        self._formulas = Numbers()
-        self._steps: dict[tuple[int, tuple[int, ...]], tuple[Outcome, ...]] = {}
-        self._periods: dict[tuple[Local, tuple[int, ...], bool], list[tuple[Local, Move]]] = {}
+        self._noise_bounds = {x.key: x.bounds for x in others if x.bounds is not None}
+        self.states = Interner()
+        self._formulas = Interner()
+        self._successor_cache: dict[tuple[int, tuple[int, ...]], tuple[Successor, ...]] = {}
+        self._period_cache: dict[
+            tuple[MachineState, tuple[int, ...], bool], list[tuple[MachineState, Transition]]
+        ] = {}
         """The results of a period: by the machine, with the number of turns in place of its clock,
         its buffers, and whether other clocks are possible."""
         self._possible: dict[frozenset[int], bool] = {}
-        self.assumed: dict[int, set[bool | None]] = {}
+        self.assumption_truths: dict[int, set[bool | None]] = {}
         """The truth values of assumptions, by index; None where unknown."""
-        self.open: dict[str, dict[str, None]] = {}
+        self.open_conditions: dict[str, dict[str, None]] = {}
         """By state, the conditions that could turn out either way."""
-        self.measured: set[str] = set()
-        """Those of `Move.free` that rest on measurements."""
+        self.measured_choices: set[str] = set()
+        """The `Transition.choices` that rest on measurements."""
         self.kind = self.name
         """The name of the first of the machines that are the same as this one."""
 
-    def join(self, first: Walker) -> None:
+    def share_results(self, first: Walker) -> None:
         """Share the results and the numbers of an equal machine."""
         self.kind = first.name
-        self.locals, self._formulas, self.assumed = first.locals, first._formulas, first.assumed
-        self._steps, self._possible, self.open = first._steps, first._possible, first.open
-        self._periods, self.measured = first._periods, first.measured
+        self.states, self._formulas, self.assumption_truths = (
+            first.states,
+            first._formulas,
+            first.assumption_truths,
+        )
+        self._successor_cache, self._possible, self.open_conditions = (
+            first._successor_cache,
+            first._possible,
+            first.open_conditions,
+        )
+        self._period_cache, self.measured_choices = first._period_cache, first.measured_choices
 
     def renamed(self, local: int, names: Mapping[InputName, InputName]) -> int:
-        """The number of the machine in which the inputs have other names."""
-        now: Local = self.locals.things[local]
+        """The number of the state in which inputs have other names."""
+        now: MachineState = self.states.by_number[local]
         if not now.answers:
             return local
-        formulas = (renamed(self._formulas.things[a], names) for a in now.answers)
-        answers = frozenset(map(self._formulas.of, formulas))
-        return self.locals.of(now._replace(answers=answers))
+        formulas = (renamed(self._formulas.by_number[a], names) for a in now.answers)
+        answers = frozenset(map(self._formulas.number, formulas))
+        return self.states.number(now._replace(answers=answers))
 
     # The first period, and any other.
 
-    def begin(self) -> tuple[int, ...]:
+    def initial_buffers(self) -> tuple[int, ...]:
         """The buffers before the first arrival."""
         found = []
         for key in self.inputs:
             init = self._inits[key]
-            value = None if init is None else filled(init, self.static)
+            value = None if init is None else residual(init, self.static_values)
             target = f"{self.kind}.x.{key[0]}.{key[1]}"
-            found.append(ABSENT if value is None else self.values.of(target, value, self.static))
+            found.append(
+                ABSENT
+                if value is None
+                else self.values.number_of(target, value, self.static_values)
+            )
         return tuple(found)
 
-    def start(self, buffers: tuple[int, ...]) -> Outcome:
+    def first_step(self, buffers: tuple[int, ...]) -> Successor:
         """The first period: memory gets its values, no condition is evaluated."""
-        known = self._known(buffers, {}, first=True)
+        known = self._known_values(buffers, {}, first=True)
         known.periods = 0
         memory = {
-            i.name: self.values.of(self._target(("", i.name)), filled(i.init, known), known)
+            i.name: self.values.number_of(
+                self._target(("", i.name)), residual(i.init, known), known
+            )
             for i in self.cone.memory
         }
-        begin = Branch(-1, self.cone.initial_state, ())
-        known = self._known(buffers, memory, first=True)
-        first = Local("", OVER, tuple(memory.values()), frozenset())
-        ((begun, move),) = self._outcomes(begin, known, first, buffers)
-        return Outcome(self.locals.of(begun), move)
+        branch = Branch(-1, self.cone.initial_state, ())
+        known = self._known_values(buffers, memory, first=True)
+        first = MachineState("", FAILED, tuple(memory.values()), frozenset())
+        ((state, move),) = self._execute(branch, known, first, buffers)
+        return Successor(self.states.number(state), move)
 
-    def step(self, local: int, buffers: tuple[int, ...]) -> tuple[Outcome, ...]:
+    def successors(self, local: int, buffers: tuple[int, ...]) -> tuple[Successor, ...]:
         """All possible results of a period."""
         key = local, buffers
-        if key not in self._steps:
-            self._steps[key] = tuple(
-                dict.fromkeys(self._stepped(self.locals.things[local], buffers))
+        if key not in self._successor_cache:
+            self._successor_cache[key] = tuple(
+                dict.fromkeys(self._compute_successors(self.states.by_number[local], buffers))
             )
-        return self._steps[key]
+        return self._successor_cache[key]
 
-    def _stepped(self, local: Local, buffers: tuple[int, ...]) -> Iterator[Outcome]:
+    def _compute_successors(
+        self, local: MachineState, buffers: tuple[int, ...]
+    ) -> Iterator[Successor]:
         new = {key for key, slot in self.slots.items() if buffers[slot] % 2}
-        answers = frozenset(a for a in local.answers if not self._rests(a).inputs & new)
-        known = self.before(local, buffers)
-        clocks = self.clocks.after(local.state, local.clock, known)
+        answers = frozenset(a for a in local.answers if not self._dependence(a).inputs & new)
+        known = self.known_before(local, buffers)
+        clocks = self.clocks.next_clocks(local.state, local.clock, known)
         for clock in clocks:
-            turned = self.clocks.turned(local.state, clock, known)
-            key = local._replace(clock=turned, answers=answers), buffers, len(clocks) > 1
-            if key not in self._periods:
-                self.clocks.set(known, local.state, clock)
-                self._periods[key] = list(self._period(known, *key))
-            for after, move in self._periods[key]:
-                ends = after.clock == OVER
-                after = after._replace(clock=clock) if after.clock == STAYS else after
-                yield Outcome(self.locals.of(after), move, ends)
+            turns = self.clocks.turns_passed(local.state, clock, known)
+            key = local._replace(clock=turns, answers=answers), buffers, len(clocks) > 1
+            if key not in self._period_cache:
+                self.clocks.set_time(known, local.state, clock)
+                self._period_cache[key] = list(self._period_results(known, *key))
+            for after, move in self._period_cache[key]:
+                ends = after.clock == FAILED
+                after = after._replace(clock=clock) if after.clock == SAME_STATE else after
+                yield Successor(self.states.number(after), move, ends)
 
-    def _period(
-        self, known: Known, local: Local, buffers: tuple[int, ...], several: bool
-    ) -> Iterator[tuple[Local, Move]]:
+    def _period_results(
+        self, known: KnownValues, local: MachineState, buffers: tuple[int, ...], several: bool
+    ) -> Iterator[tuple[MachineState, Transition]]:
         """The machine after a period, which is the same until a condition turns."""
-        broken = self._assumptions(known)
+        broken = self._broken_assumptions(known)
         branches = [] if broken else list(self.branches(local.state, known))
-        branches = [each for each in branches if self._may(each, local.answers)]
+        branches = [each for each in branches if self._is_possible(each, local.answers)]
         if not branches:
-            yield _failed(local, local.state, broken=broken)
-        free = self._free(branches, known, local.state) if len(branches) > 1 else ()
+            yield _failure(local, local.state, broken=broken)
+        free = self._open_conditions(branches, known, local.state) if len(branches) > 1 else ()
         free += (f"how long `{local.state}` has lasted",) if several else ()
         for branch in branches:
-            if branch.fails:
-                yield _failed(local, local.state, free)
+            if branch.may_fail:
+                yield _failure(local, local.state, free)
                 continue
-            kept = (self._remembered(part) for part in branch.holds)
-            now = local._replace(answers=local.answers.union(*kept))
-            yield from self._outcomes(branch, known, now, buffers, free)
+            lasting = (self._lasting_answers(part) for part in branch.conditions)
+            now = local._replace(answers=local.answers.union(*lasting))
+            yield from self._execute(branch, known, now, buffers, free)
 
-    def branches(self, state: str, known: Known) -> Iterator[Branch]:
+    def branches(self, state: str, known: KnownValues) -> Iterator[Branch]:
         """The branches: staying, and each row that known values do not exclude."""
         before: list[m.Expr] = []
         for end in self.cone.state[state].endings:
-            ended = known.fill_in(end.when)
+            ended = known.cached_residual(end.when)
             if ended == m.FALSE:
                 continue
-            if fails(ended):
-                yield Branch(-1, state, tuple(before), fails=True)
+            if surely_fails(ended):
+                yield Branch(-1, state, tuple(before), may_fail=True)
                 return
-            self._doubt(ended, known)
+            self._note_unclear(ended, known)
             for row in end.rows:
-                enabled = known.fill_in(row.when)
+                enabled = known.cached_residual(row.when)
                 # The first of several is evaluated in any case.
-                if fails(enabled) and row == end.rows[0] and len(end.rows) > 1:
-                    yield Branch(-1, state, (*before, ended), fails=True)
+                if surely_fails(enabled) and row == end.rows[0] and len(end.rows) > 1:
+                    yield Branch(-1, state, (*before, ended), may_fail=True)
                     break
                 if enabled != m.FALSE:
-                    self._doubt(enabled, known)
+                    self._note_unclear(enabled, known)
                     yield Branch(row.index, row.target, (*before, ended, enabled))
             before.append(negation(ended))
             if ended == m.TRUE:
                 return
         yield Branch(-1, state, tuple(before))
 
-    def _doubt(self, asked: m.Expr, known: Known) -> None:
+    def _note_unclear(self, condition: m.Expr, known: KnownValues) -> None:
         """Note values whose region is not enough for a decision."""
-        if known.is_unclear(asked):
-            self.values.widened |= {f"{self.kind}.{_name(leaf)}" for leaf in leaves(asked)}
+        if known.reads_region(condition):
+            self.values.widened |= {
+                f"{self.kind}.{_path_of(leaf)}" for leaf in value_leaves(condition)
+            }
 
-    def _may(self, branch: Branch, answers: frozenset[int]) -> bool:
+    def _is_possible(self, branch: Branch, answers: frozenset[int]) -> bool:
         """Whether the proofs allow a branch and remembered answers to hold together."""
-        asked = {self._formulas.of(e) for e in branch.holds if e != m.TRUE}
-        if not asked:
+        numbers = {self._formulas.number(e) for e in branch.conditions if e != m.TRUE}
+        if not numbers:
             return True
-        key = answers | asked
+        key = answers | numbers
         if key not in self._possible:
-            formulas = [self._formulas.things[number] for number in sorted(key)]
+            formulas = [self._formulas.by_number[number] for number in sorted(key)]
             self._possible[key] = self.cone.prover.satisfiable(formulas) is not False
         return self._possible[key]
 
-    def _free(self, branches: list[Branch], known: Known, state: str) -> tuple[str, ...]:
+    def _open_conditions(
+        self, branches: list[Branch], known: KnownValues, state: str
+    ) -> tuple[str, ...]:
         """The conditions that could have turned out otherwise."""
         found: dict[str, None] = {}
-        taken = {b.row for b in branches}
+        rows = {b.row for b in branches}
         for end in self.cone.state[state].endings:
             conditions = [(end.condition, end.when)]
-            conditions += [(row.condition, row.when) for row in end.rows if row.index in taken]
+            conditions += [(row.condition, row.when) for row in end.rows if row.index in rows]
             for name, when in conditions:
-                asked = known.fill_in(when)
-                if not isinstance(asked, m.Truth):
+                condition = known.cached_residual(when)
+                if not isinstance(condition, m.Truth):
                     found[f"`{name}`"] = None
-                    if self.cone.is_measured(asked):
-                        self.measured.add(f"`{name}`")
-        self.open.setdefault(state, {}).update(found)
+                    if self.cone.is_measured(condition):
+                        self.measured_choices.add(f"`{name}`")
+        self.open_conditions.setdefault(state, {}).update(found)
         return tuple(found)
 
-    def _assumptions(self, known: Known) -> tuple[int, ...]:
+    def _broken_assumptions(self, known: KnownValues) -> tuple[int, ...]:
         broken = []
         for index, axiom in enumerate(self.cone.axioms):
-            said = filled(axiom, known)
-            answer = said.value if isinstance(said, m.Truth) else None
-            self._doubt(said, known)
-            self.assumed.setdefault(index, set()).add(answer)
+            value = residual(axiom, known)
+            answer = value.value if isinstance(value, m.Truth) else None
+            self._note_unclear(value, known)
+            self.assumption_truths.setdefault(index, set()).add(answer)
             if answer is False:
                 broken.append(index)
         return tuple(broken)
 
     # Executing the behaviour of a state.
 
-    def _outcomes(
+    def _execute(
         self,
         branch: Branch,
-        known: Known,
-        before: Local,
+        known: KnownValues,
+        before: MachineState,
         buffers: tuple[int, ...],
         free: tuple[str, ...] = (),
-    ) -> Iterator[tuple[Local, Move]]:
-        """The machine after a branch; its clock is `STAYS` where no state is entered."""
-        answers, stays = before.answers, branch.row < 0 and before.state != ""
-        known = known if stays else replace(known, periods=0, _lets={})
-        if any(fails(filled(value, known)) for value in self.cone.state[branch.target].failing):
-            yield _failed(before, before.state or branch.target, free)
+    ) -> Iterator[tuple[MachineState, Transition]]:
+        """The machine after a branch; its clock is `SAME_STATE` if no state is entered."""
+        answers, is_same_state = before.answers, branch.row < 0 and before.state != ""
+        known = known if is_same_state else replace(known, periods=0, _residuals={})
+        if any(
+            surely_fails(residual(value, known)) for value in self.cone.state[branch.target].failing
+        ):
+            yield _failure(before, before.state or branch.target, free)
             return
         written = dict[InputName, tuple[int, ...]]()
-        for key, value in self.written(branch.target, known):
+        for key, value in self.assignments(branch.target, known):
             target = self._target(key)
             output = self._outputs[key] if key[0] else None
-            written[key] = self.values.options(target, value, known, sent=output)
+            written[key] = self.values.possible_numbers(target, value, known, sent=output)
             if not key[0]:
-                answers = self._without(answers, key[1])
+                answers = self._forget_memory(answers, key[1])
             if len(written[key]) > 1:
                 free += (f"what `{key[1]}` is",)
                 if self.cone.is_measured(value):
-                    self.measured.add(free[-1])
+                    self.measured_choices.add(free[-1])
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()
-        lost = tuple(self._lost(buffers, known, before.state, branch.target))
-        clock = STAYS if stays else self.clocks.begin(branch.target)
-        written, memory = combinable(written), self._named(before.memory)
+        lost = tuple(self._lost_inputs(buffers, known, before.state, branch.target))
+        clock = SAME_STATE if is_same_state else self.clocks.initial(branch.target)
+        written, memory = limit_combinations(written), self._memory_numbers(before.memory)
         for numbers in product(*written.values()):
             values = dict(zip(written, numbers, strict=True))
-            kept = tuple(values.get(("", name), number) for name, number in memory.items())
-            now = Local(branch.target, clock, kept, answers)
+            memory_after = tuple(values.get(("", name), number) for name, number in memory.items())
+            now = MachineState(branch.target, clock, memory_after, answers)
             sent = tuple(sorted((key, number) for key, number in values.items() if key[0]))
-            yield now, Move(before.state, branch.target, branch.row, sent, free, lost)
+            yield now, Transition(before.state, branch.target, branch.row, sent, free, lost)
 
-    def written(self, state: str, known: Known) -> Iterator[tuple[InputName, m.Expr]]:
-        """The values that the functions of a state give to kept outputs and memory."""
+    def assignments(self, state: str, known: KnownValues) -> Iterator[tuple[InputName, m.Expr]]:
+        """The values that the functions of a state give to tracked outputs and memory."""
         for (peer, name), assigned in self.cone.state[state].assignments:
-            value = filled(assigned, known)
+            value = residual(assigned, known)
             if peer or not (isinstance(value, m.MemoryRef) and value.name == name):
                 yield (peer, name), value
 
@@ -271,29 +303,29 @@ class Walker:
         peer, name = key
         return f"{self.kind}.y.{peer}.{name}" if peer else f"{self.kind}.{name}"
 
-    def given(self, local: Local, sent: SentValues) -> dict[InputName, int]:
-        """The numbers of what memory and outputs have after a step."""
-        memory = self._named(local.memory).items()
+    def assigned_numbers(self, local: MachineState, sent: SentValues) -> dict[InputName, int]:
+        """The numbers of the values of memory and outputs after a step."""
+        memory = self._memory_numbers(local.memory).items()
         return {**{("", name): number for name, number in memory}, **dict(sent)}
 
-    def follows(self, local: Local, sent: SentValues) -> bool:
-        """Whether the values that memory and outputs come to have are followed."""
-        given = self.given(local, sent).items()
-        return all(self.values.follows(self._target(key), number) for key, number in given)
+    def track_values(self, local: MachineState, sent: SentValues) -> bool:
+        """Track the new values of memory and outputs, if the bounds allow; whether they do."""
+        given = self.assigned_numbers(local, sent).items()
+        return all(self.values.track(self._target(key), number) for key, number in given)
 
-    def _without(self, answers: frozenset[int], memory: str) -> frozenset[int]:
-        return frozenset(a for a in answers if memory not in self._rests(a).memory)
+    def _forget_memory(self, answers: frozenset[int], memory: str) -> frozenset[int]:
+        return frozenset(a for a in answers if memory not in self._dependence(a).memory)
 
-    def _lost(
-        self, buffers: tuple[int, ...], known: Known, source: str, target: str
+    def _lost_inputs(
+        self, buffers: tuple[int, ...], known: KnownValues, source: str, target: str
     ) -> Iterator[tuple[InputName, str]]:
-        """Fresh inputs that a step does not look at, or react to.
+        """Fresh inputs that a step does not read or react to.
 
         Measurements that are events are assumed fresh in every period but the first.
         """
         new = [key for key, slot in self.slots.items() if buffers[slot] % 2]
         new += sorted(self.events & self._measured) if source else []
-        return self.attention.lost(new, known.inputs, source, target)
+        return self.input_use.lost_inputs(new, known.inputs, source, target)
 
     def may_be_absent(self, key: InputName) -> bool:
         """Whether a measurement that is assumed fresh may be absent."""
@@ -301,18 +333,18 @@ class Walker:
 
     # Known values at a time stamp.
 
-    def before(self, local: Local, buffers: tuple[int, ...]) -> Known:
+    def known_before(self, local: MachineState, buffers: tuple[int, ...]) -> KnownValues:
         """The known values before a step."""
-        return self._known(buffers, self._named(local.memory))
+        return self._known_values(buffers, self._memory_numbers(local.memory))
 
-    def _named(self, memory: tuple[int, ...]) -> dict[str, int]:
+    def _memory_numbers(self, memory: tuple[int, ...]) -> dict[str, int]:
         return dict(zip(self.memory_slots, memory, strict=True))
 
-    def _known(
+    def _known_values(
         self, buffers: tuple[int, ...], memory: dict[str, int], *, first: bool = False
-    ) -> Known:
-        base = self.static
-        known = Known(base.lets, base.constants, base.period_s, turns=base.turns)
+    ) -> KnownValues:
+        base = self.static_values
+        known = KnownValues(base.lets, base.constants, base.period_s, turns=base.turns)
         fresh, present, inputs = {}, {}, {}
         for key, slot in self.slots.items():
             number, new = divmod(buffers[slot], 2)
@@ -324,36 +356,38 @@ class Walker:
             fresh[key] = present[key] = True
         for key in self._measured:
             present[key] = True
-        known.fresh, known.present, known.inputs = fresh, present, {**self._noise, **inputs}
-        values = ((name, self.valued(name, number)) for name, number in memory.items())
+        known.fresh, known.present, known.inputs = fresh, present, {**self._noise_bounds, **inputs}
+        values = ((name, self.memory_value(name, number)) for name, number in memory.items())
         known.memory = {name: value for name, value in values if value is not None}
         return known
 
-    def valued(self, memory: str, number: int) -> AbstractValue | None:
-        """What is known of memory by the number of its value."""
+    def memory_value(self, memory: str, number: int) -> AbstractValue | None:
+        """The abstract value of memory with a number."""
         value = self.values.value(number)
-        return (self._within[memory] or value) if value in (None, SOME) else value
+        return (self._memory_bounds[memory] or value) if value in (None, SOME) else value
 
     # Answers about unknown values.
 
-    def _rests(self, formula: int) -> Dependence:
-        return self.cone.rests.of(self._formulas.things[formula])
+    def _dependence(self, formula: int) -> Dependence:
+        return self.cone.dependences.of(self._formulas.by_number[formula])
 
-    def _remembered(self, expr: m.Expr) -> Iterator[int]:
+    def _lasting_answers(self, expr: m.Expr) -> Iterator[int]:
         """The formulas that stay true until an input or memory is renewed, by number."""
         for part in conjuncts(expr):
-            rests = self.cone.rests.of(part)
-            changes = rests.clock or rests.lags
+            rests = self.cone.dependences.of(part)
+            changes = rests.has_clock or rests.has_lag
             if part != m.TRUE and not changes and rests.inputs <= self.slots.keys():
-                yield self._formulas.of(part)
+                yield self._formulas.number(part)
 
 
-def _name(leaf: m.Input | m.MemoryRef) -> str:
+def _path_of(leaf: m.Input | m.MemoryRef) -> str:
     return leaf.name if isinstance(leaf, m.MemoryRef) else f"x.{leaf.peer}.{leaf.element}"
 
 
-def _failed(
-    local: Local, state: str, free: tuple[str, ...] = (), broken: tuple[int, ...] = ()
-) -> tuple[Local, Move]:
+def _failure(
+    local: MachineState, state: str, free: tuple[str, ...] = (), broken: tuple[int, ...] = ()
+) -> tuple[MachineState, Transition]:
     """A machine whose step failed, and that step."""
-    return local._replace(state=state, clock=OVER), Move(state, state, -1, (), free, (), broken)
+    return local._replace(state=state, clock=FAILED), Transition(
+        state, state, -1, (), free, (), broken
+    )

@@ -42,7 +42,7 @@ class Attacher:
         pending: dict[int, list[str]] = {}
         for comment in comments:
             following = bisect_right(starts, comment.start)
-            if comment.alone or self._follows_dash(comment):
+            if comment.is_whole_line or self._follows_dash(comment):
                 self._alone(comment, following, pending)
             else:
                 self._beside(comment, following, pending)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from html import escape
 
-from specc.diagnostics.render.visible import visible
+from specc.diagnostics.visible import visible
 from specc.tools.graph.diagram import (
     Arc,
     Box,

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 from specc.lang.show import show
 from specc.model import expr as m
-from specc.model.fsm import Assignment, Function
+from specc.model.fsm import Assignment, Function, Trace
 from specc.model.system import Let, Subsystem
-from specc.model.trace import Trace
 from specc.reachable import grouped, reachable
 from specc.tools.graph.diagram import (
     Arc,
@@ -132,7 +131,7 @@ class _Flow:
     def source(self, expr: m.Expr, trace: Trace | None = None) -> _Source:
         """The node that gives the value of an expression."""
         match expr:
-            case m.Sure(value=value):
+            case m.Unwrap(value=value):
                 return self.source(value, trace)
             case m.LetRef(name=name) if name in self.lets:
                 return self.lets[name]
@@ -155,7 +154,7 @@ class _Flow:
     def _call(self, call: m.Call, trace: Trace) -> _Source:
         read = [self.source(arg) for arg in call.args if _is_read(arg)]
         fixed = ", ".join(show(arg) for arg in call.args if not _is_read(arg))
-        name = m.written(call.operator)
+        name = m.source_name(call.operator)
         lines = ((TextRun(name, "name"), *equations(trace.eq)), *broken(fixed, 20, "note", most=3))
         return self._node("operator", name, lines, {each: [] for each in read})
 
@@ -206,4 +205,4 @@ def _without_calls(expr: m.Expr, calls: list[m.Call]) -> m.Expr:
         return m.BoundVariable(f"#{len(calls)}", type=expr.type)
     if isinstance(expr, m.Quantifier):
         return expr
-    return m.mapped(expr, lambda part: _without_calls(part, calls))
+    return m.map_children(expr, lambda part: _without_calls(part, calls))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from specc.diagnostics.phrases import stem
+from specc.diagnostics.phrases import common_stem
 from specc.model.system import Device, Element, Memory, Port, Subsystem, System
 from specc.model.wires import Wire, Wires
 from specc.tools.graph.diagram import (
@@ -41,7 +41,7 @@ def inside(system: System, subsystem: Subsystem) -> Diagram:
     nodes, others = [_work(subsystem)], []
     arcs: list[Arc] = []
     for wires in _together(subsystem, system, copied):
-        end, ports = wires[0].part, [wire.port for wire in wires]
+        end, ports = wires[0].peer, [wire.port for wire in wires]
         buffer, other = _buffer(ports), _other(wires)
         nodes.append(buffer)
         others.append(other)
@@ -51,7 +51,7 @@ def inside(system: System, subsystem: Subsystem) -> Diagram:
         nodes.append(_memory(subsystem))
         arcs.append(Arc(_WORK, _MEMORY, (line(_APART),), points="both"))
         levels.append((_WORK, _MEMORY))
-    note = rate(subsystem.rate_hz) if subsystem.rated else ""
+    note = rate(subsystem.rate_hz) if subsystem.has_rate else ""
     head = (
         *symbol(subsystem),
         TextRun(f"  {subsystem.title}", "name"),
@@ -66,8 +66,8 @@ def _together(
 ) -> list[list[Wire]]:
     """Wires by what is at their other end; copies of a part are one."""
     found: dict[object, list[Wire]] = {}
-    for wire in Wires(system.agents).of(subsystem):
-        end, key = wire.part, wire.port.peer
+    for wire in Wires(system.agents).wires_of(subsystem):
+        end, key = wire.peer, wire.port.peer
         whole = end and (copied[end.agent].name, end.place.file, end.place.route)
         found.setdefault(whole or key, []).append(wire)
     return list(found.values())
@@ -132,8 +132,8 @@ def _work(subsystem: Subsystem) -> Box:
 
 
 def _other(wires: list[Wire]) -> Box:
-    id, end = f"other {wires[0].port.peer}", wires[0].part
+    id, end = f"other {wires[0].port.peer}", wires[0].peer
     if end is None:
-        return Box(id, "missing", (line(wires[0].name), line("not there", "note")))
-    agents = list(dict.fromkeys(wire.name.partition(".")[0] for wire in wires))
-    return Box(id, "other", (symbol(end, stem(agents)), *broken(end.title, _TITLE)))
+        return Box(id, "missing", (line(wires[0].peer_name), line("not there", "note")))
+    agents = list(dict.fromkeys(wire.peer_name.partition(".")[0] for wire in wires))
+    return Box(id, "other", (symbol(end, common_stem(agents)), *broken(end.title, _TITLE)))

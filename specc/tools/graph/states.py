@@ -39,7 +39,7 @@ def states(subsystem: Subsystem) -> Diagram:
         if end not in known
     ]
     arcs = list(_arcs(subsystem))
-    if subsystem.begun and subsystem.initial_state in known:
+    if subsystem.has_initial_state and subsystem.initial_state in known:
         nodes.insert(0, Box(_START, "start", ()))
         arcs.insert(0, Arc(_START, subsystem.initial_state))
     return Diagram(

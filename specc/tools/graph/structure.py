@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from specc.diagnostics.phrases import stem
+from specc.diagnostics.phrases import common_stem
 from specc.model.system import Agent, Device, Subsystem, System
 from specc.model.wires import Wires
 from specc.reachable import grouped, reachable
@@ -99,13 +99,13 @@ def _head(of: AgentFamily, columns: int) -> tuple[TextLine, ...]:
 
 def _node(part: _Copies, agents: int) -> Box:
     first = part[0]
-    whose = stem(list(dict.fromkeys(each.agent for each in part)))
+    whose = common_stem(list(dict.fromkeys(each.agent for each in part)))
     lines: list[TextLine] = [symbol(first, whose)]
     if len(part) > agents:
         own = [each.name for each in part[: len(part) // agents]]
         lines.append(line(f"{span(own)}: {len(own)} copies", "note"))
     lines += broken(first.title, _COLUMNS)
-    if isinstance(first, Subsystem) and first.rated:
+    if isinstance(first, Subsystem) and first.has_rate:
         lines.append(line(rate(first.rate_hz), "note"))
     names = tuple(each.qualified_name for each in part)
     return Box(
@@ -119,8 +119,8 @@ def _node(part: _Copies, agents: int) -> Box:
 def _sent(agents: list[Agent], wires: Wires) -> dict[tuple[str, str], list[str]]:
     """What goes from one qualified name to another: the elements that either end declares."""
     found: dict[tuple[str, str], dict[str, None]] = {}
-    for wire in (w for agent in agents for s in agent.subsystems for w in wires.of(s)):
-        here, there = wire.subsystem.qualified_name, wire.name
+    for wire in (w for agent in agents for s in agent.subsystems for w in wires.wires_of(s)):
+        here, there = wire.subsystem.qualified_name, wire.peer_name
         way = (here, there) if wire.port.direction == "y" else (there, here)
         found.setdefault(way, {}).update((e.name, None) for e in wire.port.elements)
     return {way: list(names) for way, names in found.items()}

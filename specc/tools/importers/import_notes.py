@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
@@ -11,8 +10,9 @@ from specc.diagnostics import Diagnostic
 from specc.reachable import grouped
 from specc.read.document import UnreadableFileError, load_text
 from specc.source import Place, SourceFile, Sources
+from specc.tools.fmt import formatted
 from specc.tools.importers.markup import MarkupError, XmlElement, parse_markup
-from specc.tools.importers.writing import Data, to_yaml
+from specc.tools.importers.writing import Data, comment_lines, to_yaml
 
 # What an import gives: a specification and the list of what is not, or not quite, in it.
 
@@ -87,15 +87,8 @@ def document(command: str, parts: Iterable[str], notes: Notes, data: Mapping[str
     for span, item in sorted(spans, key=lambda pair: (pair[0].file, pair[0].line, pair[0].col)):
         name = span.file.replace("\\", "/").rsplit("/", 1)[-1]
         lines.append(f"- {item.code} {name}:{span.line}: {item.message}")
-    return "".join(f"# {line}\n" for text in lines for line in _wrapped(text)) + to_yaml(data)
-
-
-def _wrapped(text: str) -> list[str]:
-    clean = "".join(c if c.isprintable() else "?" for c in text)
-    inner = "  " if text.startswith("- ") else ""
-    return textwrap.wrap(
-        clean, _WIDTH, subsequent_indent=inner, break_long_words=False, break_on_hyphens=False
-    )
+    head = "".join(f"# {line}\n" for text in lines for line in comment_lines(text, _WIDTH))
+    return formatted(head + to_yaml(data))
 
 
 # Files of other formats: from a path to a tree, with findings for what is wrong on the way.

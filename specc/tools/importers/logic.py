@@ -12,8 +12,18 @@ from dataclasses import dataclass
 from typing import Literal
 
 from specc.lang import show
-from specc.model.expr import FALSE, TRUE, BoundVariable, Expr, Logic, Unary, walk
-from specc.model.logic import joined, negation, truth
+from specc.model.expr import (
+    FALSE,
+    TRUE,
+    BoundVariable,
+    Expr,
+    Logic,
+    Unary,
+    junction,
+    negation,
+    truth,
+    walk,
+)
 from specc.model.types import Bool
 
 _DEEPEST = 50
@@ -60,7 +70,7 @@ def join(op: Literal["and", "or"], operands: Iterable[Expr]) -> Expr:
         parts = operand.operands if isinstance(operand, Logic) and operand.op == op else (operand,)
         kept |= dict.fromkeys(parts)
     kept.pop(neutral, None)
-    return negation(neutral) if negation(neutral) in kept else joined(op, tuple(kept))
+    return negation(neutral) if negation(neutral) in kept else junction(op, tuple(kept))
 
 
 def substitute(logic: Expr, values: dict[str, bool]) -> Expr:

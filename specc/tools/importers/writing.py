@@ -1,4 +1,4 @@
-"""What importers write: names, rates and YAML."""
+"""What importers write: names, rates and YAML, which `specc.tools.fmt` lays out."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from specc.lang import RESERVED
-from specc.tools.fmt.scalars import quoted
-
-# SpecNames of other formats as names of a specification.
-
+from specc.tools.fmt.layout import WIDTH
+from specc.tools.fmt.scalars import key_text, quoted, value_text
+from specc.tools.fmt.tree import Collection, Scalar
 
 _LONGEST = 60
 PEERS = frozenset(("c", "E", "R"))
@@ -24,15 +23,15 @@ class SpecNames:
     """Gives every foreign name a legal and unique one."""
 
     def __init__(self, used: Iterable[str] = ()) -> None:
-        self._given: dict[str, str] = {}
+        self._known: dict[str, str] = {}
         self._used = {*RESERVED, *used}
         self._counts: dict[str, int] = {}
 
     def of(self, foreign: str) -> str:
-        """The name for a foreign one, the same whenever it is asked."""
-        if foreign not in self._given:
-            self._given[foreign] = self.new(foreign)
-        return self._given[foreign]
+        """The name for a foreign one, the same in every call."""
+        if foreign not in self._known:
+            self._known[foreign] = self.new(foreign)
+        return self._known[foreign]
 
     def new(self, wish: str) -> str:
         """A legal name that was not given before, as close to `wish` as possible."""
@@ -47,12 +46,26 @@ class SpecNames:
         return name
 
     @property
-    def changed(self) -> dict[str, str]:
-        """Foreign names that could not be kept, with what they became."""
-        return {old: new for old, new in self._given.items() if old != new}
+    def renamed(self) -> dict[str, str]:
+        """Foreign names that are not legal or not unique -> their new names."""
+        return {old: new for old, new in self._known.items() if old != new}
 
 
-# Periods as the language writes them.
+def printable(text: str) -> str:
+    """A text without characters that cannot be shown."""
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
+def comment_lines(text: str, width: int) -> list[str]:
+    """A text as lines of a comment; items of lists are indented."""
+    inner = "  " if text.startswith("- ") else ""
+    return textwrap.wrap(
+        printable(text),
+        width,
+        subsequent_indent=inner,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def rate(period: Fraction) -> str:
@@ -63,84 +76,65 @@ def rate(period: Fraction) -> str:
     return f"{float(period * 1000):.12g} ms"
 
 
-# Specifications as YAML text: block style above, one line for what is small.
-
-
 @dataclass(frozen=True, slots=True)
-class Noted:
-    """A value of a mapping with comments above its key, a line each."""
+class Commented:
+    """A value of a mapping with lines of comments above its key."""
 
     value: Data
-    above: tuple[str, ...]
+    lines: Sequence[str]
 
 
-Data = str | bool | Noted | Sequence["Data"] | Mapping[str, "Data"]
-
-_WIDTH = 100
-_PLAIN = re.compile(r"[A-Za-z_][\w.]*(?: (?:[\w.]+|[-+*/<>=]+))*", re.ASCII)
-_PLAIN_IN_BLOCK = re.compile(r"[A-Za-z_(][\w.(),]*(?: (?:[\w.(),]+|[-+*/<>=]+))*", re.ASCII)
-_SPECIAL = frozenset(("true", "false", "null", "yes", "no", "on", "off"))
-_NUMBER = re.compile(r"[0-9]+(?:\.[0-9]+)?(?: [A-Za-z]+)?")
+Data = str | bool | Commented | Sequence["Data"] | Mapping[str, "Data"]
+_NUMBER = re.compile(r"[0-9]+(?:\.[0-9]+)?")
 
 
-def filled(data: Mapping[str, Data]) -> dict[str, Data]:
-    """A mapping without what is empty, which need not be written."""
+def without_empty(data: Mapping[str, Data]) -> dict[str, Data]:
+    """A mapping without empty values, which need not be written."""
     return {key: value for key, value in data.items() if value}
 
 
-def to_yaml(data: Mapping[str, Data], *, fold: bool = False) -> str:
-    """The text of a mapping; texts are quoted unless every YAML reader takes them as texts.
-
-    `fold`: texts that are too long for a line, expressions say, take several.
-    """
-    return "\n".join(_block(data, 0, fold)) + "\n"
+def block(data: Mapping[str, Data], indent: int = 2) -> str:
+    """Entries of a mapping as a block, their values in braces; the formatter lays these out."""
+    return textwrap.indent("\n".join(_entries(data)), " " * indent)
 
 
-def _block(data: Mapping[str, Data], indent: int, fold: bool) -> Iterator[str]:
-    for key, value in data.items():
-        while isinstance(value, Noted):
-            yield from (f"{' ' * indent}# {line}" for line in value.above)
-            value = value.value
-        lead = f"{' ' * indent}{_scalar(key)}:"
-        shown = _scalar(value, _PLAIN_IN_BLOCK) if isinstance(value, str) else _flow(value)
-        short = f"{lead} {shown}"
-        is_short = bool(indent) and len(short) <= _WIDTH and not _has_notes(value)
-        if fold and isinstance(value, str) and len(short) > _WIDTH and " " in value:
-            yield f"{lead} >-"
-            lines = textwrap.wrap(
-                value, _WIDTH - indent - 2, break_long_words=False, break_on_hyphens=False
-            )
-            yield from (f"{' ' * indent}  {line}" for line in lines)
-        elif isinstance(value, (str, bool)) or not value or is_short:
-            yield short
-        elif isinstance(value, Mapping):
-            yield lead
-            yield from _block(value, indent + 2, fold)
-        else:
-            yield lead
-            yield from (f"{' ' * indent}  - {_flow(item)}" for item in value)
-
-
-def _has_notes(value: Data) -> bool:
-    if isinstance(value, Mapping):
-        return any(isinstance(v, Noted) or _has_notes(v) for v in value.values())
-    return False
-
-
-def _flow(value: Data) -> str:
-    if isinstance(value, Noted):
-        return _flow(value.value)
+def flow(value: Data) -> str:
+    """A value as YAML in braces, a line for each entry: what does not fit becomes a block."""
+    if isinstance(value, Commented):
+        return flow(value.value)
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return _scalar(value)
+        return value if _NUMBER.fullmatch(value) else quoted(value)
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_scalar(k)}: {_flow(v)}" for k, v in value.items()) + "}"
-    return "[" + ", ".join(map(_flow, value)) + "]"
+        return "{\n" + ",\n".join(_entries(value)) + "}" if value else "{}"
+    return "[\n" + ",\n".join(map(flow, value)) + "]" if value else "[]"
 
 
-def _scalar(text: str, plain_form: re.Pattern[str] = _PLAIN) -> str:
-    plain = plain_form.fullmatch(text) or _NUMBER.fullmatch(text)
-    if plain and text.lower() not in _SPECIAL:
-        return text
-    return quoted(text)
+def _entries(data: Mapping[str, Data]) -> Iterator[str]:
+    for key, value in data.items():
+        lines = value.lines if isinstance(value, Commented) else ()
+        yield "".join(f"# {line}\n" for line in lines) + f"{quoted(key)}: {flow(value)}"
+
+
+def fold(tree: Collection, indent: int = 0) -> None:
+    """Break texts that are too long for a line, such as expressions, over several."""
+    for entry in tree.entries:
+        value = entry.value
+        if isinstance(value, Collection):
+            fold(value, indent + 2)
+        elif isinstance(value, Scalar) and entry.key and " " in value.text:
+            line = f"{key_text(entry.key, flow=False)}: {value_text(value, flow=False)}"
+            if indent + len(line) > WIDTH:
+                lines = textwrap.wrap(
+                    value.text, WIDTH - indent - 2, break_long_words=False, break_on_hyphens=False
+                )
+                value.style, value.raw = ">", "\n".join((">-", *lines))
+
+
+def to_yaml(data: Mapping[str, Data]) -> str:
+    """The text of a specification, its sections as blocks."""
+    return "".join(
+        f"{key}:\n{block(value)}\n" if isinstance(value, Mapping) else f"{key}: {flow(value)}\n"
+        for key, value in data.items()
+    )

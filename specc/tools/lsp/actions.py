@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from specc.analysis import RowVerdictAt
 from specc.diagnostics import Diagnostic, Fix
+from specc.diagnostics.renaming import offer_both_renames
 from specc.diagnostics.report import repair
-from specc.diagnostics.typo_direction import with_repairs_of_typos
 from specc.model.fsm import OTHERWISE
 from specc.read import read_text
 from specc.resources import is_library_part
@@ -162,7 +162,7 @@ def repairs(project: Project, path: str, start: int, end: int) -> list[Action]:
     """What can be done about the findings that a stretch of a file touches."""
     found: dict[object, Action] = {}
     for analysis in project.analyses():
-        for diagnostic in with_repairs_of_typos(analysis.diagnostics, analysis.loader.sources):
+        for diagnostic in offer_both_renames(analysis.diagnostics, analysis.loader.sources):
             source = analysis.loader.sources.get(path)
             if source is None or diagnostic.primary.file != path:
                 continue

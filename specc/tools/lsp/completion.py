@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from specc.lang import ExprError, ExprErrors, Scope
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
-from specc.lang.types import SPELT
+from specc.lang.types import SYNTAX
 from specc.lang.typing import expression
 from specc.model.types import (
     Enum,
@@ -22,7 +22,7 @@ from specc.resources import LIBRARY, library_parts
 from specc.schema.keys import Role, RoleForm, SymbolKind
 from specc.schema.places import defined_by, keys_at, names_used_file, role_of, split, values_at
 from specc.source import Route, beside
-from specc.tools.lsp.cursor import Cursor, cursors, outside
+from specc.tools.lsp.cursor import TextCursor, cursors, outside
 from specc.tools.lsp.describe import describe_symbol
 from specc.tools.lsp.formulas import WORDS, following
 from specc.tools.lsp.index import Index
@@ -111,7 +111,7 @@ def complete_type(index: Index, path: str, before: str) -> Iterator[Completion]:
         frames = around not in ("", "vector", "list", "nonempty", "optional", "partial")
         yield from _of_kind(index, symbols, ("frame",) if frames else ("type",))
         if not frames:
-            for label, usage in (SPELT | PARAMETER_TYPES).items():
+            for label, usage in (SYNTAX | PARAMETER_TYPES).items():
                 yield Completion(label, "type", usage)
 
 
@@ -215,7 +215,7 @@ def complete(index: Index | None, path: str, text: str, offset: int) -> list[Com
     return list(found.values())
 
 
-def _items(index: Index | None, path: str, cursor: Cursor) -> Iterator[Completion]:
+def _items(index: Index | None, path: str, cursor: TextCursor) -> Iterator[Completion]:
     if cursor.is_key:
         if index is not None:
             taken = set(cursor.siblings)
@@ -233,7 +233,7 @@ def _items(index: Index | None, path: str, cursor: Cursor) -> Iterator[Completio
         yield from _values(index, path, cursor, role)
 
 
-def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Completion]:
+def _values(index: Index, path: str, cursor: TextCursor, role: Role) -> Iterator[Completion]:
     owner = split(cursor.route)[0]
     if role.form in ("type", "signature"):
         yield from _names_only(complete_type(index, path, cursor.before))
@@ -286,7 +286,7 @@ def _formula(index: Index, path: str, before: str) -> Iterator[Completion]:
         yield from (Completion(name, "operator") for name in WORDS)
 
 
-def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Completion]:
+def _named_keys(index: Index, path: str, cursor: TextCursor) -> Iterator[Completion]:
     """Keys that are names: targets of functions, elements of the other end, parameters."""
     owner, rest = split(cursor.route)
     symbols = list(index.visible(path, owner))
@@ -311,7 +311,7 @@ def _far_elements(index: Index, path: str, route: tuple[str | int, ...]) -> Iter
         yield Completion(element.name, "element", str(element.type))
 
 
-def _parameters(index: Index, path: str, cursor: Cursor) -> Iterator[Completion]:
+def _parameters(index: Index, path: str, cursor: TextCursor) -> Iterator[Completion]:
     user = index.node(path, cursor.route[:-1])
     used = user.values.get("use") if user else None
     file = index.files.get(beside(path, used.scalar)) if used and used.scalar else None

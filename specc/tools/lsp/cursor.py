@@ -96,7 +96,7 @@ _ENDS = ("", "]", "}", "'", '"')
 
 
 @dataclass(frozen=True, slots=True)
-class Cursor:
+class TextCursor:
     """A key of the mapping at `route` or the value at it, and its text before the cursor."""
 
     route: Route
@@ -105,7 +105,7 @@ class Cursor:
     siblings: tuple[str, ...] = ()
 
 
-def cursors(text: str, offset: int) -> list[Cursor]:
+def cursors(text: str, offset: int) -> list[TextCursor]:
     """What may be being written at an offset: a value, a key, or either of them."""
     head = text[:offset]
     found = _in_head(head, *_closing(head))
@@ -121,8 +121,8 @@ def line_break(text: str) -> str:
     return found.group() if found else "\n"
 
 
-def _in_head(head: str, closing: str, plausible: bool) -> list[Cursor]:
-    found: dict[Cursor, None] = {}
+def _in_head(head: str, closing: str, plausible: bool) -> list[TextCursor]:
+    found: dict[TextCursor, None] = {}
     for ending in (closing, f": {closing}" if closing[:1] not in ("'", '"') else closing):
         if plausible:
             document = read_text("", f"{head}{_MARK}{ending}\n", ROW_KEYS)
@@ -131,16 +131,16 @@ def _in_head(head: str, closing: str, plausible: bool) -> list[Cursor]:
     return list(found)
 
 
-def _marked(top: TextNode) -> Iterator[Cursor]:
+def _marked(top: TextNode) -> Iterator[TextCursor]:
     if top.scalar is not None and _MARK in top.scalar:
-        yield Cursor((), True, top.scalar.partition(_MARK)[0])
+        yield TextCursor((), True, top.scalar.partition(_MARK)[0])
     for route, key, node in top.below():
         if key is not None and key.scalar and _MARK in key.scalar:
             parent = top.at(route[:-1]) or top
             others = [str(other) for other in parent.keys if other != route[-1]]
-            yield Cursor(route[:-1], True, key.scalar.partition(_MARK)[0], tuple(others))
+            yield TextCursor(route[:-1], True, key.scalar.partition(_MARK)[0], tuple(others))
         elif node.scalar is not None and _MARK in node.scalar:
-            yield Cursor(_spelled(route), False, node.scalar.partition(_MARK)[0])
+            yield TextCursor(_spelled(route), False, node.scalar.partition(_MARK)[0])
 
 
 def _spelled(route: Route) -> Route:

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from specc.diagnostics.code import all_codes
-from specc.diagnostics.phrases import clipped
+from specc.diagnostics.phrases import truncate
 from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number
-from specc.model.trace import Trace
+from specc.model.fsm import Trace
 from specc.model.types import (
     Type,
 )
@@ -74,7 +74,9 @@ def type_words(type_: Type | None, frames: Mapping[str, str]) -> list[str]:
         name = frame.lstrip("?")
         return f"{name} ({frames[name]})" if frames.get(name) else name
 
-    return kind(type_).says(type_, named, partial(type_words, frames=frames)) if type_ else []
+    return (
+        kind(type_).descriptions(type_, named, partial(type_words, frames=frames)) if type_ else []
+    )
 
 
 def owner_name(owner: Route, file: str) -> str:
@@ -174,7 +176,7 @@ def _sentence(title: str, trace: str) -> str:
 
 
 def _short(text: str) -> str:
-    return clipped(" ".join(text.split()), _LONGEST)
+    return truncate(" ".join(text.split()), _LONGEST)
 
 
 # What a hover says where no symbol stands: causes in rows, codes in comments.

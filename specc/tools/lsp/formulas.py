@@ -9,9 +9,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from specc.lang.temporal import USAGE
-from specc.model.binding import PLANT
-from specc.model.system import Subsystem, System
+from specc.lang.syntax import USAGE
+from specc.model.system import PLANT, Subsystem, System
 from specc.source import Place
 
 NamePath = tuple[str, ...]

@@ -8,12 +8,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from specc.answers import AnswerCache
 from specc.diagnostics import Diagnostic
-from specc.limits import ALLOWED, left, one_run, spend
 from specc.pipeline import Result, check_spec
 from specc.policy import allowed_paths, judge, settings_for
-from specc.read import Document, Reach, claims_to_be_one, read_file, read_text
+from specc.read import AllowedPaths, Document, claims_to_be_specification, read_file, read_text
 from specc.resolve import Findings
 from specc.resolve.loader import Loader
 from specc.resources import on_disk
@@ -96,7 +94,6 @@ class Project:
     _mended: dict[str, tuple[Analysis, Analysis]] = field(default_factory=dict)
     _without: dict[str, tuple[Document, Document]] = field(default_factory=dict)
     _alone: dict[str, tuple[str, Analysis]] = field(default_factory=dict)
-    _kept: dict[str, AnswerCache] = field(default_factory=dict)
 
     def put(self, path: str, text: str) -> None:
         """Take the text of an open file, saved or not."""
@@ -118,7 +115,7 @@ class Project:
 
     def is_specification(self, path: str) -> bool:
         """Whether a text claims to be one: other YAML files are none of our business."""
-        return claims_to_be_one(self.source(path).text)
+        return claims_to_be_specification(self.source(path).text)
 
     def is_used(self, path: str) -> bool:
         """Whether a known system reads the file, or looked for it without finding it."""
@@ -164,29 +161,21 @@ class Project:
             yield from certain(best.diagnostics, sources, analysis.loader.sources, earlier)
 
     def _analysed(self, root: str, read: Callable[[str, tuple[str, ...]], Document]) -> Analysis:
-        kept = self._kept.setdefault(root, AnswerCache())
-        earlier = kept.spent
         documents: dict[str, Document] = {}
 
         def noted(path: str, row_keys: tuple[str, ...]) -> Document:
             documents[path] = read(path, row_keys)
             return documents[path]
 
-        loader = Loader(Findings(cache=kept), noted, reach=self._reach(root))
-        with one_run():
-            # No more than a fresh analysis may spend: nothing is kept that could make a difference.
-            spend("proof", earlier)
-            result = check_spec(root, loader)
-            kept.spent = ALLOWED["proof"] - left("proof")
-        if kept.spent > ALLOWED["proof"] // 2:
-            del self._kept[root]
-            if earlier:
-                return self._analysed(root, read)
+        loader = Loader(Findings(), noted, reach=self._reach(root))
+        result = check_spec(root, loader)
         return _judged(Analysis(root, loader, result, documents))
 
-    def _reach(self, root: str) -> Reach:
+    def _reach(self, root: str) -> AllowedPaths:
         """What a file may name: besides its project, what is open in the editor, and folders."""
-        return Reach((*allowed_paths(root).folders, *map(real_path, (*self.folders, *self._open))))
+        return AllowedPaths(
+            (*allowed_paths(root).folders, *map(real_path, (*self.folders, *self._open)))
+        )
 
     def compare(self, texts: Mapping[str, str]) -> tuple[list[Diagnostic], list[Diagnostic]]:
         """What is wrong with the specifications that read some files, now and with other texts."""
@@ -297,7 +286,6 @@ class Project:
         self._current.pop(root, None)
         self._understood.pop(root, None)
         self._mended.pop(root, None)
-        self._kept.pop(root, None)
 
     def _systems(self, named: str) -> Iterator[str]:
         """Files of systems, in the folders of the editor, that speak of a file by its name."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from specc.model.system import Subsystem, System
-from specc.model.types import Bool, Enum, Type, within
+from specc.model.types import Bool, Enum, Type, nested_types
 from specc.model.wires import Wire, Wires
 from specc.resolve.context import Use
 from specc.schema.places import split
@@ -27,7 +27,7 @@ def enums_in_python(system: System) -> dict[str, str]:
     """Enums that reach Python code, which knows their members by name, each with that code."""
     found: dict[str, str] = {}
     for type_, code in _crossing(system):
-        for part in within([type_]):
+        for part in nested_types([type_]):
             if isinstance(part, Enum):
                 found.setdefault(part.name, code)
     return found
@@ -116,12 +116,12 @@ def _declare(files: Mapping[str, FileSymbols], subsystem: Subsystem) -> None:
 def _connect(
     files: Mapping[str, FileSymbols], links: Links, subsystem: Subsystem, wires: Wires
 ) -> None:
-    for wire in wires.of(subsystem):
+    for wire in wires.wires_of(subsystem):
         port = wire.port
-        if wire.part is None:
+        if wire.peer is None:
             continue
         links.wires.setdefault(key_of(port.place), wire)
-        if named := wires.named(subsystem, port):
+        if named := wires.peer_place(subsystem, port):
             links.named.setdefault(key_of(port.place), key_of(named))
         far = {e.name: symbol_at(files, key_of(e.place)) for e in wire.elements}
         for element in port.elements:

@@ -61,7 +61,7 @@ def _of(index: Index | None, name: str, active: int) -> CallSignature | None:
         return _signature(name, parameters, str(operator.result), words, active)
     function = FUNCTIONS.get(name)
     if function and function.rule:
-        listed, _, said = function.says.partition("-> ")
+        listed, _, said = function.signature.partition("-> ")
         result, _, words = said.partition(": ")
         parameters = tuple(filter(None, listed.strip().split(", ")))
         return _signature(name, parameters, result, words, active)

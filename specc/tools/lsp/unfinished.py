@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from specc.diagnostics import Diagnostic, Edit
 from specc.read import Document, read_text
-from specc.schema import ROW_KEYS, SpecFile, shape
+from specc.schema import ROW_KEYS, SpecFile, desugar, shape
 from specc.source import Place, SourceFile, Sources
 
 # Where a text of a moment ago stands in the present one.
@@ -100,7 +100,8 @@ def mended(document: Document) -> Document | None:
         if not document.ok:
             better = _readable(document)
         else:
-            wrong = shape(SpecFile, document.data, document.source.path)[1]
+            data, wrong = desugar(document.data, document.source.path)
+            wrong = wrong or shape(SpecFile, data, document.source.path)[1]
             if not wrong:
                 return document
             better = _shaped(document, wrong)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from heapq import nlargest
 from typing import Any
 
-from specc.diagnostics.render.visible import visible
+from specc.diagnostics.visible import visible
 from specc.tools.canvas import content, figure, text_width
 from specc.tools.plot.sheet import MANY, Band, Curve, Panel, Sheet, is_alone, legible
 

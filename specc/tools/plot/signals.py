@@ -14,11 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from specc.diagnostics import nearest
-from specc.diagnostics.phrases import few
+from specc.diagnostics.phrases import join_some
 from specc.lang.kinds import kind
 from specc.lang.values import Floats, position
-from specc.model.binding import PLANT
-from specc.model.system import Subsystem, System
+from specc.model.system import PLANT, Subsystem, System
 from specc.model.types import (
     SPATIAL_COMPONENTS,
     VECTOR3_COMPONENTS,
@@ -27,7 +26,7 @@ from specc.model.types import (
     Record,
     Spatial,
     Type,
-    whole,
+    complete_type,
 )
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN, Unit
 from specc.refusal import Refused
@@ -113,7 +112,7 @@ def _is_pose(type_: Type) -> bool:
 
 def _there(type_: Type) -> Type:
     """The type of a value of which nothing is missing."""
-    return whole(type_.value if isinstance(type_, OptionalOf) else type_)
+    return complete_type(type_.value if isinstance(type_, OptionalOf) else type_)
 
 
 def _elements(system: System) -> Iterator[tuple[str, _Element]]:
@@ -155,7 +154,7 @@ def _unknown(system: System, name: str, known: Sequence[str]) -> str:
 
 
 def _listed(words: str, names: Sequence[str], most: int = 30) -> str:
-    return f"{words} {few(names, most) or 'none'}"
+    return f"{words} {join_some(names, most) or 'none'}"
 
 
 def _steps(at: str, rest: str) -> tuple[str | int, ...]:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from specc.atomic_files import folder_aside
+from specc.atomic_files import temporary_folder
 from specc.refusal import Refused
 
 _SECONDS = 300
@@ -135,7 +135,7 @@ def _asked(path: str) -> dict[str, Any]:
     # As in this process, but nothing from the working directory.
     found = os.pathsep.join(filter(None, sys.path))
     environment = {**os.environ, "PYTHONPATH": found, **dict.fromkeys(_THREADS, "1")}
-    with folder_aside() as scratch:
+    with temporary_folder() as scratch:
         try:
             done = subprocess.run(
                 [sys.executable, "-m", "specc_runtime.describing", path, str(os.getpid())],

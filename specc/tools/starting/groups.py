@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from specc.diagnostics.nearest import hint
+from specc.diagnostics.nearest import suggestion
 from specc.refusal import Refused
 from specc.tools.starting.facts import Actuator, ModelFacts
 
@@ -127,7 +127,7 @@ def _places(name: str, facts: ModelFacts) -> list[int]:
         if joints:
             raise NoGroup(f"no actuator moves joint {name}")
         known = [a.name for a in facts.actuators] + [j.name for j in facts.joints if j.name]
-        close = hint(name, known) if len(known) < 60 else ""
+        close = suggestion(name, known) if len(known) < 60 else ""
         raise NoGroup(f"no actuator, and no joint with one, is called {name}; {close}".rstrip("; "))
     return places
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from textwrap import fill, shorten
 from typing import Any
 
-from specc.atomic_files import put
+from specc.atomic_files import write_atomically
 from specc.reachable import grouped
 from specc.tools.canvas import content, figure
 from specc.tools.sweep.running import STEPS
@@ -63,7 +63,7 @@ def _stem(column: str, drawn: Sequence[Path]) -> str:
 def _saved(made: Any, stem: Path) -> Iterator[Path]:
     for form in ("png", "svg"):
         path = stem.with_name(f"{stem.name}.{form}")
-        put(path, content(made, form))
+        write_atomically(path, content(made, form))
         yield path
 
 

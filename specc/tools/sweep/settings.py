@@ -12,7 +12,7 @@ from math import prod
 
 from specc.model.units import UnitError, parse_unit
 from specc.refusal import Refused
-from specc.resolve.command_line import in_unit, quantity
+from specc.resolve.context import in_unit, quantity
 from specc.tools.sweep.running import OWN
 
 MOST_RUNS = 1_000_000

@@ -16,7 +16,7 @@ from queue import Empty, SimpleQueue
 from specc.analysis.plant import plant_model
 from specc.mjcf import Model
 from specc.model.system import System
-from specc.refusal import lacking
+from specc.refusal import missing_package
 from specc.source import COMMAND_LINE, Sources, relative_path
 from specc.tools.sweep.running import (
     PACKAGES,
@@ -118,7 +118,7 @@ def there(name: str, address: str, bundle: Bundle) -> Iterator[Workshop]:
     try:
         from specc.tools.sweep.cluster import cluster
     except ModuleNotFoundError as error:
-        raise lacking(error, "dask", "distributed") from None
+        raise missing_package(error, "dask", "distributed") from None
     with cluster(address, name, bundle) as workshop:
         yield workshop
 

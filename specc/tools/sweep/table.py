@@ -19,8 +19,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from specc.atomic_files import PREFIX, put
-from specc.diagnostics.phrases import counted, listed
+from specc.atomic_files import PREFIX, write_atomically
+from specc.diagnostics.phrases import counted, join_words
 from specc.tools.sweep.running import LIMIT, Figures
 from specc.tools.sweep.settings import SweepError, SweepSetting, meaning
 
@@ -107,7 +107,7 @@ class Folder:
     def _check(self) -> None:
         path = self.path / ABOUT
         if not path.exists():
-            put(path, json.dumps(self._about, indent=2) + "\n")
+            write_atomically(path, json.dumps(self._about, indent=2) + "\n")
             return
         try:
             there = json.loads(path.read_text(encoding="utf-8"))
@@ -118,7 +118,7 @@ class Folder:
         if other := [n for n in {**self._about, **there} if there.get(n) != self._about.get(n)]:
             own = [name for name in other if name in self._about] or other[:1]
             raise SweepError(
-                f"{self.path} has runs with another {listed(own, 'and')}; name another folder "
+                f"{self.path} has runs with another {join_words(own, 'and')}; name another folder "
                 "with --out, or remove this one"
             )
 

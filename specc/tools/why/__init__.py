@@ -1,8 +1,16 @@
 """Why conditions held or not at a moment of a recorded run: values, and reasons in words."""
 
-from specc.lang.values import Gone
+from specc.lang.values import NotRecorded
 from specc.tools.why.moment import Moment, NotKnown, value_of
 from specc.tools.why.reasons import Reasons, shown
 from specc.tools.why.required import reasons_of_violation
 
-__all__ = ["Gone", "Moment", "NotKnown", "Reasons", "reasons_of_violation", "shown", "value_of"]
+__all__ = [
+    "Moment",
+    "NotKnown",
+    "NotRecorded",
+    "Reasons",
+    "reasons_of_violation",
+    "shown",
+    "value_of",
+]

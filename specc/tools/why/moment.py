@@ -14,9 +14,8 @@ from pkgutil import resolve_name
 from typing import Any
 
 from specc.lang.evaluate import Environment, evaluate
-from specc.lang.kind import Sort
-from specc.lang.kinds import kind
-from specc.lang.values import Gone, Value
+from specc.lang.kinds import Sort, kind
+from specc.lang.values import NotRecorded, Value
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
 from specc.model.types import (
@@ -137,7 +136,7 @@ class Moment:
             raise NotKnown("a part of it is not recorded") from error
         except (ArithmeticError, ValueError, LookupError) as error:
             raise NotKnown(f"it has no value: {error}") from error
-        if isinstance(value, Gone):
+        if isinstance(value, NotRecorded):
             raise NotKnown("it is not recorded")
         return value
 
@@ -239,18 +238,18 @@ class Moment:
         except NotKnown:
             raise
         except (Exception, SystemExit) as error:  # whatever the user's function raises
-            raise NotKnown(f"{m.written(operator.name)} raised {_said(error)}") from error
+            raise NotKnown(f"{m.source_name(operator.name)} raised {_said(error)}") from error
 
     def _given(self, type_: Type, value: Value) -> Any:
         """A value as operators take it."""
-        if isinstance(value, Gone):
+        if isinstance(value, NotRecorded):
             raise NotKnown("what an operator looks into is not recorded")
         if type_.is_array:
             return self._array(value)
         made = (
             float(value)
             if isinstance(type_, Real)
-            else kind(type_).rebuilt(type_, value, self._given)
+            else kind(type_).map_parts(type_, value, self._given)
         )
         python = type_.python if isinstance(type_, Record) else ""
         return resolve_name(python)(**vars(made)) if python else made
@@ -271,7 +270,7 @@ def _taken(type_: Type, value: Any) -> Value:
     if type_.is_array:
         return _tuples(value.tolist())
     take = _TAKEN.get(kind(type_).sort)
-    return take(value) if take else kind(type_).rebuilt(type_, value, _taken)
+    return take(value) if take else kind(type_).map_parts(type_, value, _taken)
 
 
 def _truth(value: Any) -> bool:

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Any
 
-from specc.diagnostics.phrases import clipped
+from specc.diagnostics.phrases import truncate
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
 from specc.lang.show import show
-from specc.lang.values import Fields, Gone, angle, position
+from specc.lang.values import Fields, NotRecorded, angle, position
 from specc.model import expr as m
-from specc.model.logic import joined
+from specc.model.expr import junction
 from specc.model.types import (
     Int,
     ListOf,
@@ -21,7 +21,7 @@ from specc.model.types import (
     Real,
     Text,
     Type,
-    whole,
+    complete_type,
 )
 from specc.model.units import DIMENSIONLESS
 from specc.tools.why.moment import Moment, NotKnown
@@ -61,9 +61,9 @@ class Reasons:
         if isinstance(expr, m.Unary) and expr.op == "not":
             yield from self._why(expr.operand, not wanted, depth)
         elif isinstance(expr, m.Quantifier) and isinstance(expr.over, m.Items):
-            parts = (m.instance(expr.body, expr.variable, item) for item in expr.over.items)
+            parts = (m.instantiate(expr.body, expr.variable, item) for item in expr.over.items)
             op: Any = "and" if expr.kind == "all" else "or"
-            yield from self._why(joined(op, tuple(parts)), wanted, depth)
+            yield from self._why(junction(op, tuple(parts)), wanted, depth)
         elif isinstance(expr, m.Logic):
             yield from self._of_parts(expr, wanted, depth)
         elif isinstance(expr, m.LetRef):
@@ -134,7 +134,7 @@ class Reasons:
                 self._told.add(expr)
                 has = "has" if is_met is wanted else "has not"
                 return f"{show(read)} {has} a value{'' if is_met else ', needs the opposite'}"
-            case m.Among(item=item, members=members):
+            case m.IsOneOf(item=item, members=members):
                 named = "{" + ", ".join(sorted(members)) + "}"
                 word = "in" if wanted else "not in"
                 return f"{self._value(item)}, {is_or_needs} {word} {named}"
@@ -247,27 +247,27 @@ def _is_literal(expr: m.Expr) -> bool:
 
 
 def _text(expr: m.Expr) -> str:
-    return clipped(show(expr), _LONGEST_TEXT)
+    return truncate(show(expr), _LONGEST_TEXT)
 
 
 def _length(value: Any, type_: Type) -> str:
     unit = f" {type_.unit}" if isinstance(type_, Real) and type_.unit != DIMENSIONLESS else ""
-    return f"{value:.3g}{unit}" if isinstance(value, float) else f"{clipped(str(value), 30)}{unit}"
+    return f"{value:.3g}{unit}" if isinstance(value, float) else f"{truncate(str(value), 30)}{unit}"
 
 
 def shown(type_: Type, value: Any) -> str:
     """A value with its unit, in SI units."""
-    return clipped(_shown(type_, value), _LONGEST_VALUE)
+    return truncate(_shown(type_, value), _LONGEST_VALUE)
 
 
 def _shown(type_: Type, value: Any) -> str:
-    if isinstance(value, Gone):
+    if isinstance(value, NotRecorded):
         return "not recorded"
-    inner = whole(type_)
+    inner = complete_type(type_)
     if inner.units or inner.is_array:
         return _quantity(inner, value)
     some = value[:_MOST_ITEMS] if isinstance(type_, ListOf) else value
-    match kind(type_).rebuilt(type_, some, _shown):
+    match kind(type_).map_parts(type_, some, _shown):
         case tuple() as items if isinstance(type_, ListOf):
             return f"{len(value)} {'item' if len(value) == 1 else 'items'} [{', '.join(items)}]"
         case tuple() as items:
@@ -275,7 +275,7 @@ def _shown(type_: Type, value: Any) -> str:
         case Fields() as fields:
             return f"{{{', '.join(f'{name}: {text}' for name, text in fields)}}}"
         case int() as number if kind(type_).sort == "whole":
-            return clipped(str(number), 30)
+            return truncate(str(number), 30)
         case other:
             return repr(other) if isinstance(type_, Text) else str(other)
 

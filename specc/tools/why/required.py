@@ -6,14 +6,14 @@ from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from specc.diagnostics.phrases import clipped
+from specc.diagnostics.phrases import truncate
 from specc.model.requirement import (
-    Junction,
+    BoolOp,
     Reading,
     Requirement,
     Temporal,
     TemporalFormula,
-    reach_s,
+    horizon_s,
 )
 from specc.tools.why.moment import NotKnown, value_of
 from specc.tools.why.reasons import shown
@@ -32,7 +32,7 @@ def reasons_of_violation(
     """
     formula = requirement.formula
     yield from _missed(requirement, formula, time_s, shown_s)
-    for at_s in dict.fromkeys((time_s, time_s + float(reach_s(formula)))):
+    for at_s in dict.fromkeys((time_s, time_s + float(horizon_s(formula)))):
         there = steps(at_s)
         for reading in requirement.readings:
             if text := _read(reading, there.get(reading.subsystem)):
@@ -48,7 +48,7 @@ def _missed(
     """What did not hold, and why it had to, from the outside to the inside of a formula."""
     at = shown_s(time_s)
     match formula:
-        case Junction(operands=(_, conclusion), premise=premise) if premise is not None:
+        case BoolOp(operands=(_, conclusion), premise=premise) if premise is not None:
             yield f"at {at}: {_part(requirement, premise)} held"
             yield from _missed(requirement, conclusion, time_s, shown_s)
         case Temporal(op="within", operands=(operand,), span_s=span_s):
@@ -62,7 +62,7 @@ def _missed(
 
 
 def _part(requirement: Requirement, formula: TemporalFormula) -> str:
-    return clipped(requirement.part(formula), _LONGEST)
+    return truncate(requirement.part(formula), _LONGEST)
 
 
 def _span(span_s: Fraction) -> str:
@@ -74,7 +74,7 @@ def _read(reading: Reading, step: Mapping[str, Any] | None) -> str:
     if step is None or reading.asks_presence:
         return ""
     if reading.kind == "state":
-        return clipped(str(step.get("state")), _LONGEST)
+        return truncate(str(step.get("state")), _LONGEST)
     data: Any = step.get({"memory": "memory", "reported": "x"}.get(reading.kind, ""))
     for name in reading.element:
         data = data.get(name) if isinstance(data, dict) else None

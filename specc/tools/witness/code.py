@@ -21,9 +21,8 @@ from specc_runtime.loading import load_system
 from specc_runtime.stepping import Stepper, array
 
 from specc.lang.kinds import first_value, kind
-from specc.lang.values import Fields, Value, alike
-from specc.lower.annotations import PythonTypes, named_types
-from specc.lower.module import Module, lag_slots
+from specc.lang.values import Fields, Value, is_close
+from specc.lower.module import Module, PythonTypes, lag_slots, named_types
 from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
@@ -39,7 +38,7 @@ ScriptValues = Mapping[str, Value]
 
 @dataclass(frozen=True, slots=True)
 class Periods:
-    """One period, or several ones that are alike.
+    """One period, or several ones that are is_close.
 
     Attributes:
         arrives: elements that come in this period, with their values.
@@ -98,7 +97,7 @@ def to_runtime(value: Value, type_: Type) -> Value:
     """A value as generated code has it."""
     if type_.is_array:
         return array(value)
-    return kind(type_).rebuilt(type_, value, lambda part, item: to_runtime(item, part))
+    return kind(type_).map_parts(type_, value, lambda part, item: to_runtime(item, part))
 
 
 def from_runtime(value: Value) -> Value:
@@ -170,7 +169,7 @@ class SubsystemCode:
     def _call(self, name: str, result: Type, *args: Any) -> Any:
         plain = from_runtime(args)
         for operator, known, gives in self.answers:
-            if operator == name and alike(known, plain):
+            if operator == name and is_close(known, plain):
                 return to_runtime(gives, result)
         return to_runtime(first_value(result), result)
 

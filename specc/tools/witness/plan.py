@@ -13,7 +13,7 @@ from functools import partial
 from typing import TypeVar
 
 from specc.analysis import Facts
-from specc.analysis.arrivals import always_present
+from specc.analysis.definite_assignment import always_present
 from specc.analysis.reads import Dependences
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem
@@ -75,14 +75,14 @@ class Inputs:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
         self._meaning = meaning
         self._never = never
-        self._arrivals = facts.of(original).arrivals
+        self._arrivals = facts.of(original).availability
         self._elements = original.inputs
         self.names = frozenset(self._elements)
         self.always = always_present(original, facts.wires)
         self.devices = frozenset(
             (peer, element)
             for peer, element in original.inputs
-            if facts.wires.measured(original.qualified_name, peer)
+            if facts.wires.measuring_device(original.qualified_name, peer)
         )
         self.axioms = [(axiom.that, True) for axiom in meaning.subsystem.axioms]
 
@@ -202,7 +202,7 @@ class Driver:
     def _take_row(self, driven: Driven, row: Transition, more: list[Goal]) -> Driven:
         here, seen = self.reach(driven, [*self.row_goals(row), *more])
         index = next(i for i, other in enumerate(self._subsystem.transitions) if other is row)
-        step = step_between(here.last, seen, row.target, row.words)
+        step = step_between(here.last, seen, row.target, row.label)
         return self._advance((*here.steps, step), seen, index)
 
     def first(self, wanted: Situation | None = None) -> Driven:
@@ -417,7 +417,7 @@ class Planner:
         self._code = code
         self._subsystem = code.subsystem
         self._refutation = refutation
-        possible = {step.row.place for step in facts.of(whole).steps}
+        possible = {step.row.place for step in facts.of(whole).edges}
         rows = [row for row in self._subsystem.transitions if row.place in possible]
         self._paths = list(paths(rows, self._subsystem.initial_state, refutation.state))
 
@@ -557,7 +557,7 @@ class Planner:
             if error.name != about.absent:
                 raise
             return script
-        wanted = {row.words for row in about.rows}
+        wanted = {row.label for row in about.rows}
         if (
             (shown.state, shown.cause) != (about.state, about.cause)
             or not wanted <= set(shown.rows)

@@ -7,16 +7,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from specc.analysis import Facts, Machine, RowVerdictAt
-from specc.analysis.unknown_parts import must_hold_part
+from specc.analysis.must_may import must_hold_part
 from specc.checks.presence import absences
 from specc.checks.rows import ending, situation
-from specc.emit import filled
+from specc.emit import fill_templates
 from specc.lower import lower
 from specc.lower.names import Namespace
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
-from specc.model.fsm import Behaviour, Cause, Condition, Transition
+from specc.model.fsm import Behaviour, Cause, Condition, Trace, Transition
 from specc.model.system import Operator, Subsystem, System
-from specc.model.trace import Trace
 from specc.proof import InputName
 from specc.search import Goal, runnable
 
@@ -51,7 +50,7 @@ def isolated(system: System, name: str) -> System:
 
 def generate_checked(system: System) -> dict[str, str]:
     """Generated code of a system that checks all rows while it runs, by path in its package."""
-    return filled(lower(system, None, stand_ins=True))
+    return fill_templates(lower(system, None, stand_ins=True))
 
 
 def _stand_ins(subsystem: Subsystem) -> Iterator[Operator]:

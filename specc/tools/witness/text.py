@@ -151,7 +151,7 @@ def put(path: Path, text: str) -> None:
         old = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
         if not old.startswith(f"{MARK}\n") or _specification(old) != _specification(text):
             raise ForeignFileError(str(path))
-    atomic_files.put(path, text)
+    atomic_files.write_atomically(path, text)
 
 
 def _specification(text: str) -> str:

@@ -113,6 +113,6 @@ def _places(system: System, sources: Sources) -> dict[str, str]:
     """File and line of every state and row, by the words that faults have for them."""
     (subsystem,) = system.subsystems
     found = {f"state {state.name}": state.place for state in subsystem.states}
-    found |= {row.words: row.place for row in subsystem.transitions}
+    found |= {row.label: row.place for row in subsystem.transitions}
     spans = {words: sources.span(place) for words, place in found.items()}
     return {words: f"{relative_path(s.file, curdir)}:{s.line}" for words, s in spans.items()}

@@ -12,13 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from specc.model.expr import Node, Unknown
+from specc.model.fsm import Trace
 from specc.model.requirement import Requirement
 from specc.model.system import System
-from specc.model.trace import Trace
 from specc.model.types import Opaque
 from specc.pipeline import read_spec
 from specc.tools.diff import compare
-from specc.tools.diff.record import Book
+from specc.tools.diff.changes import ChangeLog
+from specc.tools.diff.equivalence import Constants
+from specc.tools.diff.systems import SystemDiff
 from tests.tools.diff.conftest import Reader
 from tests.tools.diff.test_disturbances import BLOCK, MOVE, PUSH, SHIFT, WRONG, disturbed
 from tests.tools.diff.test_pairs import TEXT
@@ -59,14 +61,14 @@ NOT_COMPARED = {
     "System.named_in_agents": "definitions are compared where they are used",
     "System.folders": "where files lie says nothing",
     "System.stop_when": "the command line gives it for one run",
-    "System.described": "each use has the values in its expressions",
+    "System.description_uses": "each use has the values in its expressions",
     "Subsystem.outside": "names of a file are compared where they are used",
-    "Subsystem.begun": FOLLOWS,
+    "Subsystem.has_initial_state": FOLLOWS,
     "Port.interface": "its elements are compared",
-    "Behaviour.whole": FOLLOWS,
-    "Function.whole": FOLLOWS,
+    "Behaviour.is_complete": FOLLOWS,
+    "Function.is_complete": FOLLOWS,
     "Behaviour.assignments": FOLLOWS,
-    "Transition.remainder": "its condition is compared",
+    "Transition.is_otherwise": "its condition is compared",
     "Assignment.trace": "that of its function is told",
     "Plant.observed": "what stands behind it is compared, and its types",
     "Binding.noise_units": "the noise is compared in SI units",
@@ -197,10 +199,12 @@ def _other(value: Any) -> Any:
 
 def test_a_field_that_nothing_else_tells_of_is_compared() -> None:
     """As soon as a class has it; that words are others changes nothing of what agents do."""
-    kind = dataclasses.make_dataclass("Part", ["title", "wait_s", "kind", "place", "parts"])
-    old = kind("an arm", Fraction(1, 2), "slow", object(), (object(),))
-    new = kind("the arm", Fraction(1, 4), "fast", object(), (object(),))
-    book = Book()
-    book.both("device", "arm").rest(old, new, "kind")
-    found = [(each.aspect, each.old, each.new, each.semantic) for each in book.changes]
+    kind = dataclasses.make_dataclass("Part", ["title", "wait_s", "place", "parts"])
+    old = kind("an arm", Fraction(1, 2), object(), (object(),))
+    new = kind("the arm", Fraction(1, 4), object(), (object(),))
+    system = read_spec(str(ROOT / SPECS[0])).system
+    assert system is not None
+    log = ChangeLog()
+    SystemDiff((system, system), log, Constants((), ())).fields(log.part("device", "arm"), old, new)
+    found = [(each.aspect, each.old, each.new, each.semantic) for each in log.changes]
     assert found == [("title", "an arm", "the arm", False), ("wait", "500 ms", "250 ms", True)]

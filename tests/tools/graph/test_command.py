@@ -11,7 +11,7 @@ from zlib import crc32
 
 import pytest
 
-from specc.cli.pictures import signed
+from specc.cli.pictures import with_signature
 from specc.pipeline import read_spec
 from specc.tools.graph import NoPicture, PictureKind, drawing, picture
 from tests.commands import ROOT, specc
@@ -109,14 +109,14 @@ def test_a_drawing() -> None:
 
 def test_a_signed_picture_is_still_one() -> None:
     text = specc("graph", FLAGSHIP, "irp.k", "--format", "dot").stdout
-    ElementTree.fromstring(signed(drawing.drawn(text, "svg"), "svg", "graph"))
+    ElementTree.fromstring(with_signature(drawing.drawn(text, "svg"), "svg", "graph"))
     drawn = drawing.drawn(text, "png")
-    png = signed(drawn, "png", "graph")
+    png = with_signature(drawn, "png", "graph")
     (size,) = unpack(">I", png[33:37])
     chunk, (check,) = png[37 : 41 + size], unpack(">I", png[41 + size : 45 + size])
     assert chunk == b"tEXtSoftware\0specc graph" and check == crc32(chunk)
     assert png[:33] + png[45 + size :] == drawn
-    assert drawing.drawn(signed(text.encode(), "dot", "graph").decode(), "svg")
+    assert drawing.drawn(with_signature(text.encode(), "dot", "graph").decode(), "svg")
 
 
 def test_what_is_known_of_a_wrong_specification_is_drawn() -> None:

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from specc.model.expr import FALSE, TRUE, BoundVariable, Expr, Logic, Truth, Unary
-from specc.model.logic import truth
+from specc.model.expr import FALSE, TRUE, BoundVariable, Expr, Logic, Truth, Unary, truth
 from specc.model.types import Bool
 from specc.tools.importers.logic import LogicError, atom, atoms, parse_logic, render, substitute
 

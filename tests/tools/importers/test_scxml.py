@@ -77,7 +77,7 @@ def test_any_event_may_come_at_any_time(body: str, workshop: Workshop) -> None:
     composition = Composition(names, abstraction)
     place = names.index(chart(found).qualified_name)
     every = Graph(composition, 10_000).configurations
-    assert {composition.states(each)[place] for each in every} == {
+    assert {composition.state_names(each)[place] for each in every} == {
         state.name for state in chart(found).states
     }
 

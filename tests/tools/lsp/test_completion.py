@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from specc.tools.lsp import answers
-from specc.tools.lsp.cursor import Cursor, cursors
+from specc.tools.lsp.cursor import TextCursor, cursors
 from specc.tools.lsp.project import Project
 from tests.seeds import every
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place, write
@@ -184,21 +184,21 @@ def test_a_proposal_replaces_what_was_begun(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("", Cursor((), True, "")),
-        ("spe", Cursor((), True, "spe")),
-        ("specc: 1\nsub", Cursor((), True, "sub", ("specc",))),
-        ("a:\n  b: {c: [1, {d: x", Cursor(("a", "b", "c", 1, "d"), False, "x")),
-        ('a: {b: "x, [y', Cursor(("a", "b"), False, "x, [y")),
-        ("a: 'it''s ", Cursor(("a",), False, "it's ")),
-        ('a: "q\\" ', Cursor(("a",), False, 'q" ')),
-        ("a: >-\n  one 'two\n  three", Cursor(("a",), False, "one 'two three")),
-        ("a: it's [fine\nb: ", Cursor(("b",), False, "")),
-        ("# it's [not\nb: c", Cursor(("b",), False, "c")),
-        ("a: [b] # {\nc: d", Cursor(("c",), False, "d")),
-        ("a:\n  - [x, y]\n  - [z, ", Cursor(("a", 1, 1), False, "")),
+        ("", TextCursor((), True, "")),
+        ("spe", TextCursor((), True, "spe")),
+        ("specc: 1\nsub", TextCursor((), True, "sub", ("specc",))),
+        ("a:\n  b: {c: [1, {d: x", TextCursor(("a", "b", "c", 1, "d"), False, "x")),
+        ('a: {b: "x, [y', TextCursor(("a", "b"), False, "x, [y")),
+        ("a: 'it''s ", TextCursor(("a",), False, "it's ")),
+        ('a: "q\\" ', TextCursor(("a",), False, 'q" ')),
+        ("a: >-\n  one 'two\n  three", TextCursor(("a",), False, "one 'two three")),
+        ("a: it's [fine\nb: ", TextCursor(("b",), False, "")),
+        ("# it's [not\nb: c", TextCursor(("b",), False, "c")),
+        ("a: [b] # {\nc: d", TextCursor(("c",), False, "d")),
+        ("a:\n  - [x, y]\n  - [z, ", TextCursor(("a", 1, 1), False, "")),
     ],
 )
-def test_finds_the_cursor_in_unfinished_text(text: str, expected: Cursor) -> None:
+def test_finds_the_cursor_in_unfinished_text(text: str, expected: TextCursor) -> None:
     assert expected in cursors(text, len(text))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.schema.json_schema import json_schema
+from specc.schema.files import json_schema
 from tests.tools.lsp.client import Client
 
 pytestmark = pytest.mark.long

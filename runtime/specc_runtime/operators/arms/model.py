@@ -143,8 +143,8 @@ def _place(model: Any, name: str) -> BodyOrSite:
     names = [model.site(i).name for i in range(model.nsite)]
     names += [model.body(i).name for i in range(model.nbody)]
     close = " or ".join(get_close_matches(name, names))
-    asked = f"; did you mean {close}?" if close else ""
-    raise ValueError(f"the model has neither a site nor a body '{name}'{asked}")
+    hint = f"; did you mean {close}?" if close else ""
+    raise ValueError(f"the model has neither a site nor a body '{name}'{hint}")
 
 
 def _between(model: Any, base: BodyOrSite, tip: BodyOrSite) -> Indices:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_KEPT = 5000
+_FEWEST = 5000
 """Triangles of a mesh that stays as it is."""
 _FINEST, _STEP = 1024, 0.8
 """Cells along the longest edge of a mesh, and what is left of them from one try to the next."""
@@ -26,12 +26,12 @@ def coarse(model: Any, most: int) -> Any:
     """
     made = copy(model)
     counts = model.mesh_facenum.astype(np.int64)
-    large = counts > _KEPT
+    large = counts > _FEWEST
     if not large.any() or counts.sum() <= most:
         return made
     share = max(0.0, (most - counts[~large].sum()) / counts[large].sum())
     for mesh in np.flatnonzero(large):
-        _reduce(made, int(mesh), max(_KEPT, int(counts[mesh] * share)))
+        _reduce(made, int(mesh), max(_FEWEST, int(counts[mesh] * share)))
     return made
 
 
@@ -41,14 +41,14 @@ def _reduce(model: Any, mesh: int, most: int) -> None:
     faces = slice(begin, begin + int(model.mesh_facenum[mesh]))
     corners = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
     before = model.mesh_face[faces].copy()
-    triangles, kept = _joined(corners, before, most)
-    end = begin + len(kept)
+    triangles, indices = _joined(corners, before, most)
+    end = begin + len(indices)
     normals = model.mesh_normal[model.mesh_normaladr[mesh] :][: model.mesh_normalnum[mesh]]
-    turned = _normals(normals, model.mesh_facenormal[faces], before, triangles, kept)
+    turned = _normals(normals, model.mesh_facenormal[faces], before, triangles, indices)
     model.mesh_face[begin:end] = triangles
     model.mesh_facenormal[begin:end] = turned
-    model.mesh_facetexcoord[begin:end] = model.mesh_facetexcoord[faces][kept]
-    model.mesh_facenum[mesh] = len(kept)
+    model.mesh_facetexcoord[begin:end] = model.mesh_facetexcoord[faces][indices]
+    model.mesh_facenum[mesh] = len(indices)
 
 
 def _normals(
@@ -56,14 +56,14 @@ def _normals(
     own: NDArray[np.int32],
     before: NDArray[np.int32],
     triangles: NDArray[np.int64],
-    kept: NDArray[np.int64],
+    indices: NDArray[np.int64],
 ) -> NDArray[np.int64]:
     """Which normals the corners of the triangles that are left have (n, 3)."""
     one = np.zeros(before.max() + 1, np.int64)
     one[before.ravel()] = own.ravel()
-    taken, old = one[triangles], own[kept].astype(np.int64)
-    alike = (normals[taken] * normals[old]).sum(axis=2) > _ALIKE
-    return np.where(alike, taken, old)
+    corners_of, old = one[triangles], own[indices].astype(np.int64)
+    alike = (normals[corners_of] * normals[old]).sum(axis=2) > _ALIKE
+    return np.where(alike, corners_of, old)
 
 
 def _joined(
@@ -77,9 +77,9 @@ def _joined(
         keys = (place[:, 0] * 2048 + place[:, 1]) * 2048 + place[:, 2]
         _, of = np.unique(keys, return_inverse=True)
         a, b, c = of[triangles].T
-        kept = np.flatnonzero((a != b) & (b != c) & (a != c))
-        if len(kept) <= most or cells < 2:
-            return _nearest(corners, of)[of[triangles[kept]]], kept
+        indices = np.flatnonzero((a != b) & (b != c) & (a != c))
+        if len(indices) <= most or cells < 2:
+            return _nearest(corners, of)[of[triangles[indices]]], indices
         cells *= _STEP
 
 

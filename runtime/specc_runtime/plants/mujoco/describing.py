@@ -14,7 +14,7 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.driven import AT_SITE, JOINT_KINDS, Driven, driven
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import HOME, initial_positions, load_model
-from specc_runtime.plants.mujoco.posture import Held, confined, held, period_s
+from specc_runtime.plants.mujoco.posture import HeldPosture, confined, hold_posture, period_s
 
 _LEVEL = 1e-6
 
@@ -40,7 +40,7 @@ def described(path: str) -> dict[str, Any]:
     mujoco.mj_forward(model, data)
     actuators, refused = driven(model, data)
     wheels = frozenset(j for a in actuators for j in a.joints if _is_wheel(model, j))
-    how = held(model, start, settable, actuators, wheels) if actuators else None
+    how = hold_posture(model, start, settable, actuators, wheels) if actuators else None
     final = start if how is None else how.start
     moved = {places[i]: float(final[i]) for i in places if abs(final[i] - begun[i]) > _LEVEL}
     facts: dict[str, Any] = {
@@ -73,14 +73,14 @@ def _refuse_infinite(kind: str, part: Mapping[str, Any]) -> None:
         numbers = value if isinstance(value, list) else [value]
         if not all(np.isfinite(number).all() for number in numbers if _is_number(number)):
             shown = ascii(part["name"])[1:-1]
-            raise PlantError(f"{kind} {shown}: {_SAID.get(key, key)} is infinite or no number")
+            raise PlantError(f"{kind} {shown}: {_WORDS.get(key, key)} is infinite or no number")
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, float | list)
 
 
-_SAID = {"least": "the least control", "greatest": "the greatest control", "start": "its start"}
+_WORDS = {"least": "the least control", "greatest": "the greatest control", "start": "its start"}
 
 
 def _wanted(model: Any, driven: Iterable[int]) -> tuple[str | None, Array]:
@@ -171,7 +171,9 @@ def _body_name(model: Any, body: int) -> str:
     return model.body(body).name or f"body {body}"
 
 
-def _actuators(model: Any, actuators: list[Driven], how: Held | None) -> list[dict[str, Any]]:
+def _actuators(
+    model: Any, actuators: list[Driven], how: HeldPosture | None
+) -> list[dict[str, Any]]:
     if how is None:
         return []
     laws = how.laws

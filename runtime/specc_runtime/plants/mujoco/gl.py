@@ -141,9 +141,9 @@ def _open_context(width: int, height: int) -> Any:
     PyOpenGL binds itself to one backend per process: after one fails that had its libraries,
     the next may fail for that reason alone.
     """
-    asked = os.environ.get(GL_VARIABLE, "").lower()
+    wanted = os.environ.get(GL_VARIABLE, "").lower()
     problems = []
-    for backend in (asked,) if asked in _NEEDS else _NEEDS:
+    for backend in (wanted,) if wanted in _NEEDS else _NEEDS:
         missing = [name for name in _NEEDS[backend] if not is_there(name)]
         if missing:
             problems.append(f"{backend} needs the library {', '.join(missing)}")

@@ -42,7 +42,7 @@ class Brakes:
         """All of them."""
         self._model.dof_armature[:], self._model.dof_M0[:] = self._own
         self._joints: set[int] = set()
-        self.held: HeldJoints | None = None
+        self.joints: HeldJoints | None = None
         """What to put back after each step."""
 
     def set(self, joint: str, blocked: bool) -> None:
@@ -72,9 +72,9 @@ class Brakes:
 
     def hold(self) -> None:
         """From now on at the positions of now."""
-        self.held = (
+        self.joints = (
             HeldJoints(self._model, self._data, tuple(self._joints)) if self._joints else None
         )
-        if self.held is not None:
-            self.held.put_back()
+        if self.joints is not None:
+            self.joints.put_back()
         mujoco.mj_step1(self._model, self._data)

@@ -69,16 +69,16 @@ def load_model(path: str) -> Any:
 
 
 def _name_actuators(spec: Any) -> None:
-    taken = {actuator.name for actuator in spec.actuators}
+    names = {actuator.name for actuator in spec.actuators}
     last: dict[str, int] = {}
     for actuator in spec.actuators:
         if not actuator.name:
             part = actuator.target
             number = last.get(part, 0) + 1
-            while (name := part if number == 1 else f"{part}_{number}") in taken:
+            while (name := part if number == 1 else f"{part}_{number}") in names:
                 number += 1
             last[part] = number
-            taken.add(name)
+            names.add(name)
             actuator.name = name
 
 

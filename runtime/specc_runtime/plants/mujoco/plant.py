@@ -135,8 +135,8 @@ class MujocoPlant:
             # In this order positions and velocities, and what derives from them, are of the end of
             # the step; forces are always those during the step.
             mujoco.mj_step2(self._model, self._data)
-            if self._brakes.held is not None:
-                self._brakes.held.put_back()
+            if self._brakes.joints is not None:
+                self._brakes.joints.put_back()
             mujoco.mj_step1(self._model, self._data)
         if self._divergence:
             raise self._diverged()
@@ -161,10 +161,10 @@ class MujocoPlant:
         For scenes, after a reset; contact friction, gravity and everything else act as usual.
         """
         joints = np.flatnonzero(self._model.jnt_type != mujoco.mjtJoint.mjJNT_FREE.value)
-        held = HeldJoints(self._model, self._data, joints.tolist())
+        brakes = HeldJoints(self._model, self._data, joints.tolist())
         for _ in range(round(duration_s / self._timestep_s)):
             mujoco.mj_step(self._model, self._data)
-            held.put_back()
+            brakes.put_back()
         self._data.qvel[:] = 0.0
         self._data.time = 0.0
         mujoco.mj_forward(self._model, self._data)

@@ -60,7 +60,7 @@ class Laws:
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldPosture:
     """What a rehearsal gave: laws, and the largest distance of each joint from the start."""
 
     start: Array
@@ -70,13 +70,13 @@ class Held:
     score: float
 
 
-def held(
+def hold_posture(
     model: Any,
     start: Array,
     settable: NDArray[np.bool_],
     actuators: Sequence[Driven],
     wheels: frozenset[int],
-) -> Held:
+) -> HeldPosture:
     """How the pose `start` (nq,) is held, or a pose near it that can be.
 
     Where bodies overlap at the start, or a robot stands above its floor, no control keeps it there.
@@ -90,12 +90,12 @@ def held(
     found = first.best()
     if found.score < 1.0 or not np.isfinite(found.score):
         return found
-    poses = [first.settled(laws) for laws in (first.unloaded(), found.laws)]
-    for settled, rest in poses:
-        far = np.abs(settled - start)[settable]
+    poses = [first.resting_pose(laws) for laws in (first.unloaded(), found.laws)]
+    for pose, rest in poses:
+        far = np.abs(pose - start)[settable]
         if not np.isfinite(far).all() or far.max(initial=0.0) > _NOT_FAR:
             continue
-        rests = confined(model, settled)
+        rests = confined(model, pose)
         begun = np.where(settable & (np.abs(rests - start) > _MOVED), rests, start)
         again = PostureRehearsal(model, begun, actuators, wheels)
         found = min(found, again.best(rest), key=lambda each: each.score)
@@ -152,21 +152,21 @@ class PostureRehearsal:
         self._greatest = _ends(actuators, "greatest", np.inf)
         self._left = _MOST_STEPS
 
-    def best(self, rest: Array | None = None) -> Held:
+    def best(self, rest: Array | None = None) -> HeldPosture:
         """The first laws that hold the pose well, or the best of all that were tried.
 
         `rest` is u0 to be tried as well.
         """
-        found: list[Held] = []
+        found: list[HeldPosture] = []
         for frequency in self._frequencies():
             for laws in self._tried(self._gains(frequency), rest):
-                strayed = self._held(laws)[0]
+                strayed = self._simulate(laws)[0]
                 score = float(np.max(strayed / self._allowed, initial=0.0))
                 far = dict(zip(self._joints, strayed.tolist(), strict=True))
-                found.append(Held(self._start, laws, frequency, far, score))
+                found.append(HeldPosture(self._start, laws, frequency, far, score))
                 if score < _GOOD or self._left <= 0:
-                    return min(found, key=lambda held: held.score)
-        return min(found, key=lambda held: held.score)
+                    return min(found, key=lambda posture: posture.score)
+        return min(found, key=lambda posture: posture.score)
 
     def _frequencies(self) -> Iterator[float]:
         has_gains = any(a.kind in ("force", "velocity") for a in self._actuators)
@@ -179,9 +179,9 @@ class PostureRehearsal:
         laws = self._gains(next(self._frequencies()))
         return replace(laws, rest=written(self._unloaded()))
 
-    def settled(self, laws: Laws) -> tuple[Array, Array]:
+    def resting_pose(self, laws: Laws) -> tuple[Array, Array]:
         """Positions (nq,) where the robot comes to rest, and the controls (n,) there."""
-        self._held(laws, times=2)
+        self._simulate(laws, times=2)
         return self._data.qpos.copy(), self._data.ctrl[self._controls].copy()
 
     def _tried(self, laws: Laws, rest: Array | None) -> Iterator[Laws]:
@@ -194,7 +194,7 @@ class PostureRehearsal:
         begin = replace(laws, rest=written(self._unloaded())) if self._is_free else weight
         if self._is_free:
             yield begin
-        yield replace(laws, rest=written(self._held(begin, learn=True)[1]))
+        yield replace(laws, rest=written(self._simulate(begin, learn=True)[1]))
 
     @property
     def _is_free(self) -> bool:
@@ -255,7 +255,7 @@ class PostureRehearsal:
             row[self._model.jnt_qposadr[joint]] = change
         return row
 
-    def _held(self, laws: Laws, *, learn: bool = False, times: int = 1) -> tuple[Array, Array]:
+    def _simulate(self, laws: Laws, *, learn: bool = False, times: int = 1) -> tuple[Array, Array]:
         """Largest distance of each joint from the start, and u0, learnt if asked.
 
         What is computed in a period acts from the next one on, as in runs.
@@ -271,8 +271,8 @@ class PostureRehearsal:
                 data.ctrl[self._controls] = pending
             lengths = self._lengths @ data.qpos
             error = start - lengths
-            asked = rest + laws.gain * error - laws.damping * (lengths - before) / self.period_s
-            pending, before = np.clip(asked, self._least, self._greatest), lengths
+            commands = rest + laws.gain * error - laws.damping * (lengths - before) / self.period_s
+            pending, before = np.clip(commands, self._least, self._greatest), lengths
             if rates is not None:
                 rest = np.clip(rest + rates * error, self._least, self._greatest)
             mujoco.mj_step(model, data, self._steps)

@@ -44,7 +44,7 @@ class Action:
         """Of the last goal."""
         self._fields: Any = None
         """Of the last goal; None if it is not wanted any more."""
-        self._lasting = 0
+        self._goal_number = 0
         """The goal that outlives the run, if one does."""
         self._unanswered: set[int] = set()
         """Goals to which the server has not answered yet."""
@@ -129,7 +129,7 @@ class Action:
         if is_new:
             self._number = number
         if is_last:
-            self._lasting = 0 if goal is None else self._number
+            self._goal_number = 0 if goal is None else self._number
         if is_last or goal is None:
             self._cancel_open()
         if is_new:
@@ -137,8 +137,8 @@ class Action:
 
     def _cancel_open(self) -> None:
         """Cancel the goals that have not ended, but for one that outlives the run."""
-        self._unwanted |= self._unanswered - {self._lasting}
-        for number in self._open.keys() - {self._lasting}:
+        self._unwanted |= self._unanswered - {self._goal_number}
+        for number in self._open.keys() - {self._goal_number}:
             self._cancel(number)
 
     def _cancel(self, number: int) -> None:

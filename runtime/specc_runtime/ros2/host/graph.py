@@ -26,7 +26,7 @@ _LONGEST = 200
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _MOST_PARTS = 20
 """Lists of joints that messages of one topic have."""
-_KEPT = DurabilityPolicy.TRANSIENT_LOCAL
+_LATCHED = DurabilityPolicy.TRANSIENT_LOCAL
 
 
 class _Heard:
@@ -85,9 +85,9 @@ class Graph(NodeDevices):
                         _listen(node, name, types[0], heard)
             self._executor.spin_once(timeout_sec=min(end_s, look_s) - now_s)
         topics = _topics(node)
-        told = [_told(node, *each, heard) for each in topics[: config["most"]]]
-        more = len(topics) - len(told)
-        self._put(GRAPH, {"topics": told, "more": more, "actions": _actions(node, config["most"])})
+        data = [_topic(node, *each, heard) for each in topics[: config["most"]]]
+        more = len(topics) - len(data)
+        self._put(GRAPH, {"topics": data, "more": more, "actions": _actions(node, config["most"])})
 
 
 def _topics(node: Node) -> list[tuple[str, list[str]]]:
@@ -105,32 +105,32 @@ def _listen(node: Node, name: str, type_name: str, heard: dict[str, _Heard]) -> 
     except DeviceError:
         return
     heard[name] = _Heard()
-    kept = all(is_latched(end.qos_profile) for end in ends)
+    latched = all(is_latched(end.qos_profile) for end in ends)
     qos = profile(
-        {"durability": "transient_local"} if kept else {}, commanded=False, depth=_WAITING
+        {"durability": "transient_local"} if latched else {}, commanded=False, depth=_WAITING
     )
     take = heard[name].take_joints if type_name == _JOINT_STATE else heard[name].take
     # As bytes, since images would take all the time there is.
     node.create_subscription(cls, name, take, qos, raw=True)
 
 
-def _told(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> dict[str, Any]:
+def _topic(node: Node, name: str, types: list[str], heard: dict[str, _Heard]) -> dict[str, Any]:
     own = node.get_name()
     publishers = [e for e in node.get_publishers_info_by_topic(name) if e.node_name != own]
     readers = [e for e in node.get_subscriptions_info_by_topic(name) if e.node_name != own]
-    told = {
+    data = {
         "name": name[: _LONGEST + 1],
         "types": [each[:_LONGEST] for each in types],
         "publishers": _nodes(publishers),
         "readers": _nodes(readers),
         "published_kept": bool(publishers) and all(is_latched(e.qos_profile) for e in publishers),
-        "read_kept": any(e.qos_profile.durability == _KEPT for e in readers),
+        "read_kept": any(e.qos_profile.durability == _LATCHED for e in readers),
     }
     came = heard.get(name)
     if came is not None and came.last:
-        told |= _came(came, types[0])
-        told["parts"] = [_came(part, types[0]) for part in came.parts.values()]
-    return told
+        data |= _came(came, types[0])
+        data["parts"] = [_came(part, types[0]) for part in came.parts.values()]
+    return data
 
 
 def _came(heard: _Heard, type_name: str) -> dict[str, Any]:
@@ -148,26 +148,26 @@ def _summary(data: bytes, type_name: str, date_s: float) -> dict[str, Any]:
         message: Any = deserialize_message(data, interface(type_name))
     except Exception:  # noqa: BLE001  # the bytes are a stranger's
         return {}
-    told: dict[str, Any] = {}
+    summary: dict[str, Any] = {}
     header = getattr(message, "header", None)
     if header is not None:
-        told["header.frame_id"] = header.frame_id[:_LONGEST]
+        summary["header.frame_id"] = header.frame_id[:_LONGEST]
         if header.stamp.sec or header.stamp.nanosec:
-            told["age_s"] = date_s - (header.stamp.sec + header.stamp.nanosec * 1e-9)
+            summary["age_s"] = date_s - (header.stamp.sec + header.stamp.nanosec * 1e-9)
     for name in ("child_frame_id", "encoding"):
         if hasattr(message, name):
-            told[name] = getattr(message, name)[:_LONGEST]
+            summary[name] = getattr(message, name)[:_LONGEST]
     for name in ("height", "width"):
         if hasattr(message, name):
-            told[name] = getattr(message, name)
+            summary[name] = getattr(message, name)
     if hasattr(getattr(message, "data", None), "__len__"):
-        told["size"] = len(message.data)
+        summary["size"] = len(message.data)
     if isinstance(joints := getattr(message, "name", None), list):
-        told["joints"] = [joint[:_LONGEST] for joint in joints[:_LONGEST]]
+        summary["joints"] = [joint[:_LONGEST] for joint in joints[:_LONGEST]]
         for field in ("position", "velocity", "effort"):
             numbers = getattr(message, field, ())
-            told[field] = len(numbers) == len(joints) and all(map(math.isfinite, numbers))
-    return told
+            summary[field] = len(numbers) == len(joints) and all(map(math.isfinite, numbers))
+    return summary
 
 
 def _actions(node: Node, most: int) -> list[tuple[str, list[str]]]:

@@ -266,7 +266,7 @@ class NodeDevices:
     def _receiver(self, topic: dict[str, Any]) -> Callable[[Any], None]:
         name, where = topic["name"], topic["topic"]
         wanted, joints = frozenset(topic.get("joints", ())), self._joints.get(name)
-        kept = topic.get("qos", {}).get("durability") == "transient_local"
+        latched = topic.get("qos", {}).get("durability") == "transient_local"
 
         def receive(message: Any) -> None:
             self._received += 1
@@ -276,11 +276,11 @@ class NodeDevices:
                 return
             stamp = getattr(getattr(message, "header", None), "stamp", None)
             if not ros_s:  # simulated, and nothing has come on /clock yet
-                if not kept:
+                if not latched:
                     return
                 stamp = None
             try:
-                at_s = measured_at(stamp, ros_s, now_s, where, kept=kept)
+                at_s = measured_at(stamp, ros_s, now_s, where, latched=latched)
             except DeviceError as error:  # of this element, and of no other
                 self._put(name, error, now_s)
                 return

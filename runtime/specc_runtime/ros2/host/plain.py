@@ -53,24 +53,24 @@ def fill(message: Any, data: Any, where: str = "") -> Any:
     for what it cannot take: rclpy may not look, and then converts whatever it finds.
     """
     if not isinstance(data, dict):
-        raise DeviceError(f"{_said(where, message)} takes its fields by name, not {_kind(data)}")
+        raise DeviceError(f"{_title(where, message)} takes its fields by name, not {_kind(data)}")
     if hasattr(message, "_check_fields"):
         message._check_fields = True
     types = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
     for name, value in data.items():
         if name not in types:
             known = ", ".join(types)
-            raise DeviceError(f"{_said(where, message)} has no field `{name}`: it has {known}")
+            raise DeviceError(f"{_title(where, message)} has no field `{name}`: it has {known}")
         path = f"{where}.{name}" if where else name
         try:
-            setattr(message, name, _taken(types[name], value, getattr(message, name), path))
+            setattr(message, name, _converted(types[name], value, getattr(message, name), path))
         except (AssertionError, TypeError, ValueError, OverflowError) as error:
             declared = message.get_fields_and_field_types()[name]
             raise DeviceError(f"`{path}` is {declared}, not {_kind(value)}") from error
     return message
 
 
-def _taken(declared: Any, value: Any, present: Any, where: str) -> Any:
+def _converted(declared: Any, value: Any, present: Any, where: str) -> Any:
     """What a field of that type is set to."""
     if hasattr(present, "get_fields_and_field_types"):
         return fill(present, value, where)
@@ -95,7 +95,7 @@ def _number(typename: str, value: Any) -> Any:
     return value
 
 
-def _said(where: str, message: Any) -> str:
+def _title(where: str, message: Any) -> str:
     name = interface_name(type(message))
     return f"`{where}` ({name})" if where else f"`{name}`"
 

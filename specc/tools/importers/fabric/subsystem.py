@@ -15,7 +15,7 @@ from specc.tools.importers.fabric.reader import (
 from specc.tools.importers.fabric.wiring import PARTS, Ends, SharedDefinitions
 from specc.tools.importers.import_notes import Notes
 from specc.tools.importers.logic import render, substitute
-from specc.tools.importers.writing import Data, SpecNames, filled
+from specc.tools.importers.writing import Data, SpecNames, without_empty
 
 # Behaviours, states and rows of a FABRIC subsystem in the terms of a specification.
 
@@ -53,7 +53,7 @@ class _Machine:
             if name not in executed:
                 message = f"behavior `{name}` is not carried over: no state executes it"
                 self._notes.lost(message, behaviour.element.value_place("name"))
-        for old, new in self._state_names.changed.items():
+        for old, new in self._state_names.renamed.items():
             place = next(s.element.place for s in definition.states if s.name == old)
             self._notes.changed(f"state `{old}` is called `{new}`", place)
 
@@ -149,14 +149,14 @@ class AgentMaker:
             "y": self._ends.buffers(inputs=False),
             "memory": {"components": {"type": self._components, "init": f"{start}()"}},
             "let": self._let,
-            "conditions": filled(parts.conditions),
+            "conditions": without_empty(parts.conditions),
             "functions": functions,
             "behaviours": parts.behaviours,
             "states": parts.states,
             "initial_state": parts.initial,
             "transitions": parts.transitions,
         }
-        return filled(control)
+        return without_empty(control)
 
     def _predicates(self) -> Iterable[str]:
         used = [OK] if self._uses_ok() else []

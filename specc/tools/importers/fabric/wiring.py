@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from specc.reachable import grouped
 from specc.tools.importers.fabric.reader import Buffer, FabricSubsystem
 from specc.tools.importers.import_notes import Notes
-from specc.tools.importers.writing import Data, SpecNames, filled
+from specc.tools.importers.writing import Data, SpecNames, without_empty
 
 # Types and operators that imported subsystems need, and the Python modules behind them.
 
@@ -284,7 +284,7 @@ class Ends:
             "states": {"S0": "stand_in"},
             "initial_state": "S0",
         }
-        return {"control": filled(control)}
+        return {"control": without_empty(control)}
 
     def _types(self, buffers: list[Buffer]) -> dict[str, Data]:
         return {self.element(b): self._library.message(b.type) for b in buffers}

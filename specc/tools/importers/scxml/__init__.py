@@ -11,7 +11,7 @@ from specc.tools.importers.import_notes import Notes, document, read_markup
 from specc.tools.importers.logic import atoms
 from specc.tools.importers.scxml.chart import Chart, ChartState, Transition, read_charts
 from specc.tools.importers.scxml.machine import EVENTS, Events, left, rows_of
-from specc.tools.importers.writing import PEERS, Data, SpecNames, filled, rate
+from specc.tools.importers.writing import PEERS, Data, SpecNames, rate, without_empty
 
 _OUTSIDE = "outside"
 DEFAULT_PERIOD_S = Fraction(1, 100)
@@ -80,7 +80,7 @@ class _SystemMaker:
         for maker in self._makers:
             types |= maker.types
         agents[_OUTSIDE] = self._outside()
-        return filled({"types": types, "agents": agents})
+        return without_empty({"types": types, "agents": agents})
 
     def _tell_events(self) -> None:
         """Names that changed, and how the two work cycles differ."""
@@ -104,7 +104,7 @@ class _SystemMaker:
             found["title"] = title
             found["real_receptors"] = {"source": {"y": types}}
             found["virtual_receptors"] = {"source": self._source(types)}
-        return {**found, "control": filled(self._stand_in(types))}
+        return {**found, "control": without_empty(self._stand_in(types))}
 
     def _source(self, types: dict[str, Data]) -> dict[str, Data]:
         passed: dict[str, Data] = {f"y.c.{name}": f"x.R.{name}" for name in types}
@@ -139,8 +139,8 @@ class _SystemMaker:
             "rate": rate(self._period),
             "x": x,
             "y": y,
-            "functions": filled({"answer": answer}),
-            "behaviours": {"wait": filled({"functions": answers, "terminal": "never"})},
+            "functions": without_empty({"answer": answer}),
+            "behaviours": {"wait": without_empty({"functions": answers, "terminal": "never"})},
             "states": {"quiet": "wait"},
             "initial_state": "quiet",
         }
@@ -151,9 +151,9 @@ class _SystemMaker:
                 "initial": {"more": "x.source.comes", "none": "not x.source.comes"},
                 "terminal": {"comes": "x.source.comes"},
             },
-            "functions": filled({"answer": answer, "send": send}),
+            "functions": without_empty({"answer": answer, "send": send}),
             "behaviours": {
-                "wait": filled({"functions": answers, "terminal": "comes"}),
+                "wait": without_empty({"functions": answers, "terminal": "comes"}),
                 "send": {"functions": [*answers, "send"], "terminal": "always"},
             },
             "states": {"quiet": "wait", "sending": "send"},
@@ -206,14 +206,14 @@ class _ChartMaker:
         tells = self._state_functions() if not self.inputs else {}
         for name in behaviours if tells else ():
             behaviours[name] = {"functions": [f"tell_{name}"], "terminal": ends[name]}
-        return filled(
+        return without_empty(
             {
                 "title": self.chart.name,
                 "rate": rate(period),
                 "x": {_OUTSIDE: self._inputs()} if self.inputs else {},
                 "y": {_OUTSIDE: {"state": self._type}} if tells else {},
                 "let": self._let,
-                "conditions": filled({"initial": self._initial, "terminal": self._terminal}),
+                "conditions": without_empty({"initial": self._initial, "terminal": self._terminal}),
                 "functions": tells,
                 "behaviours": behaviours,
                 "states": {name: name for name in behaviours},

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from specc.model.expr import FALSE, TRUE, Expr
-from specc.model.logic import negation
+from specc.model.expr import FALSE, TRUE, Expr, negation
 from specc.tools.importers.logic import atom, join, render
 from specc.tools.importers.scxml.chart import ChartState, Transition
 from specc.tools.importers.writing import SpecNames

@@ -1,1 +1,0 @@
-"""The ways to print a report. Each module has `render(report) -> str`."""

@@ -1,0 +1,235 @@
+"""Short ways to write subsystems that depend on others: peers of a group, and `through`.
+
+A buffer or target for a group of peers becomes one for each member. `through` becomes a function, a
+behaviour and a state, and where it passes all on, buffers like those of its device. What comes
+after sees an ordinary subsystem.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any
+
+from specc.lang import ExprError, Members, parse_syntax
+from specc.lang.parse import nodes_of
+from specc.model.system import SubsystemKind
+from specc.resolve.context import Findings, YamlNode
+from specc.resolve.definitions import Groups, Interface
+from specc.resolve.ends import devices_of, used_by, word_of
+from specc.schema.desugar import Desugared, desugar
+from specc.schema.files import AgentDef
+from specc.schema.subsystem import (
+    BufferDef,
+    CommandDef,
+    ElementDef,
+    InputBufferDef,
+    InputDef,
+    SubsystemDef,
+)
+from specc.source import Route
+
+NAME = "through"
+"""Of the key, and of the function, the behaviour and the state that it stands for."""
+_MACHINE_KEYS = ("conditions", "functions", "behaviours", "states", "initial_state", "transitions")
+_HEAD = re.compile(r"\w+")
+
+
+def groups_of(parts: Mapping[str, Any], where: YamlNode) -> Groups:
+    """The groups among agents, or among virtual effectors and receptors, which stand at `where`."""
+    found: Groups = {}
+    routes = where.raw.routes if isinstance(where.raw, Desugared) else {}
+    for name, route in routes.items():
+        group, each = str(route[-1]), parts[name].each
+        if each and group.isidentifier() and group not in parts:
+            found.setdefault(group, {})[tuple(map(int, each.values()))] = name
+    return found
+
+
+def targets_of(target: str, groups: Mapping[str, Members]) -> list[str]:
+    """The targets that `y.group.element` stands for; any other target is itself."""
+    match target.split(".") if groups else ():
+        case ["y", group, element] if group in groups:
+            return [f"y.{member}.{element}" for member in groups[group].values()]
+    return [target]
+
+
+_SourcedBuffer = tuple[BufferDef, Any, Route]
+"""A buffer with its data and where they stand."""
+
+
+def _with_buffers(
+    definition: SubsystemDef, where: YamlNode, sides: Mapping[str, Mapping[str, _SourcedBuffer]]
+) -> tuple[SubsystemDef, YamlNode]:
+    """The subsystem with these buffers in place of its own."""
+    raw = where.mapping
+    for side, buffers in sides.items():
+        routes = {peer: route for peer, (_, _, route) in buffers.items()}
+        raw[side] = Desugared({peer: data for peer, (_, data, _) in buffers.items()}, routes)
+    defined = {
+        side: {peer: buffer for peer, (buffer, _, _) in buffers.items()}
+        for side, buffers in sides.items()
+    }
+    return definition.model_copy(update=defined), where.with_content(raw)
+
+
+def _buffers(definition: SubsystemDef, where: YamlNode, side: str) -> dict[str, _SourcedBuffer]:
+    """The buffers that a subsystem declares on a side."""
+    at = where[side]
+    return {p: (b, at[p].raw, at[p].route) for p, b in getattr(definition, side).items()}
+
+
+def with_members(
+    definition: SubsystemDef, where: YamlNode, groups: Groups
+) -> tuple[SubsystemDef, YamlNode, Groups]:
+    """A subsystem with a buffer for each member of the groups that it names, and those groups."""
+    named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
+    if not named:
+        return definition, where, {}
+    sides = {
+        side: {
+            member: buffer
+            for peer, buffer in _buffers(definition, where, side).items()
+            for member in (named[peer].values() if peer in named else (peer,))
+        }
+        for side in ("x", "y")
+    }
+    return *_with_buffers(definition, where, sides), named
+
+
+def with_device_buffers(
+    definition: SubsystemDef,
+    where: YamlNode,
+    kind: SubsystemKind,
+    name: str,
+    around: AgentDef,
+    agent: YamlNode,
+    interfaces: Mapping[str, Interface],
+    findings: Findings,
+) -> tuple[SubsystemDef, YamlNode]:
+    """A virtual effector or receptor with the buffers that it has because it passes all on.
+
+    They have what its device accepts and reports, to both sides. `agent` is where the agent stands.
+    """
+    if definition.through is None or definition.through.rule is None or definition.use is not None:
+        return definition, where
+    word, used = word_of(kind), used_by(definition, name)
+    devices = devices_of(around, word)
+    if len(used) != 1 or used[0] not in devices:
+        _report_device(used, definition, where, f"real {word}", findings)
+        return definition, where
+    device, at = devices[used[0]], agent[f"real_{word}s"][used[0]]
+    reported, letter = set(_names(device.y, interfaces)), word[0].upper()
+    sides = {side: _buffers(definition, where, side) for side in ("x", "y")}
+    own = {side: set(buffers) for side, buffers in sides.items()}
+    for buffer, here, source, target in (
+        (device.x, at["x"], "c", letter),
+        (device.y, at["y"], letter, "c"),
+    ):
+        if not buffer.elements and not buffer.interface:
+            continue
+        for side, peer in (("x", source), ("y", target)):
+            if peer in own[side] or (peer != "c" and used[0] in own[side]):
+                continue
+            copy = _like(buffer, reported if side == "x" else None)
+            sides[side][peer] = copy, here.raw, here.route
+    return _with_buffers(definition, where, sides)
+
+
+def _report_device(
+    used: Collection[str], definition: SubsystemDef, where: YamlNode, word: str, findings: Findings
+) -> None:
+    """Report that there is no device, or no single one, to take missing buffers from."""
+    if definition.x or definition.y:
+        return
+    place = where[NAME].place
+    if len(used) == 1:
+        help_text = "add it to the agent, or name it in `uses:`"
+        findings.report_missing(f"{word} `{next(iter(used))}`", place, help_text)
+        return
+    message = f"`{NAME}: identity` takes its buffers from one {word}, and {len(used)} are used"
+    findings.report("E0104", message, place, help="write `x` and `y`, or change `uses`")
+
+
+def _like(buffer: BufferDef, reported: Collection[str] | None) -> BufferDef:
+    """A buffer for what a device accepts or has `reported`; None stands for outputs.
+
+    Before the first command, the device is to get what is safe.
+    """
+    is_input = reported is not None
+    kind = InputDef if is_input else ElementDef
+    elements = {
+        name: kind.model_construct(
+            type=item.type, title=item.title, init=_safe(item, reported or ()) if is_input else None
+        )
+        for name, item in buffer.elements.items()
+    }
+    model = InputBufferDef if is_input else BufferDef
+    return model.model_construct(interface=buffer.interface, elements=elements)
+
+
+def _safe(item: ElementDef, reported: Collection[str]) -> str | None:
+    """What is safe whatever the device has `reported`."""
+    if not isinstance(item, CommandDef) or item.safe is None:
+        return None
+    if item.safe.otherwise is not None:
+        return item.safe.otherwise
+    named = _named(item.safe.value)
+    return None if named.intersection(reported) else item.safe.value
+
+
+def _named(text: str) -> set[str]:
+    """The names in an expression, without units; none, if it cannot be read."""
+    try:
+        nodes = nodes_of(parse_syntax(text))
+    except ExprError:
+        return set()
+    quantities = (node for node in nodes if isinstance(node, ast.Subscript))
+    units = (q.slice for q in quantities if isinstance(q.value, ast.Constant))
+    known = {id(node) for unit in units for node in nodes_of(unit)}
+    return {node.id for node in nodes if isinstance(node, ast.Name) and id(node) not in known}
+
+
+def with_machine(
+    definition: SubsystemDef,
+    where: YamlNode,
+    interfaces: Mapping[str, Interface],
+    findings: Findings,
+) -> tuple[SubsystemDef, YamlNode]:
+    """A subsystem with the machine that `through` stands for, if it has that."""
+    through, here = definition.through, where[NAME]
+    if through is None:
+        return definition, where
+    for key in _MACHINE_KEYS:
+        if key in definition.given:
+            message = f"`{key}` has no effect: `{NAME}` says all that the subsystem does"
+            help_text = f"delete one of the two; `{NAME}` is for a subsystem with one state"
+            findings.report("E0104", message, where[key].key, help=help_text)
+    passed: dict[str, str] = {}
+    for peer, buffer in definition.y.items() if through.rule else ():
+        sources = [other for other in definition.x if (other == "c") != (peer == "c")]
+        if len(sources) == 1:
+            names = _names(buffer, interfaces)
+            passed |= {f"y.{peer}.{name}": f"x.{sources[0]}.{name}" for name in names}
+    parts: dict[str, Any] = {
+        "functions": passed,
+        "behaviours": {"functions": [NAME], "terminal": "never"},
+        "states": NAME,
+    }
+    short = {key: Desugared({NAME: part}, {NAME: here.route}) for key, part in parts.items()}
+    new, _ = desugar(short, where.file, SubsystemDef, where.route)
+    new["functions"][NAME] |= {key: value for key, value in here.mapping.items() if key != "rule"}
+    new["initial_state"] = NAME
+    machine = SubsystemDef.model_validate(new)
+    definition = definition.model_copy(update={key: getattr(machine, key) for key in new})
+    rest = {key: value for key, value in where.mapping.items() if key not in _MACHINE_KEYS}
+    return definition, where.with_content(rest | new)
+
+
+def _names(buffer: BufferDef, interfaces: Mapping[str, Interface]) -> Iterator[str]:
+    """The elements of a buffer, and of the interface that it names."""
+    head = _HEAD.match(buffer.interface or "")
+    if head and head[0] in interfaces:
+        yield from interfaces[head[0]].definition.elements
+    yield from buffer.elements

@@ -1,0 +1,443 @@
+"""The sections on the world around: the task of a run, disturbances, and the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from specc.diagnostics.phrases import join_words
+from specc.lang import ExprError, Scope
+from specc.model.expr import Expr, Number, Truth
+from specc.model.fsm import Trace
+from specc.model.requirement import Requirement, has_future
+from specc.model.system import PLANT, Agent, Binding, Element, Plant, Published, Ros2, Subsystem
+from specc.model.task import VERBS, Disturbance, DisturbanceAction, Draw, Task, Verb
+from specc.model.types import Int, Real
+from specc.model.units import DIMENSIONLESS, SECOND, Unit
+from specc.resolve.context import Findings, SetValues, YamlNode, duration_in
+from specc.resolve.expressions import Expressions, known_number, rate_of
+from specc.resolve.library import constant_scope
+from specc.schema.desugar import Desugared
+from specc.schema.files import (
+    BindingDef,
+    DrawDef,
+    PlantDef,
+    Ros2Def,
+    SceneDef,
+    TaskDef,
+    TimedDef,
+)
+
+ReadFormula = Callable[[str, YamlNode], Requirement | None]
+"""Reads a formula; None after reporting."""
+
+
+def resolve_task(
+    definition: TaskDef,
+    where: YamlNode,
+    agents: tuple[Agent, ...],
+    broken: Container[str],
+    expressions: Expressions,
+    given: SetValues,
+    condition: ReadFormula,
+) -> Task:
+    """The task with its disturbances; unknown names in it are reported.
+
+    What is not in a subsystem that is `broken` may be missing only because of its errors.
+    """
+    cycle = definition.cycle
+    if cycle.of not in broken:
+        _look_up(definition, where, agents, expressions.findings)
+    scene = definition.scene or SceneDef()
+    starts = tuple(_starts(scene, where["scene"], expressions, given))
+    reader = _DisturbanceReader(condition, expressions)
+    at = where["disturb"]
+    found = [reader.disturbance(item, at[i]) for i, item in enumerate(definition.disturb)]
+    return Task(
+        cycle.of,
+        cycle.source,
+        cycle.target,
+        scene.made or "",
+        definition.judge or "",
+        tuple(definition.watch),
+        where.key,
+        starts,
+        tuple(disturbance for disturbance in found if disturbance is not None),
+    )
+
+
+def _look_up(
+    definition: TaskDef, where: YamlNode, agents: tuple[Agent, ...], findings: Findings
+) -> None:
+    """Note agent and subsystem, states and memory that the task names; report unknown names."""
+    subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
+    cycle, at = definition.cycle, where["cycle"]
+    subsystem = subsystems.get(cycle.of)
+    if subsystem is None:
+        if cycle.of in {f"{agent.name}.control" for agent in agents}:
+            help = f"it is called `{cycle.of.removesuffix('control')}c`"
+            message = f"no subsystem is called `{cycle.of}`"
+            findings.report("E0220", message, at["of"].place, help=help)
+            return
+        findings.unknown("E0220", "subsystem", cycle.of, subsystems, at["of"].place)
+        return
+    size = len(subsystem.agent)
+    agent = next(agent for agent in agents if agent.name == subsystem.agent)
+    findings.use(agent.place, at, "of", start=0, end=size)
+    findings.use(subsystem.place, at, "of", start=size + 1, end=len(cycle.of))
+    states = {s.name: s.place for s in subsystem.states}
+    for name, key in ((cycle.source, "from"), (cycle.target, "to")):
+        findings.use(states.get(name), at, key)
+        if name not in states:
+            findings.unknown("E0217", "state", name, states, at[key].place)
+    if cycle.source in states and cycle.target in states:
+        _report_no_row(subsystem, definition, at, findings)
+    memory = {m.name: m.place for m in subsystem.memory}
+    for index, name in enumerate(definition.watch):
+        findings.use(memory.get(name), where, "watch", index)
+        if name not in memory:
+            place = where["watch"][index].place
+            findings.unknown("E0201", "memory element", name, memory, place)
+
+
+def _report_no_row(
+    subsystem: Subsystem, definition: TaskDef, at: YamlNode, findings: Findings
+) -> None:
+    """E0514; a state without any row that can end is not finished, which is said of it."""
+    source, target = definition.cycle.source, definition.cycle.target
+    targets = dict.fromkeys(row.target for row in subsystem.transitions if row.source == source)
+    when = subsystem.state(source).behaviour.terminal.when
+    if target in targets or not (targets or (isinstance(when, Truth) and not when.value)):
+        return
+    known = ", ".join(f"`{name}`" for name in targets)
+    findings.report(
+        "E0514",
+        f"no row leads from `{source}` to `{target}`: no cycle would ever be counted",
+        at["to"].place,
+        help=f"from `{source}` rows lead to {known}"
+        if known
+        else f"no row leads out of `{source}`",
+    )
+
+
+# Numbers that are drawn from the seed of a run, and what the scene of a task says of joints.
+
+
+_FORMS = "write a number with its unit, `[least, greatest]` or `{one_of: [...]}`"
+
+
+def _starts(
+    scene: SceneDef, where: YamlNode, expressions: Expressions, given: SetValues
+) -> Iterator[Draw]:
+    """Where joints are when a run begins; `specc.checks` compares them with the model."""
+    for name, item in scene.starts.items():
+        at = where[name]
+        written = next((text for text, _ in _texts(item, at) if "[" in text), "")
+        if other := given.of(f"scene.{name}", written):
+            item = DrawDef.model_construct(fixed=str(other.raw))
+            at = replace(other, raw=Desugared({"is": other.raw}, {"is": other.route}))
+        start = draw_of(name, item, at, expressions)
+        if start is not None:
+            yield start
+
+
+def draw_of(name: str, item: DrawDef, at: YamlNode, expressions: Expressions) -> Draw | None:
+    """A number that is drawn, with what it is of; None after reporting."""
+    findings, texts = expressions.findings, list(_texts(item, at))
+    if not texts or item.given - {"for"} not in _GIVEN:
+        findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
+        return None
+    found = [_number(text, place, expressions) for text, place in texts]
+    known = [number for number in found if number is not None]
+    if len(known) < len(found):
+        return None
+    between = item.least is not None
+    if between and known[0][1] > known[1][1]:
+        message = f"the least value of `{name}` is greater than the greatest"
+        findings.report("E0516", message, at.place, help="write the least one first")
+        return None
+    values = tuple((value, unit) for _, value, unit in known)
+    return Draw(name, values, tuple(expr for expr, _, _ in known), between, at.key)
+
+
+_GIVEN = ({"is"}, {"from", "to"}, {"one_of"})
+
+
+def _texts(item: DrawDef, at: YamlNode) -> Iterator[tuple[str, YamlNode]]:
+    """The texts of the positions, each with its place."""
+    if item.fixed is not None:
+        yield item.fixed, at["is"]
+    for text, key in ((item.least, "from"), (item.greatest, "to")):
+        if text is not None:
+            yield text, at[key]
+    for index, text in enumerate(item.one_of):
+        yield text, at["one_of"][index]
+
+
+def _number(text: str, at: YamlNode, expressions: Expressions) -> tuple[Expr, float, Unit] | None:
+    """An expression with its value and unit; None after reporting."""
+    definitions = expressions.definitions
+    expr = expressions.value(at, text, constant_scope(definitions), None)
+    if expr is None:
+        return None
+    if not isinstance(expr.type, Real | Int):
+        help = "write a number with its unit, e.g. `0.3[m]`"
+        expressions.findings.report("E0516", f"`{text}` is not a number", at.place, help=help)
+        return None
+    try:
+        value = known_number(expr, definitions.constants, "E0516")
+    except ExprError as error:
+        expressions.report(at, text, error)
+        return None
+    return expr, value, expr.type.unit if isinstance(expr.type, Real) else DIMENSIONLESS
+
+
+# What happens to the plant while a run goes on.
+
+
+@dataclass(frozen=True, slots=True)
+class _DisturbanceReader:
+    """Resolves disturbances; `specc.checks` compares them with model and bindings."""
+
+    condition: ReadFormula
+    expressions: Expressions
+
+    def disturbance(self, item: TimedDef, at: YamlNode) -> Disturbance | None:
+        """One of them; None after reporting."""
+        diagnostics = self.expressions.findings.diagnostics
+        before = len(diagnostics)
+        found = Disturbance(
+            " ".join(item.because.split()),
+            self._time("at", item.at, at),
+            self._trigger(item.when, at["when"]),
+            self._time("every", item.every, at),
+            self._probability(item.probability, at),
+            self._time("lasts", item.lasts, at),
+            tuple(self._deeds(item, at)),
+            at.place,
+        )
+        self._refuse_idle(found, item, at)
+        return found if len(diagnostics) == before else None
+
+    def _refuse_idle(self, found: Disturbance, item: TimedDef, at: YamlNode) -> None:
+        """Report one that never begins, does nothing or has a time for nothing."""
+        lasting = any(verb.has_duration for verb, _ in found.actions_on())
+        if item.at is None and item.when is None:
+            self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
+        if not found.actions:
+            way = f"add {join_words((f'`{verb}`' for verb in VERBS), 'or')}"
+            self._report(at, "nothing happens in a disturbance", way)
+        elif item.lasts is not None and not lasting:
+            self._report(at["lasts"], "what is moved stays there", "delete `lasts`")
+        if found.every is not None:
+            self._refuse_overlap(found.every, found.duration, lasting, at)
+
+    def _refuse_overlap(self, every: Draw, lasts: Draw | None, lasting: bool, at: YamlNode) -> None:
+        """Report repetitions without time between, and those that begin before the last is over."""
+        least_s = min(value for value, _ in every.values)
+        if least_s <= 0:
+            way = "say how much time is from one to the next, e.g. `5[s]`"
+            self._report(at["every"], "there is no time between two repetitions", way)
+        elif lasting and lasts is None:
+            way = f"add `lasts`, of {least_s:g} s at most"
+            self._report(at["every"], "what lasts to the end of the run is not repeated", way)
+        elif lasts is not None and max(value for value, _ in lasts.values) > least_s:
+            way = f"make `lasts` {least_s:g} s at most, or `every` longer"
+            message = "a repetition begins before the one before is over"
+            self._report(at["lasts"], message, way)
+
+    def _trigger(self, text: str | None, at: YamlNode) -> Requirement | None:
+        found = None if text is None else self.condition(text, at)
+        if found is not None and (wrong := why_untimely(found, "a disturbance", "begin")):
+            self._report(at, *wrong)
+        return found
+
+    def _deeds(self, item: TimedDef, at: YamlNode) -> Iterator[DisturbanceAction]:
+        """What it does, verb by verb."""
+        for verb in VERBS.values():
+            given, own = getattr(item, verb.name), at[verb.name]
+            for index, name in enumerate(given if verb.numbers == "none" else ()):
+                yield DisturbanceAction(verb.name, name, (), own[index].place)
+            for name, numbers in given.items() if verb.numbers != "none" else ():
+                drawn = tuple(self._numbers(verb, name, numbers, own[name]))
+                yield DisturbanceAction(verb.name, name, drawn, own[name].key)
+
+    def _numbers(
+        self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: YamlNode
+    ) -> Iterator[Draw]:
+        """The numbers of a subject, in the unit of the verb if that has one."""
+        several = [given] if isinstance(given, DrawDef) else given
+        for index, item in enumerate(several):
+            part = f".{'xyz'[index]}" if verb.numbers == "force" else f"[{index}]"
+            called = name + part if len(several) > 1 else name
+            place = at[index] if several is given else at
+            draw = draw_of(called, item, place, self.expressions)
+            if draw is not None:
+                if verb.unit is not None:
+                    self._expect(draw, verb.unit, place)
+                yield draw
+
+    def _time(self, key: str, item: DrawDef | None, at: YamlNode) -> Draw | None:
+        found = self._quantity(key, item, SECOND, at)
+        if found is not None and any(value < 0 for value, _ in found.values):
+            self._report(at[key], "a time is not negative", "a run begins at 0[s]")
+        return found
+
+    def _probability(self, item: DrawDef | None, at: YamlNode) -> Draw | None:
+        found = self._quantity("probability", item, DIMENSIONLESS, at)
+        if found is not None and not all(0 <= value <= 1 for value, _ in found.values):
+            way = "0.5 is every second time, on average"
+            self._report(at["probability"], "a probability is a number from 0 to 1", way)
+        return found
+
+    def _quantity(self, key: str, item: DrawDef | None, unit: Unit, at: YamlNode) -> Draw | None:
+        found = None if item is None else draw_of(key, item, at[key], self.expressions)
+        if found is not None:
+            self._expect(found, unit, at[key])
+        return found
+
+    def _expect(self, found: Draw, wanted: Unit, at: YamlNode) -> None:
+        if unit := found.invalid_unit(wanted):
+            way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
+            if wanted == DIMENSIONLESS:
+                way, needed = "write it without a unit, e.g. `0.5`", "without a unit"
+            self._report(at, f"a number {needed} is needed here, not in {unit}", way)
+
+    def _report(self, at: YamlNode, message: str, help: str) -> None:
+        self.expressions.findings.report("E0517", message, at.place, help=help)
+
+
+def why_untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] | None:
+    """Why nothing can be done as soon as a formula holds, and a way out; None where it can."""
+    if trigger.holds_always:
+        return f"{what} cannot {does} when something holds always", "leave out `always`"
+    if has_future(trigger.formula):
+        way = "ask what was, with `once`, `historically` or `since`"
+        return f"{what} cannot wait for what is to come", way
+    return None
+
+
+def resolve_plant(
+    definition: PlantDef, where: YamlNode, model: str, expressions: Expressions
+) -> Plant:
+    """The bindings, and what is observed; `specc.checks` compares them with devices and model."""
+    bindings = []
+    for name, item in definition.bind.items():
+        at = where["bind"][name]
+        device, _, element = name.rpartition(".")
+        binding = _binding(device, element, item, at, expressions)
+        # A message comes when its sender sends one.
+        always = (
+            definition.ros2 is not None
+            and bool(item.topic or item.action or item.tf)
+            and item.rate is None
+        )
+        bindings.append(replace(binding, sporadic=True) if always else binding)
+    observed = []
+    for name, seen in definition.observe.items():
+        at = where["observe"][name]
+        type_ = expressions.type(at["type"], seen.type)
+        if type_ is not None:
+            read = tuple(seen.joints), tuple(seen.sensors), tuple(seen.actuators)
+            observed.append(Element(name, type_, None, "", Trace(), at.key))
+            bindings.append(Binding(PLANT, name, at.key, *read, through=seen.through or ""))
+    kinds = [kind for kind in ("model", "python", "ros2") if getattr(definition, kind)]
+    if len(kinds) != 1:
+        _report_kind(kinds, where, expressions.findings)
+    ros2 = None
+    if definition.ros2 is not None:
+        ros2 = _ros2(definition.ros2, where["ros2"], expressions)
+    place = where[kinds[0] if kinds else "model"].place
+    python = definition.python or ""
+    published = tuple(
+        Published(name, where["publish"][index].place)
+        for index, name in enumerate(definition.publish)
+    )
+    return Plant(model, python, tuple(bindings), place, tuple(observed), ros2, published)
+
+
+def _report_kind(kinds: list[str], where: YamlNode, findings: Findings) -> None:
+    """A plant that nothing makes, or more than one of `kinds`."""
+    if kinds:
+        findings.report(
+            "E0104",
+            f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both",
+            where[kinds[1]].key,
+            help="keep the one that this system runs with",
+        )
+        return
+    findings.report(
+        "E0102",
+        "missing key `model` in `plant`",
+        where.key,
+        help="add `model: FILE.xml` for MuJoCo, `python: package.module:factory` for a plant "
+        "of your own, or `ros2: {node: NAME}` for topics of ROS 2",
+    )
+
+
+_WAIT_S = Fraction(5)
+
+
+def _ros2(definition: Ros2Def, where: YamlNode, expressions: Expressions) -> Ros2:
+    """The node; frames that the system does not have are reported."""
+    findings, known = expressions.findings, expressions.definitions.frames
+    wait_s = duration_in(definition, where, "wait", findings) or _WAIT_S
+    for name in definition.frames:
+        if name not in known:
+            findings.unknown("E0209", "frame", name, known, where["frames"][name].key)
+    frames = tuple((name, ros.removeprefix("/")) for name, ros in definition.frames.items())
+    simulated = definition.use_sim_time
+    return Ros2(definition.node, definition.python, wait_s, simulated, frames, where.place)
+
+
+def _binding(
+    device: str, element: str, item: BindingDef, at: YamlNode, expressions: Expressions
+) -> Binding:
+    findings = expressions.findings
+    rate = rate_of(item.rate, at["rate"], findings) if item.rate is not None else None
+    gap = duration_in(item, at, "max_gap", findings)
+    named = item.noise[0] if len(item.noise) == 1 and item.noise[0].isidentifier() else ""
+    noise = [] if named else _noise(item, at["noise"], expressions)
+    options = {name: getattr(item.qos, name) for name in ("reliability", "durability", "depth")}
+    return Binding(
+        device,
+        element,
+        at.key,
+        tuple(item.joints),
+        tuple(item.sensors),
+        tuple(item.actuators),
+        item.camera,
+        item.image,
+        rate,
+        tuple(sigma for sigma, _ in noise),
+        named,
+        item.through or "",
+        tuple(unit for _, unit in noise),
+        item.sporadic,
+        gap,
+        item.topic,
+        item.type,
+        tuple((name, value) for name, value in options.items() if value not in ("", None)),
+        (item.tf.parent, item.tf.child) if item.tf else (),
+        item.action,
+        item.part,
+    )
+
+
+def _noise(item: BindingDef, at: YamlNode, expressions: Expressions) -> list[tuple[float, Unit]]:
+    """Standard deviations, each with its unit; none where one is not."""
+    sigmas = []
+    for index, text in enumerate(item.noise):
+        where = at[index]
+        value = expressions.value(where, text, Scope(), None)
+        if isinstance(value, Number) and isinstance(value.type, Real) and value.value >= 0:
+            sigmas.append((float(value.value), value.type.unit))
+        elif value is not None:
+            expressions.findings.report(
+                "E0506",
+                f"`{text}` is not a standard deviation",
+                where.place,
+                help="write a number with its unit, e.g. `0.3[N]`",
+            )
+    return sigmas if len(sigmas) == len(item.noise) else []

@@ -1,0 +1,314 @@
+"""Short ways to write parts, written out before anything is read: `for`, short forms, rows.
+
+A part with `for` becomes one part for each value of its indices. In its names and texts braces hold
+arithmetic on indices: `left_{i}`, `robot_{i % 5 + 1}`. A text in place of a mapping becomes the
+mapping, and so does a row of a table; a single item becomes a list. All that is made knows the
+route of the text that it comes from. In expressions blanks fill the room of the braces, so that
+columns stay right.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+from keyword import iskeyword
+from typing import Any
+
+from specc.diagnostics import Diagnostic
+from specc.lang import ExprError, parse_syntax
+from specc.lang.parse import names_in
+from specc.limits import MAX_COPIES, MAX_VALUES
+from specc.schema.files import SpecFile
+from specc.schema.keys import ListKind, SpecModel, Text, ValueKind, is_model
+from specc.schema.places import SchemaNode
+from specc.source import Place, Route
+
+FOR = "for"
+Indices = Mapping[str, int]
+
+
+class Desugared(dict[Any, Any]):
+    """A mapping in which some values come from elsewhere; `routes` has where they stand."""
+
+    def __init__(self, values: Mapping[Any, Any], routes: Mapping[Any, Route]) -> None:
+        super().__init__(values)
+        self.routes = dict(routes)
+
+
+class SingleItem(list[Any]):
+    """A list that the file writes as its only item; that stands at `routes[0]`."""
+
+    def __init__(self, item: Any, route: Route) -> None:
+        super().__init__([item])
+        self.routes: dict[Any, Route] = {0: route}
+
+
+def route_below(value: object, key: str | int, route: Route) -> Route:
+    """Where the value at `key` of a mapping or list stands, which stands at `route` itself."""
+    routes = value.routes if isinstance(value, (Desugared, SingleItem)) else {}
+    return routes.get(key, (*route, key))
+
+
+def desugar(
+    data: Any, file: str, model: type[SpecModel] = SpecFile, route: Route = ()
+) -> tuple[Any, list[Diagnostic]]:
+    """The data of a part at `route` written in full, and what is wrong with each `for` in it."""
+    desugaring = _Desugaring(file)
+    try:
+        made = desugaring.value(SchemaNode(model), data, route, {})
+    except _TooManyError as error:
+        desugaring.report("E0017", str(error), error.route, _FEWER)
+        made = data
+    return made, list(dict.fromkeys(desugaring.findings))
+
+
+def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
+    """The mapping or the list that a short form or a row stands for; any other value as it is."""
+    if isinstance(kind, ListKind) and type(value) in kind.form.single:
+        return SingleItem(value, route)
+    if not is_model(kind):
+        return value
+    if kind.short and isinstance(value, (str, int, float)):
+        return Desugared({kind.short: value}, {kind.short: route})
+    if kind.row and isinstance(value, list) and len(value) == len(kind.row):
+        routes = {key: (*route, index) for index, key in enumerate(kind.row)}
+        return Desugared(dict(zip(kind.row, value, strict=True)), routes)
+    return value
+
+
+class _TooManyError(Exception):
+    def __init__(self, message: str, route: Route) -> None:
+        super().__init__(message)
+        self.route = route
+
+
+class _IndexFault(Exception):
+    """Why braces have no value."""
+
+
+_FEWER = "give the indices smaller ranges, or split the system"
+_LONG = 100
+"""Characters of a text that count as much as a value."""
+_RANGE = re.compile(r"\s*(-?\d{1,18})\s*(?:\.\.\s*(-?\d{1,18})\s*)?", re.ASCII)
+_A_RANGE = "write the first and the last value, e.g. `for: {i: 1..5}`"
+_NO_NEGATIVE = "begin the range at 0, or lift the index in the name, e.g. `robot_{i + 5}`"
+_BRACES = re.compile(r"\{([^{}]*)\}")
+_EXPRESSIONS = ("constant", "initial", "full", "argument")
+
+
+@dataclass(eq=False, slots=True)
+class _Desugaring:
+    file: str
+    findings: list[Diagnostic] = field(default_factory=list)
+    values: int = 0
+    has_copies: bool = False
+
+    def value(self, here: SchemaNode, value: Any, route: Route, indices: Indices) -> Any:
+        """What a value becomes for the values of the indices around it."""
+        self.values += 1 + (len(value) // _LONG if isinstance(value, str) else 0)
+        if self.has_copies and self.values > MAX_VALUES:
+            message = f"with its parts unfolded, the file has more than {MAX_VALUES} values"
+            raise _TooManyError(message, route[:2])
+        value = _in_full(here.kind, value, route)
+        if isinstance(value, dict):
+            return self._mapping(here, value, route, indices)
+        if isinstance(value, SingleItem):
+            return SingleItem(self.value(here.below(0), value[0], route, indices), route)
+        if isinstance(value, list):
+            for index, one in enumerate(value):
+                if isinstance(one, dict) and FOR in one and here.below(index).has_key(FOR):
+                    words = "an item of a list has no name, so there is nothing for `for` to count"
+                    at = (*route, index, FOR)
+                    self.report("E0108", words, at, "write `for` below a name", is_key=True)
+            items = enumerate(value)
+            return [self.value(here.below(i), one, (*route, i), indices) for i, one in items]
+        if isinstance(value, str) and indices:
+            kind = here.kind
+            form = kind.role.form if isinstance(kind, Text) and kind.role else ""
+            return self._substituted(value, indices, route, padded=form in _EXPRESSIONS)
+        return value
+
+    def _mapping(
+        self, here: SchemaNode, value: dict[Any, Any], route: Route, indices: Indices
+    ) -> Any:
+        made: dict[Any, Any] = {}
+        routes: dict[Any, Route] = {}
+        for key, one in value.items():
+            inner = here.below(key)
+            at = route_below(value, key, route)
+            item = (
+                inner.below(0) if isinstance(_in_full(inner.kind, one, at), SingleItem) else inner
+            )
+            copies: Iterator[tuple[Any, Any]]
+            is_many = isinstance(one, dict) and FOR in one and item.has_key(FOR)
+            if is_many and not inner.is_chosen:
+                words = f"there is only one `{key}`, so there is nothing for `for` to count"
+                self.report("E0108", words, (*at, FOR), "write `for` below a name", is_key=True)
+            if is_many and inner.is_chosen:
+                copies = self._copies(inner, str(key), one, at, indices)
+            else:
+                name = self._name(key, indices, at) if indices and inner.is_chosen else key
+                copies = iter([(name, self.value(inner, one, at, indices))])
+            for name, copy in copies:
+                if name in made and not _BRACES.search(str(name)):
+                    help = "let the name have all indices in braces, or choose another one"
+                    self.report("E0205", f"`{name}` is defined twice", at, help)
+                made[name] = copy
+                if at != (*route, name):
+                    routes[name] = at
+        return Desugared(made, routes) if routes else made
+
+    def _copies(
+        self, here: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
+    ) -> Iterator[tuple[str, Any]]:
+        """Name and value of each copy of a part; without braces, the indices end the name."""
+        self.has_copies = True
+        ranges = self._ranges(value[FOR], (*at, FOR), around)
+        if ranges is None:
+            return
+        for chosen in product(*ranges.values()):
+            own = dict(zip(ranges, chosen, strict=True))
+            indices = {**around, **own}
+            if _BRACES.search(name):
+                copy = self._name(name, indices, at)
+            else:
+                copy = "_".join((name, *map(str, chosen)))
+            if "-" in str(copy) and "-" not in name:
+                words = f"`{copy}` is no name: an index in it is negative"
+                self.report("E0108", words, (*at, FOR), _NO_NEGATIVE)
+                return
+            yield copy, self.value(here, {**value, FOR: own}, at, indices)
+
+    def _ranges(self, value: Any, route: Route, around: Indices) -> dict[str, range] | None:
+        """The values of each index, or None after reporting."""
+        if not isinstance(value, dict) or not value:
+            self.report("E0108", "`for` has no index", route, _A_RANGE)
+            return None
+        found: dict[str, range] = {}
+        total = 1
+        for name, text in value.items():
+            at = (*route, name)
+            written = self._substituted(str(text), around, at) if around else str(text)
+            limits = _RANGE.fullmatch(written)
+            if not str(name).isidentifier() or iskeyword(name) or name in around:
+                why = "is an index already" if name in around else "is not a name"
+                self.report("E0108", f"`{name}` {why}", at, "choose another name", is_key=True)
+                return None
+            if limits is None or isinstance(text, bool):
+                self.report("E0108", f"`{written}` is not a range", at, _A_RANGE)
+                return None
+            first = int(limits[1])
+            found[str(name)] = range(first, int(limits[2] or first) + 1)
+            total *= len(found[str(name)])
+        if total == 0:
+            message = "there is nothing between the ends of the range"
+            self.report("E0108", message, route, _A_RANGE)
+            return None
+        if total > MAX_COPIES:
+            message = f"these are {total:,} copies, and at most {MAX_COPIES} are made"
+            self.report("E0017", message, route, _FEWER)
+            return None
+        return found
+
+    def _name(self, name: Any, indices: Indices, at: Route) -> Any:
+        """A name without braces."""
+        if not isinstance(name, str):
+            return name
+        before = len(self.findings)
+        filled = self._substituted(name, indices, at, is_key=True)
+        unknown = _BRACES.search(filled) if len(self.findings) == before else None
+        if unknown:
+            known = ", ".join(f"`{index}`" for index in indices)
+            message = f"`{unknown[0]}` has no value: the indices are {known}"
+            self.report("E0108", message, at, "write e.g. `left_{i}` or `robot_{i % 5 + 1}`", True)
+        return filled
+
+    def _substituted(
+        self,
+        text: str,
+        indices: Indices,
+        route: Route,
+        *,
+        padded: bool = False,
+        is_key: bool = False,
+    ) -> str:
+        """A text with the values of braces that name indices and nothing else.
+
+        Where it is `padded`, blanks behind the word fill the room that the braces had.
+        """
+        made, end, room = "", 0, 0
+        padded = padded and '"' not in text and "'" not in text
+        for braces in _BRACES.finditer(text):
+            try:
+                number = _number(braces[1], indices)
+            except _IndexFault as fault:
+                self.report("E0108", f"`{braces[0]}` {fault}", route, _ARITHMETIC, is_key)
+                number = None
+            if number is None:
+                continue
+            between, room = _padded(text[end : braces.start()], room, is_last=False)
+            made, end = f"{made}{between}{number}", braces.end()
+            room += len(braces[0]) - len(str(number)) if padded else 0
+        if end == len(text):
+            return made
+        return made + _padded(text[end:], room, is_last=True)[0]
+
+    def report(self, code: str, words: str, route: Route, help: str, is_key: bool = False) -> None:
+        """Report a fault."""
+        place = Place(self.file, route, "key" if is_key else "value")
+        self.findings.append(Diagnostic(code, words, place, help=help))
+
+
+_ARITHMETIC = "indices take `+`, `-`, `*`, `//` and `%`"
+_WORD = re.compile(r"\A\w*")
+
+
+def _padded(text: str, room: int, *, is_last: bool) -> tuple[str, int]:
+    """A text with `room` blanks behind the rest of a word at its beginning, and what is left."""
+    end = len(text) - len(_WORD.sub("", text, count=1))
+    if room <= 0 or (end == len(text) and not is_last):
+        return text, room
+    return text[:end] + " " * room + text[end:], 0
+
+
+def _number(text: str, indices: Indices) -> int | None:
+    """The value of arithmetic on indices; None for any other text, as that of a set."""
+    try:
+        tree = parse_syntax(text)
+    except ExprError:
+        return None
+    names = names_in(tree)
+    return _value(tree, indices) if names and names <= indices.keys() else None
+
+
+def _value(node: ast.expr, indices: Indices) -> int:
+    match node:
+        case ast.Name(id=name):
+            return indices[name]
+        case ast.Constant(value=int(number)) if not isinstance(number, bool):
+            return number
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_value(operand, indices)
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATIONS:
+            values = _value(left, indices), _value(right, indices)
+            if isinstance(op, (ast.FloorDiv, ast.Mod)) and values[1] == 0:
+                raise _IndexFault("divides by zero")
+            found = _OPERATIONS[type(op)](*values)
+            if abs(found) > _LARGEST:
+                raise _IndexFault("is too large a number")
+            return found
+    raise _IndexFault("is not arithmetic on indices")
+
+
+_LARGEST = 10**18
+_OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+}

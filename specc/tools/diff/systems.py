@@ -1,0 +1,581 @@
+"""Compares two systems: pairs their parts by name and compares all fields of each pair."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from fractions import Fraction
+from math import inf
+from typing import Any, Literal, TypeVar
+
+from specc.diagnostics.phrases import in_ms
+from specc.lang import show
+from specc.model.expr import Node
+from specc.model.fsm import Behaviour, Condition, Function, State, Trace, Transition
+from specc.model.requirement import FormulaLet, Requirement
+from specc.model.system import (
+    PLANT,
+    Agent,
+    Constant,
+    Device,
+    Element,
+    Let,
+    Operator,
+    Plant,
+    Subsystem,
+    System,
+)
+from specc.model.task import Disturbance, Draw, Task
+from specc.model.types import Type
+from specc.reachable import grouped
+from specc.tools.diff.changes import ChangeLog, Comparison, Guarantee, PartLog, Verdict
+from specc.tools.diff.equivalence import (
+    Constants,
+    Equivalence,
+    Version,
+    compare_types,
+    type_text,
+)
+
+
+def compare(old: System, new: System) -> Comparison:
+    """All changes from `old` to `new`; neither has errors in it."""
+    log = ChangeLog()
+    diff = SystemDiff((old, new), log, Constants(old.constants, new.constants))
+    diff.fields(log.part("system"), old, new)
+    return Comparison(tuple(log.changes))
+
+
+@dataclass(frozen=True, slots=True)
+class SystemDiff:
+    """Compares the parts of two systems, or of an agent, device or subsystem of both."""
+
+    systems: tuple[System, System]
+    log: ChangeLog
+    values: Constants | Equivalence
+    """Compares expressions: those of the system or a device, or those of a subsystem."""
+
+    def fields(self, part: PartLog, old: Any, new: Any) -> None:
+        """Compare all fields of two parts, by their types or as `_FIELDS` says."""
+        rules = _FIELDS.get(type(old), {})
+        for item in fields(old):
+            if item.name in rules:
+                continue
+            stem, _, unit = item.name.rpartition("_")
+            aspect = stem if unit in ("hz", "s") else _ASPECTS.get(item.name, item.name)
+            both = getattr(old, item.name), getattr(new, item.name)
+            if any(isinstance(value, Node) for value in both):
+                part.expressions(aspect, *both, self.values.compare, f"no {aspect}")
+            elif isinstance(both[0], Type):
+                part.changed(aspect, *map(type_text, both))
+            elif all(map(_is_plain, both)):
+                if item.name in _REMARKS:
+                    part.remark(aspect, *both)
+                else:
+                    part.changed(aspect, *(_plain_text(value, unit) for value in both))
+        for rule in rules.values():
+            if rule is not None:
+                rule(self, part, old, new)
+
+    @property
+    def constants(self) -> Constants:
+        """Compares expressions of the whole system."""
+        return Constants(*(system.constants for system in self.systems))
+
+    @property
+    def machine(self) -> Equivalence:
+        """Compares expressions of a subsystem."""
+        assert isinstance(self.values, Equivalence)
+        return self.values
+
+    def parts(self, label: str, versions: Iterable[Mapping[str, Any]]) -> None:
+        """Compare parts of one kind by their names."""
+        text, semantic = _PARTS[label]
+        for part, one, other in self.log.pair(label, versions, text, semantic=semantic):
+            inside = self._inside(part.name, one, other)
+            inside.fields(inside.log.part(label, part.name), one, other)
+
+    def _inside(self, name: str, old: object, new: object) -> SystemDiff:
+        """The diff of an agent, device or subsystem, whose changes are reported under its name."""
+        (one, other), values = self.systems, self.values
+        if isinstance(old, Device) and isinstance(new, Device):
+            values = Constants((*one.constants, *old.constants), (*other.constants, *new.constants))
+        elif isinstance(old, Subsystem) and isinstance(new, Subsystem):
+            values = Equivalence(Version(one, old), Version(other, new))
+        elif not isinstance(old, Agent):
+            return self
+        return replace(self, log=self.log.at(name), values=values)
+
+
+_REMARKS = ("title", "trace")
+"""Fields that have no influence on what an agent does."""
+_ASPECTS = {"message": "type", "init": "initial value"}
+"""How fields are named in messages, unless by their own name without the unit."""
+
+
+def _is_plain(value: object) -> bool:
+    if isinstance(value, tuple):
+        return all(map(_is_plain, value))
+    return value is None or isinstance(value, (str, int, float, Fraction, Trace))
+
+
+def _plain_text(value: object, unit: str = "") -> str:
+    """A plain value; a number of `s` in ms, one of `hz` in Hz."""
+    if isinstance(value, Fraction):
+        return in_ms(value) if unit == "s" else f"{float(value):g} Hz"
+    if isinstance(value, tuple):
+        parts = (": ".join(map(str, v)) if isinstance(v, tuple) else str(v) for v in value)
+        return ", ".join(parts) or "none"
+    return "none" if value is None or value == "" else str(value)
+
+
+# The system, its agents and their devices.
+
+_FieldRule = Callable[[SystemDiff, PartLog, Any, Any], None]
+"""Compares something of two parts."""
+
+
+def _readable(name: str) -> str:
+    """A name in the system for a reader: `F of lib/arm.yaml` for `F@lib/arm.yaml`."""
+    return name.replace("@", " of ", 1).replace("#", " with ", 1)
+
+
+def _name(part: Any) -> str:
+    return _readable(getattr(part, "qualified_name", "") or part.name)
+
+
+def _parts(label: str, field: str, name: Callable[[Any], str] = _name) -> _FieldRule:
+    """Compares the parts in a field by their names, or the one that is in it."""
+
+    def named(owner: object) -> dict[str, Any]:
+        found = getattr(owner, field)
+        if isinstance(found, tuple):
+            return {name(part): part for part in found}
+        return {} if found is None else {"": found}
+
+    return lambda diff, _, old, new: diff.parts(label, map(named, (old, new)))
+
+
+def _texts(label: str, field: str) -> _FieldRule:
+    """Compares texts by their names."""
+
+    def compare_texts(diff: SystemDiff, _: PartLog, old: System, new: System) -> None:
+        both = ({_readable(name): text for name, text in getattr(s, field)} for s in (old, new))
+        for part, before, after in diff.log.pair(label, both, str, semantic=False):
+            part.changed("", before, after, semantic=label == "file")
+
+    return compare_texts
+
+
+def _text(aspect: str, read: Callable[[Any], object], *, semantic: bool = True) -> _FieldRule:
+    return lambda _, part, old, new: part.changed(aspect, read(old), read(new), semantic=semantic)
+
+
+def _signature(operator: Operator) -> str:
+    """Without the names of parameters, which only their reader needs."""
+    parameters = ", ".join(type_text(type) for _, type in operator.parameters)
+    return f"({parameters}) -> {type_text(operator.result)}"
+
+
+def _compare_silence(_: SystemDiff, device: PartLog, old: Device, new: Device) -> None:
+    """For how long the agent may be silent; nobody knows whether the default is longer or not."""
+    one, other = old.silence_s, new.silence_s
+    texts = ("the default" if s is None else f"{float(s):g} s" for s in (one, other))
+    is_known = one is not None and other is not None
+    device.changed("silence", *texts, guarantee=_guarantee(one, other) if is_known else "")
+
+
+def _guarantee(old: Any, new: Any) -> Guarantee:
+    """What is guaranteed by something of which less is better."""
+    return "weaker" if new > old else "stronger" if new < old else ""
+
+
+# Buffers and functions of subsystems.
+
+
+def _compare_ports(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
+    elements = (
+        {f"{port.direction}.{port.peer}.{e.name}": e for port in s.ports for e in port.elements}
+        for s in (old, new)
+    )
+    diff.parts("element", elements)
+    before, after = ({f"{p.direction}.{p.peer}": p.other_end for p in s.ports} for s in (old, new))
+    for name in sorted(before.keys() & after.keys()):
+        diff.log.part("buffer", name).changed("other end", before[name], after[name])
+
+
+def _compare_guarantees(diff: SystemDiff, part: PartLog, old: Element, new: Element) -> None:
+    """How old values may be, whether none may be missed, and what a device gets at the end."""
+    ages = [inf if e.max_age_s is None else e.max_age_s for e in (old, new)]
+    texts = ("any" if age == inf else f"{float(age):g} s" for age in ages)
+    part.changed("greatest age", *texts, guarantee=_guarantee(*ages))
+    part.changed("event", old.event, new.event, guarantee=_guarantee(new.event, old.event))
+    safe = old.safe, new.safe
+    for aspect, key in (("safe value", "value"), ("safe value if that fails", "otherwise")):
+        if key == "value" or None not in safe:
+            both = [getattr(each, key, None) for each in safe]
+            guarantee = _guarantee(both[0] is None, both[1] is None)
+            compare = diff.values.compare
+            part.expressions(aspect, both[0], both[1], compare, guarantee=guarantee)
+
+
+def _compare_assignments(diff: SystemDiff, part: PartLog, old: Function, new: Function) -> None:
+    before, after = ({a.target: a.value for a in f.assignments} for f in (old, new))
+    for target in sorted(before.keys() | after.keys()):
+        both = before.get(target), after.get(target)
+        part.expressions(target, *both, diff.values.compare, "not assigned")
+
+
+# The machine of a subsystem.
+
+
+def _compare_conditions(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
+    """A condition matters where it is used; only adding or removing it changes nothing."""
+    before, after = ({(c.kind, c.name): c for c in s.conditions} for s in (old, new))
+    _compare_renamable(diff, before, after, _is_same_condition, lambda c: show(c.when))
+
+
+def _is_same_condition(one: Condition, other: Condition, machine: Equivalence) -> bool:
+    return one.kind == other.kind and machine.compare_conditions(one.when, other.when).same
+
+
+def _compare_when(diff: SystemDiff, part: PartLog, old: Condition, new: Condition) -> None:
+    part.expressions("meaning", old.when, new.when, diff.machine.compare_conditions)
+
+
+def _compare_behaviours(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
+
+    def text(behaviour: Behaviour) -> str:
+        functions = ", ".join(sorted(f.name for f in behaviour.functions)) or "no functions"
+        return f"{functions}; terminal {behaviour.terminal.name}, error {behaviour.error.name}"
+
+    before, after = ({b.name: b for b in s.behaviours} for s in (old, new))
+    _compare_renamable(diff, before, after, _is_same_behaviour, text)
+
+
+def _is_same_behaviour(one: Behaviour, other: Behaviour, machine: Equivalence) -> bool:
+    """Whether two behaviours do the same and end alike, whatever they are called."""
+    before, after = ({a.target: a.value for a in b.assignments} for b in (one, other))
+    return (
+        before.keys() == after.keys()
+        and machine.compare_conditions(one.terminal.when, other.terminal.when).same
+        and machine.compare_conditions(one.error.when, other.error.when).same
+        and all(machine.compare(before[target], after[target]).same for target in before)
+    )
+
+
+_Renamable = TypeVar("_Renamable", Condition, Behaviour)
+
+
+def _compare_renamable(
+    diff: SystemDiff,
+    old: Mapping[Any, _Renamable],
+    new: Mapping[Any, _Renamable],
+    is_same: Callable[[_Renamable, _Renamable, Equivalence], bool],
+    text: Callable[[_Renamable], str],
+) -> None:
+    """Compare parts by their names; of one that only one version has, another may be the same."""
+
+    def part(item: Condition | Behaviour) -> PartLog:
+        kind = f"{item.kind} condition" if isinstance(item, Condition) else "behaviour"
+        return diff.log.part(kind, item.name)
+
+    for key in sorted(old.keys() & new.keys()):
+        diff.fields(part(old[key]), old[key], new[key])
+    added = {key: new[key] for key in sorted(new.keys() - old.keys())}
+    for before in (old[key] for key in sorted(old.keys() - new.keys())):
+        same = (key for key, after in added.items() if is_same(before, after, diff.machine))
+        if (again := next(same, None)) is not None:
+            part(before).remark("name", before.name, added.pop(again).name)
+        else:
+            part(before).removed(text(before), semantic=isinstance(before, Behaviour))
+    for after in added.values():
+        part(after).added(text(after), semantic=isinstance(after, Behaviour))
+
+
+def _compare_effects(diff: SystemDiff, part: PartLog, old: Behaviour, new: Behaviour) -> None:
+    """How a behaviour ends, and what it assigns; what parts of both do is compared there."""
+    for (cause, one), (_, other) in zip(reversed(old.endings), reversed(new.endings), strict=True):
+        if one.name != other.name:
+            verdict = diff.machine.compare_conditions(one.when, other.when)
+            part.verdict(verdict, (one.name, other.name), f"{cause} condition")
+    before, after = (
+        {a.target: (f.name, a.value) for f in b.functions for a in f.assignments}
+        for b in (old, new)
+    )
+    common = {f.name for f in old.functions} & {f.name for f in new.functions}
+    for target in sorted(before.keys() | after.keys()):
+        (name, value), (again, now) = (of.get(target, ("", None)) for of in (before, after))
+        if value is None or now is None:
+            is_compared = (name or again) in common
+        else:
+            is_compared = name == again or diff.values.compare(value, now).same
+        if not is_compared:
+            part.changed(target, *("not assigned" if e is None else show(e) for e in (value, now)))
+
+
+def _compare_initial_states(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
+    diff.log.part("initial state").changed("", old.initial_state, new.initial_state)
+
+
+def _compare_behaviour(diff: SystemDiff, state: PartLog, old: State, new: State) -> None:
+    both = old.behaviour, new.behaviour
+    is_renamed = both[0].name != both[1].name and _is_same_behaviour(*both, diff.machine)
+    state.changed("behaviour", *(b.name for b in both), semantic=not is_renamed)
+    for aspect, side, field in (("ignored events", "x", "ignores"), ("held outputs", "y", "holds")):
+        one, other = (sorted(getattr(each, field)) for each in (old, new))
+        texts = (
+            ", ".join(f"{side}.{peer}.{name}" for peer, name in names) or "none"
+            for names in (one, other)
+        )
+        state.changed(aspect, *texts, guarantee="weaker" if {*other} - {*one} else "stronger")
+
+
+def _compare_rows(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
+    """Rows of one state, cause and target are one arc: any of their conditions leads there."""
+    arcs = (
+        grouped((f"{row.source} --{row.cause}--> {row.target}", row) for row in s.transitions)
+        for s in (old, new)
+    )
+    conditions = diff.machine.conditions
+    for arc, before, after in diff.log.pair("row", arcs, _condition_names):
+        arc.remark("trace", *(_traces(rows) for rows in (before, after)))
+        if {row.condition.name for row in before} == {row.condition.name for row in after}:
+            # A condition of one name in both is compared where it is declared.
+            arc.changed("number", len(before), len(after))
+            continue
+        # When the cause occurs, as far as both versions agree on it; the error has priority (2.4).
+        one, other = (s.state(before[0].source).behaviour for s in (old, new))
+        given = [*conditions.common([one.error.when], [other.error.when])]
+        if before[0].cause == "terminal":
+            terminal = conditions.common([one.terminal.when], [other.terminal.when])
+            given = [*terminal, *map(conditions.make.negation, given)]
+        whens = [[row.condition.when for row in rows] for rows in (before, after)]
+        texts = _condition_names(before), _condition_names(after)
+        arc.verdict(conditions.compare(whens[0], whens[1], given), texts, "condition")
+
+
+def _traces(rows: Sequence[Transition]) -> str:
+    return ", ".join(sorted(str(row.trace) for row in rows if row.trace))
+
+
+def _condition_names(rows: Sequence[Transition]) -> str:
+    return " or ".join(sorted({row.condition.name for row in rows}))
+
+
+def _compare_assumptions(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
+    """Assumptions have no names; those that mean the same are the same."""
+    is_same, added = diff.machine.is_same_assumption, list(new.axioms)
+    for before in old.axioms:
+        again = next((after for after in added if is_same(before.that, after.that)), None)
+        if again is None:
+            note = "runs are no longer checked for it"
+            part = diff.log.part("assumption")
+            part.removed(show(before.that), guarantee="weaker", note=note)
+            continue
+        added.remove(again)
+        assumption = diff.log.part("assumption", show(again.that))
+        assumption.remark("text", show(before.that), show(again.that))
+        assumption.remark("reason", before.because, again.because)
+    for after in added:
+        note = "proofs rest on it from now on"
+        diff.log.part("assumption").added(show(after.that), guarantee="weaker", note=note)
+
+
+# The plant, the task and the requirements.
+
+
+def _compare_observed(diff: SystemDiff, _: PartLog, old: Plant, new: Plant) -> None:
+    before, after = ({e.name: type_text(e.type) for e in plant.observed} for plant in (old, new))
+    for name in sorted(before.keys() & after.keys()):
+        diff.log.part("binding", f"{PLANT}.{name}").changed("type", before[name], after[name])
+
+
+_Meaning = tuple[object, str, frozenset[str]]
+"""A meaning, its text, and the names for parts of formulas in the text."""
+_NONE: _Meaning = None, "none", frozenset()
+
+
+def _compare_task(diff: SystemDiff, _: PartLog, old: Task, new: Task) -> None:
+    values = diff.constants
+    starts = ({draw.name: draw for draw in task.starts} for task in (old, new))
+    for part, *draws in diff.log.pair("start", starts, _draw_text):
+        _compare_meanings(part, "", *map(_draw, draws))
+    disturbances = (_by_effect(task.disturbances) for task in (old, new))
+    for part, one, other in diff.log.pair("disturbance", disturbances, lambda d: d.because):
+        before, after = _aspects(one, values, 0), _aspects(other, values, 1)
+        for aspect in sorted({*before, *after}):
+            _compare_meanings(part, aspect, before.get(aspect, _NONE), after.get(aspect, _NONE))
+        part.remark("because", one.because, other.because)
+
+
+def _compare_meanings(part: PartLog, aspect: str, old: _Meaning, new: _Meaning) -> None:
+    """Constants that are used have their own changes: the same text is equal."""
+    same = old[0] == new[0] or old[1:] == new[1:]
+    part.verdict(Verdict(same), (old[1], new[1]), aspect)
+
+
+def _by_effect(disturbances: Iterable[Disturbance]) -> dict[str, Disturbance]:
+    """Multiset of disturbances by effect."""
+    count: Counter[str] = Counter()
+    found = {}
+    for each in disturbances:
+        count[each.subject] += 1
+        times = count[each.subject]
+        found[each.subject if times == 1 else f"{each.subject} ({times})"] = each
+    return found
+
+
+def _aspects(each: Disturbance, values: Constants, version: Literal[0, 1]) -> dict[str, _Meaning]:
+    """All of a disturbance but its reason."""
+    found: dict[str, _Meaning] = {}
+    if each.when:
+        form = values.canonical_form(each.when, version)
+        found["when"] = form, each.when.that, each.when.names
+    draws = [("", each.times), *((f"{deed.verb} ", deed.numbers) for deed in each.actions)]
+    return found | {f"{verb}{d.name}": _draw(d) for verb, numbers in draws for d in numbers}
+
+
+def _draw(draw: Draw) -> _Meaning:
+    return (draw.values, draw.is_range), _draw_text(draw), frozenset()
+
+
+def _draw_text(draw: Draw) -> str:
+    texts = [show(text) for text in draw.texts]
+    return f"{texts[0]} to {texts[1]}" if draw.is_range else " or ".join(texts)
+
+
+def _compare_requirements(diff: SystemDiff, _: PartLog, old: System, new: System) -> None:
+    """Requirements by their texts; one with another text and another meaning by its name."""
+    values = diff.constants
+    texts = {r.that for r in old.requirements}
+    forms = {values.canonical_form(r, 0): r.that for r in old.requirements}
+    old_texts = {r.that: r.that for r in new.requirements}
+    for item in new.requirements:
+        if item.that not in texts:
+            old_texts[item.that] = forms.get(values.canonical_form(item, 1), item.that)
+    common = texts & {*old_texts.values()}
+
+    def named(system: System) -> dict[str, Requirement]:
+        found = {}
+        for item in system.requirements:
+            that = old_texts.get(item.that, item.that)
+            found[item.name if item.name and that not in common else that] = item
+        return found
+
+    lost: dict[str, Any] = {"guarantee": "weaker", "note": "runs are no longer watched for it"}
+    pairs = diff.log.pair(
+        "requirement",
+        map(named, (old, new)),
+        lambda item: item.because,
+        removed=lost,
+        added={"guarantee": "stronger"},
+    )
+    for requirement, one, other in pairs:
+        if one.that == other.that:
+            # Constants, and what names for parts stand for, have their own changes.
+            same = one.names == other.names or values.is_same_formula(one, other)
+            requirement.verdict(Verdict(same), (one.that, other.that), "formula")
+        else:
+            requirement.changed("formula", one.that, old_texts[other.that])
+        requirement.remark("name", one.name, other.name)
+        requirement.remark("because", one.because, other.because)
+
+
+def _compare_formula(diff: SystemDiff, part: PartLog, old: FormulaLet, new: FormulaLet) -> None:
+    """What a name for a part of formulas stands for; formulas with that name change by it."""
+    if old.formula and new.formula:
+        same = diff.constants.is_same_formula(old.formula, new.formula)
+    else:
+        same = bool(old.value and new.value and diff.values.compare(old.value, new.value).same)
+    part.verdict(Verdict(same), (_let_text(old), _let_text(new)), "formula")
+
+
+def _let_text(item: FormulaLet | Let | Constant) -> str:
+    if isinstance(item, FormulaLet) and item.formula:
+        return item.formula.that
+    return show(item.value) if item.value else ""
+
+
+# The tables: how parts are shown, and which of their fields are not compared by their types.
+
+_PARTS: dict[str, tuple[Callable[[Any], str], bool]] = {
+    "agent": (lambda agent: agent.title, True),
+    "device": (lambda device: device.kind.replace("_", " "), True),
+    "subsystem": (lambda subsystem: subsystem.kind.replace("_", " "), True),
+    "constant": (_let_text, False),
+    "parameter": (_let_text, False),
+    "let": (_let_text, False),
+    "operator": (_signature, False),
+    "element": (lambda element: type_text(element.type), True),
+    "memory": (lambda memory: type_text(memory.type), True),
+    "function": (lambda f: ", ".join(sorted(a.target for a in f.assignments)), False),
+    "state": (lambda state: state.behaviour.name, True),
+    "plant": (lambda p: p.model or p.python or (p.ros2.node if p.ros2 else ""), True),
+    "ros2": (lambda ros2: ros2.node, True),
+    "binding": (lambda _: "", True),
+    "task": (lambda task: f"{task.subsystem}: {task.source} to {task.target}", True),
+}
+"""By the name in messages: the text of a part that only one system has, and whether adding or
+removing it changes the meaning; if not, its uses tell."""
+_FIELDS: dict[type, dict[str, _FieldRule | None]] = {
+    System: {
+        **dict.fromkeys(("file", "folders")),
+        "frames": _texts("frame", "frames"),
+        "files": _texts("file", "files"),
+        "constants": _parts("constant", "constants"),
+        "types": lambda diff, _, old, new: compare_types(old, new, diff.log),
+        "operators": _parts("operator", "operators"),
+        "agents": _parts("agent", "agents"),
+        "plant": _parts("plant", "plant"),
+        "task": _parts("task", "task"),
+        "requirements": _compare_requirements,
+        "formula_lets": _parts("let", "formula_lets"),
+    },
+    Operator: {
+        "name": None,
+        "parameters": _text("signature", _signature),
+        "result": None,
+        "python": _text("function", lambda operator: operator.python),
+    },
+    Agent: {
+        "kind": _text("kind", lambda agent: agent.kind, semantic=False),
+        "devices": _parts("device", "devices"),
+        "subsystems": _parts("subsystem", "subsystems"),
+    },
+    Device: {
+        "constants": _parts("parameter", "constants"),
+        "x": _parts("element", "x", lambda element: f"x.{element.name}"),
+        "y": _parts("element", "y", lambda element: f"y.{element.name}"),
+        "silence_s": _compare_silence,
+    },
+    Element: {"max_age_s": _compare_guarantees, "safe": None, "event": None},
+    Subsystem: {
+        **dict.fromkeys(("has_rate", "has_initial_state")),
+        "rate_hz": _text("rate", lambda s: f"{s.rate_hz} Hz" if s.has_rate else "not known"),
+        "ports": _compare_ports,
+        "constants": _parts("parameter", "constants"),
+        "memory": _parts("memory", "memory"),
+        "lets": _parts("let", "lets"),
+        "conditions": _compare_conditions,
+        "functions": _parts("function", "functions"),
+        "behaviours": _compare_behaviours,
+        "states": _parts("state", "states"),
+        "initial_state": _compare_initial_states,
+        "transitions": _compare_rows,
+        "axioms": _compare_assumptions,
+    },
+    Condition: {"when": _compare_when},
+    Function: {"assignments": _compare_assignments, "is_complete": None},
+    Behaviour: {"functions": _compare_effects, "is_complete": None},
+    State: {"behaviour": _compare_behaviour, "ignores": None, "holds": None},
+    Plant: {
+        "ros2": _parts("ros2", "ros2"),
+        "published": _text("publish", lambda p: _plain_text(tuple(e.name for e in p.published))),
+        "bindings": _parts("binding", "bindings", lambda b: f"{b.device}.{b.element}"),
+        "observed": _compare_observed,
+    },
+    Task: {"disturbances": _compare_task},
+    FormulaLet: {"formula": _compare_formula, "value": None},
+}
