@@ -118,7 +118,7 @@ def test_of_what_was_sent_only_the_latest_values_are_remembered(
         return changed(*given)
 
     monkeypatch.setattr(concrete, "MOST_SENT", 2)
-    monkeypatch.setattr(concrete, "_changed", looked_into)
+    monkeypatch.setattr(concrete, "_changes", looked_into)
     (finding,) = traced(spec, tmp_path, capsys)
     assert finding["recording"]
     assert [5.0, 4.0] in sent
