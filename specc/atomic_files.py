@@ -15,13 +15,13 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
-from specc.signals import defer_signals
+from specc.processes import defer_signals
 
 PREFIX = ".specc-aside-"
 """How the name of everything begins that stands aside."""
@@ -41,7 +41,7 @@ def replacing_file(path: Path) -> Iterator[Path]:
         OSError: the system refuses; what was there is unchanged.
     """
     with defer_signals():
-        aside, lock = _locked(path.parent, _make_file)
+        aside, lock = _locked(path.parent, is_folder=False)
         try:
             yield aside
             sync(aside)
@@ -65,7 +65,7 @@ def temporary_folder(parent: Path | None = None) -> Iterator[Path]:
     Raises OSError.
     """
     with defer_signals():
-        aside, lock = _locked(parent or Path(tempfile.gettempdir()), _make_folder)
+        aside, lock = _locked(parent or Path(tempfile.gettempdir()), is_folder=True)
     try:
         yield aside
     finally:
@@ -83,25 +83,20 @@ def sync(path: Path) -> None:
         os.close(handle)
 
 
-def _locked(folder: Path, make: Callable[[Path], None]) -> tuple[Path, int | None]:
+def _locked(folder: Path, *, is_folder: bool) -> tuple[Path, int | None]:
     """Make something aside in a folder; where it is, and the handle of its lock."""
     remove_stale(os.path.abspath(folder))
     while True:
         aside = folder / f"{PREFIX}{os.urandom(8).hex()}"
-        make(aside)
+        if is_folder:
+            aside.mkdir(0o700)
+        else:
+            os.close(os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
         lock = _lock(aside, waits=True)
         # Another process may have taken it for stale before it was locked.
         if aside.exists():
             return aside, lock
         _unlock(lock)
-
-
-def _make_file(path: Path) -> None:
-    os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-
-
-def _make_folder(path: Path) -> None:
-    path.mkdir(0o700)
 
 
 def _lock(path: Path, *, waits: bool) -> int | None:
@@ -153,19 +148,14 @@ def _remove_if_stale(aside: Path) -> None:
         if not stat.S_ISDIR(status.st_mode):
             aside.unlink()
             return
-        _put_back(aside)
+        if (aside / REPLACED).is_dir():
+            for replaced in (aside / REPLACED).iterdir():
+                if not os.path.lexists(place := aside.parent / replaced.name):
+                    replaced.rename(place)
         _undo_new_files(aside)
         shutil.rmtree(aside)
     finally:
         _unlock(lock)
-
-
-def _put_back(aside: Path) -> None:
-    if not (aside / REPLACED).is_dir():
-        return
-    for replaced in (aside / REPLACED).iterdir():
-        if not os.path.lexists(place := aside.parent / replaced.name):
-            replaced.rename(place)
 
 
 # Several new files: a note in a folder aside says how to take them away again.
@@ -205,17 +195,18 @@ def _undo_new_files(aside: Path) -> None:
     if not note.is_file() or note.stat().st_size > _LONGEST_NOTE:
         return
     try:
-        told = json.loads(note.read_bytes())
-        (last, before), new = told["last"], [(base / path, its) for path, its in told["new"]]
+        content = json.loads(note.read_bytes())
+        last, before = content["last"]
+        new = [(base / path, digest) for path, digest in content["new"]]
         if digest_at(base / last) != before:
             return
     except (ValueError, KeyError, TypeError, RecursionError):
         return
-    for path, its in reversed(new):
+    for path, digest in reversed(new):
         if not path.parent.resolve().is_relative_to(base):
             continue
         with suppress(OSError):
-            if its is None:
+            if digest is None:
                 path.rmdir()
-            elif digest_at(path) == its:
+            elif digest_at(path) == digest:
                 path.unlink()

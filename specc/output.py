@@ -10,9 +10,9 @@ from pathlib import Path
 
 from specc.atomic_files import REPLACED, sync, temporary_folder
 from specc.diagnostics import Diagnostic
+from specc.processes import defer_signals
 from specc.read import ANYWHERE, AllowedPaths
 from specc.refusal import reason_of
-from specc.signals import defer_signals
 from specc.source import Place
 
 MARKER = ".specc-output"
@@ -27,39 +27,47 @@ def stale(directory: Path, files: Mapping[str, str]) -> list[Diagnostic]:
     """
     try:
         if not _present(directory):
-            return [_unbuilt(directory)]
-        return [_stale(directory / name, state) for name, state in _differences(directory, files)]
+            message = "nothing has been built here yet"
+            hint = "what is reviewed with the specification is committed"
+            hint = f"run `specc build` without --check; {hint}"
+            return [_finding("E0092", message, directory, hint)]
+        hint = "run `specc build` and commit"
+        return [
+            _finding("E0092", f"the file is {state}", directory / name, hint)
+            for name, state in _differences(directory, files)
+        ]
     except OSError as error:
-        return [_refused(directory, error)]
+        return [_unwritable(directory, error)]
 
 
 def write(
-    directory: Path, files: Mapping[str, str], reach: AllowedPaths = ANYWHERE
+    directory: Path, files: Mapping[str, str], allowed: AllowedPaths = ANYWHERE
 ) -> list[Diagnostic]:
     """Make `directory` hold exactly `files`; findings say why that was refused.
 
-    Links must not lead out of `reach`. What was there before stays until everything is written,
-    also when the user interrupts.
+    Links must not lead out of what is allowed. What was there before stays until everything is
+    written, also when the user interrupts.
     """
     try:
-        if not reach.contains(str(directory)):
-            return [reach.link_finding(str(directory))]
-        if not _may_replace(directory):
-            return [_foreign(directory)]
+        if not allowed.contains(str(directory)):
+            return [allowed.link_finding(str(directory))]
+        is_own = directory.is_dir() and (
+            (directory / MARKER).is_file() or not any(directory.iterdir())
+        )
+        if os.path.lexists(directory) and not is_own:
+            message = "specc did not write what is here and will not replace it"
+            hint = "name another directory with --out, or move what is here out of the way"
+            return [_finding("E0091", message, directory, hint)]
         if _differences(directory, files):
-            _replace(directory.resolve(), _with_marker(files))
+            _replace(directory.resolve(), {**files, MARKER: _MARKER_TEXT})
     except OSError as error:
-        return [_refused(directory, error)]
+        return [_unwritable(directory, error)]
     return []
-
-
-def _with_marker(files: Mapping[str, str]) -> dict[str, str]:
-    return {**files, MARKER: _MARKER_TEXT}
 
 
 def _differences(directory: Path, files: Mapping[str, str]) -> list[tuple[str, str]]:
     """Names of files that differ, each with how: stale, missing or left over."""
-    wanted = _with_marker(files)
+    wanted = {**files, MARKER: _MARKER_TEXT}
     present = _present(directory)
     differences = [
         (name, "stale" if name in present else "missing")
@@ -79,12 +87,6 @@ def _present(directory: Path) -> set[str]:
     }
 
 
-def _may_replace(directory: Path) -> bool:
-    if not os.path.lexists(directory):
-        return True
-    return directory.is_dir() and ((directory / MARKER).is_file() or not any(directory.iterdir()))
-
-
 def _replace(directory: Path, files: Mapping[str, str]) -> None:
     directory.parent.mkdir(parents=True, exist_ok=True)
     # A sibling, because a rename is atomic only within a file system.
@@ -97,39 +99,22 @@ def _replace(directory: Path, files: Mapping[str, str]) -> None:
             if directory.exists():
                 sync(path)
         with defer_signals():
-            _swap(directory, new, old)
+            try:
+                if directory.exists():
+                    old.parent.mkdir()
+                    directory.rename(old)
+                new.rename(directory)
+            except BaseException:
+                if old.exists() and not directory.exists():
+                    old.rename(directory)
+                raise
 
 
-def _swap(directory: Path, new: Path, old: Path) -> None:
-    try:
-        if directory.exists():
-            old.parent.mkdir()
-            directory.rename(old)
-        new.rename(directory)
-    except BaseException:
-        if old.exists() and not directory.exists():
-            old.rename(directory)
-        raise
+def _finding(code: str, message: str, path: Path, hint: str) -> Diagnostic:
+    return Diagnostic(code, message, Place(str(path)), help=hint)
 
 
-def _stale(path: Path, state: str) -> Diagnostic:
-    message = f"the file is {state}"
-    return Diagnostic("E0092", message, Place(str(path)), help="run `specc build` and commit")
-
-
-def _unbuilt(directory: Path) -> Diagnostic:
-    hint = "run `specc build` without --check; what is reviewed with the specification is committed"
-    return Diagnostic("E0092", "nothing has been built here yet", Place(str(directory)), help=hint)
-
-
-def _foreign(directory: Path) -> Diagnostic:
-    message = "specc did not write what is here and will not replace it"
-    hint = "name another directory with --out, or move what is here out of the way"
-    return Diagnostic("E0091", message, Place(str(directory)), help=hint)
-
-
-def _refused(directory: Path, error: OSError) -> Diagnostic:
-    path = str(error.filename or directory)
+def _unwritable(directory: Path, error: OSError) -> Diagnostic:
     message = f"the output cannot be written: {reason_of(error)}"
     hint = "check the permissions and the space there, or name another directory with --out"
-    return Diagnostic("E0090", message, Place(path), help=hint)
+    return _finding("E0090", message, Path(error.filename or directory), hint)

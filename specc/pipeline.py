@@ -132,7 +132,7 @@ def _compiled(
     findings = loader.findings
     if file is None:
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
-    given, stop = loader.given(values), loader.stop(stop_when)
+    given, stop = loader.set_values(values), loader.stop_formula(stop_when)
     resolved = resolve(file, loader.load, findings, loader.reach, given, stop)
     if publish and (plant := resolved.system.plant):
         plant = replace(plant, published=(*plant.published, *loader.published(publish)))

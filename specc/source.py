@@ -9,12 +9,12 @@ import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
-from specc.alignment import ScalarStyle, raw_offsets
 from specc.resources import is_library_part
 
+ScalarStyle = Literal["", "'", '"', "|", ">"]
 Route = tuple[str | int, ...]
 """Keys and indices from the top of a file down to a value."""
 
@@ -181,14 +181,12 @@ class SourceFile:
                 break
             if node.scalar is not None:
                 return node, True
-            below = node.values.get(step) or node.values.get(self._row_index(step))
+            row = self.row_keys.index(step) if step in self.row_keys else -1
+            below = node.values.get(step) or node.values.get(row)
             if below is None:
                 return name or node, False
             name, node = node.keys.get(step), below
         return (name or node if key else node), True
-
-    def _row_index(self, step: str | int) -> int:
-        return self.row_keys.index(step) if step in self.row_keys else -1
 
     def _position(self, offset: int) -> tuple[int, int]:
         line = bisect_right(self.line_starts, offset)
@@ -257,3 +255,62 @@ class Sources:
         """Text of a line of a file, counted from 1; empty if there is none."""
         source = self._files.get(file)
         return source.line(number) if source is not None else ""
+
+
+# From the characters of a scalar's value back to the characters that a file spells it with.
+#
+# YAML folds lines, strips indentation and resolves escapes. Diagnostics inside an expression count
+# characters of the value, an editor counts characters of the file; this is the bridge.
+
+
+_ESCAPE = re.compile(r"\\(?:x.{2}|u.{4}|U.{8}|.)", re.DOTALL)
+_JOINED_LINES = re.compile(r"\\(?:\r\n|\r|\n)[ \t]*")
+_RUN = re.compile(r".{1,64}", re.DOTALL)
+"""Characters that a file probably spells as they are."""
+_MARKS = re.compile(r"[\\'\"]")
+_BLOCK_HEADER = re.compile(r"[|>][^\r\n]*(?:\r\n|\r|\n)")
+
+
+@lru_cache(8)
+def raw_offsets(value: str, raw: str, style: ScalarStyle) -> tuple[int, ...]:
+    """Offset in `raw` of every character of `value`, and of its end.
+
+    Exact wherever a character of the value is spelled in the file; white space that stands for line
+    breaks is placed where its first character is written.
+    """
+    header = _BLOCK_HEADER.match(raw) if style in ("|", ">") else None
+    position = header.end() if header else int(style in ("'", '"'))
+    offsets: list[int] = []
+    for run in _RUN.findall(value):
+        if raw.startswith(run, position) and not _MARKS.search(run):
+            offsets += range(position, position + len(run))
+            position += len(run)
+            continue
+        for char in run:
+            position = _find(char, raw, position, style)
+            offsets.append(min(position, len(raw)))
+            position += _width(raw, position, style)
+    return (*offsets, min(position, len(raw)))
+
+
+def _find(char: str, raw: str, position: int, style: ScalarStyle) -> int:
+    """Where the next character of the value is written, from `position` on."""
+    if style == '"':
+        while joined := _JOINED_LINES.match(raw, position):
+            position = joined.end()
+        if raw.startswith("\\", position):
+            return position
+    if char.isspace():
+        return position
+    while position < len(raw) and raw[position] != char and raw[position].isspace():
+        position += 1
+    return position
+
+
+def _width(raw: str, position: int, style: ScalarStyle) -> int:
+    """Number of characters that the file spends on the character of the value at `position`."""
+    if style == '"' and (escape := _ESCAPE.match(raw, position)):
+        return len(escape.group())
+    if style == "'" and raw.startswith("''", position):
+        return 2
+    return 1

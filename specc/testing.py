@@ -127,9 +127,9 @@ class Stepped:
         if state:
             if state not in self._methods:
                 raise ValueError(_unknown("state", state, self._methods))
-            kept = self._subsystem.memory
-            if left := [n for n, (name, _) in self._memory.items() if not hasattr(kept, name)]:
-                names = " and ".join(left)
+            slots, buffer = self._memory.items(), self._subsystem.memory
+            if missing := [n for n, (slot, _) in slots if not hasattr(buffer, slot)]:
+                names = " and ".join(missing)
                 raise ValueError(f"{names} has no value before the first `step()`; or give one")
             self._stepper.place(state, self._methods[state])
             self._stepper.lasted(periods)

@@ -11,7 +11,7 @@ from random import Random
 
 from bench.fuzzing.trial import Trial, guarded
 from specc.cli.main import main
-from specc.tools.lsp.answers import completions, definition, hover, notes, renameable
+from specc.tools.lsp.features import completions, definition, hover, notes, renameable
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError
 

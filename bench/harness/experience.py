@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from specc.atomic_files import write_atomically
-from specc.tools.sweep.plots import plot
-from specc.tools.sweep.summary import Estimate, cells_of, median, rate
+from specc.tools.sweep.summary import Estimate, cells_of, median, plot, rate
 from specc.tools.sweep.table import as_csv
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

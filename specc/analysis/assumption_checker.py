@@ -6,14 +6,14 @@ reader: what arrives there is what one of its behaviours sends, or nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain, product
 from math import prod
 from typing import Literal
 
 from specc.analysis.machine import Machine
-from specc.model.expr import Expr, negation
+from specc.model.expr import negation
 from specc.model.fsm import Axiom, State
 from specc.model.system import Subsystem
 from specc.model.wires import Wires
@@ -27,9 +27,9 @@ Grounds = Literal["", "proved", "broken"]
 
 @dataclass(frozen=True, slots=True)
 class JointArrival:
-    """What may arrive together from one sender: what a state of it sends, or nothing.
+    """Inputs that may arrive together from one sender: those that a state of it sends, or none.
 
-    Nothing is sure to arrive in some period from a `slower` sender.
+    From a `slower` sender nothing arrives in some periods.
     """
 
     state: State | None
@@ -39,10 +39,10 @@ class JointArrival:
 
 @dataclass(frozen=True, slots=True)
 class SenderVerdict:
-    """What senders say of an assumption: nothing (`""`), that it holds, or that one breaks it.
+    """Whether senders prove an assumption, one of them breaks it, or neither (`""`).
 
-    This one has a state that sends what the assumption excludes, whatever other senders send, or it
-    is `slower` than the reader and the assumption excludes that nothing arrives.
+    The sender that breaks it has a `state` that sends what the assumption excludes, whatever other
+    senders send, or is `slower` than the reader while the assumption excludes silence.
     """
 
     grounds: Grounds
@@ -51,7 +51,7 @@ class SenderVerdict:
 
 
 class AssumptionChecker:
-    """Judges the assumptions of subsystems by what is sent to them."""
+    """Checks the assumptions of subsystems against what is sent to them."""
 
     def __init__(self, wires: Wires, machines: dict[str, Machine]) -> None:
         """`machines` by the qualified names of their subsystems."""
@@ -59,7 +59,7 @@ class AssumptionChecker:
         self._machines = machines
 
     def check_assumption(self, machine: Machine, axiom: Axiom) -> SenderVerdict:
-        """Whether an assumption of a machine follows from what its senders do."""
+        """The verdict of the senders of a machine on one of its assumptions."""
         tested = machine.dependences.of(axiom.that).arrivals
         if not tested:
             return SenderVerdict("")
@@ -70,7 +70,10 @@ class AssumptionChecker:
         ways = list[tuple[tuple[JointArrival, ...], bool | None, bool | None]]()
         for way in product(*cases):
             new = frozenset[InputName]().union(*(one.inputs for one in way))
-            context = list(_context(new, known, tested))
+            context = [
+                freshness(name) if name in new else negation(freshness(name))
+                for name in sorted(tested & known)
+            ]
             holds = machine.prover.implies(context, axiom.that, assuming=False)
             never = negation(axiom.that)
             fails = not holds and machine.prover.implies(context, never, assuming=False)
@@ -88,7 +91,7 @@ class AssumptionChecker:
     def _cases(
         self, reader: Subsystem, tested: frozenset[InputName]
     ) -> Iterator[list[JointArrival]]:
-        """For each sender whose times are known, what may arrive from it together."""
+        """For each sender with known sending times, the inputs that may arrive together."""
         for wire in self._wires.wires_of(reader):
             port, sender = wire.port, self._machines.get(wire.peer_name)
             mine = {(port.peer, element.name) for element in port.elements}
@@ -111,12 +114,3 @@ class AssumptionChecker:
                 found[frozenset()] = JointArrival(None, frozenset(), slower)
             # What none of them sends never arrives.
             yield list(found.values())
-
-
-def _context(
-    new: frozenset[InputName], known: frozenset[InputName], tested: Iterable[InputName]
-) -> Iterator[Expr]:
-    """What is fresh and what is not, of the inputs about which that is known."""
-    for name in sorted(tested):
-        if name in known:
-            yield freshness(name) if name in new else negation(freshness(name))

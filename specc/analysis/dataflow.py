@@ -23,18 +23,18 @@ from specc.proof import InputName, InputNames
 from specc.reachable import reachable
 from specc.source import Place
 
-# Which inputs of the same period the value of an expression is computed from.
+# The inputs of the same period that the value of an expression depends on.
 
 
 class Read(NamedTuple):
-    """An input whose value counts, with `on_arrival` only in periods that find it fresh."""
+    """An input that is read; with `on_arrival` only in periods in which it is fresh."""
 
     input: InputName
     on_arrival: bool
 
 
 class Reads:
-    """What a machine reads in the states that it enters; memory is not followed."""
+    """The inputs that a machine reads in its reachable states; memory is not followed."""
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
@@ -49,7 +49,7 @@ class Reads:
         )
 
     def of(self, expr: Expr) -> frozenset[Read]:
-        """What the value of `expr` depends on."""
+        """The inputs that the value of `expr` depends on."""
         parts = self._guards.parts(expr, frozenset())
         inputs = ((part.key, fresh) for part, fresh, _ in parts if isinstance(part, Input))
         return frozenset(Read(name, name in fresh) for name, fresh in inputs)
@@ -64,20 +64,20 @@ class Reads:
         return frozenset[Read]().union(*reads)
 
     def read_by_conditions(self, state: State) -> frozenset[Read]:
-        """The inputs whose values the conditions depend on that may end a state."""
+        """The inputs that the conditions depend on that may end a state."""
         rows = (self._machine.subsystem.rows(state.name, cause) for cause in CAUSES)
         ends = (state.behaviour.terminal.when, state.behaviour.error.when)
         entered = [row.condition.when for of_cause in rows for _, row in of_cause]
         return frozenset[Read]().union(*map(self.of, (*ends, *entered)))
 
     def read_by_functions(self, state: State) -> frozenset[Read]:
-        """The inputs whose values the functions of a state depend on."""
+        """The inputs that the functions of a state depend on."""
         values = (item.value for item in state.behaviour.assignments)
         return frozenset[Read]().union(*map(self.of, values))
 
     @property
     def reachable_states(self) -> list[State]:
-        """Those that the machine enters."""
+        """The states that the machine may enter."""
         return [
             s for s in self._machine.subsystem.states if s.name in self._machine.reachable_states
         ]
@@ -112,7 +112,7 @@ ReadEdge = tuple[InputNode, bool]
 class Sent:
     """An element that a subsystem computes, from `reads` of its own.
 
-    `silent` is a state, of those that the subsystem enters, in which it does not send it.
+    `silent_state` is a reachable state in which the subsystem does not send it.
     """
 
     sender: Subsystem
@@ -134,8 +134,8 @@ class Sent:
 class Measured:
     """An element that a device reports.
 
-    `period_s` are the seconds between samples, 0 without a rate; for a `sporadic` one the longest
-    time without a sample, 0 if that is not known. `shared` tells whether it has several readers.
+    `period_s` are the seconds between samples, 0 without a rate; for a sporadic one the longest
+    time without a sample, 0 if unknown. `is_shared` says whether it has several readers.
     """
 
     device: str
@@ -219,7 +219,7 @@ class DataFlow:
         return Sent(machine.subsystem, tuple(sorted(edges)), next(silent, None))
 
     def through_memory(self, node: InputNode) -> Iterator[tuple[str, InputNode]]:
-        """Memory out of which a value comes, directly or not, with each input that goes into it."""
+        """Memory that a value is computed from, directly or not, with each input stored in it."""
         sender, output = self.sender(node) or _NOBODY
         machine = self._machines.get(sender)
         if machine is None:
@@ -269,10 +269,10 @@ StampedRead = tuple[int, bool]
 
 @dataclass(frozen=True, slots=True)
 class AgeChain:
-    """A value on its way: read at `read_s`, and computed from one read before, if there is one.
+    """A value that is read at `read_s`, and the value `before` from which it was computed, if any.
 
-    Its age counts from `since_s`, when it was measured; when it was computed, if nothing that was
-    measured is behind it.
+    Its age counts from `since_s`, the time of the measurement, or of the computation if the value
+    depends on no measurement.
     """
 
     node: InputNode
@@ -286,7 +286,7 @@ class AgeChain:
         return self.read_s - self.since_s
 
     def steps(self) -> list[AgeChain]:
-        """This one and those before it, the measured or computed one first."""
+        """The chain from the measured or computed value to this one."""
         chain = [self]
         while (before := chain[-1].before) is not None:
             chain.append(before)
@@ -323,7 +323,7 @@ class Timeline:
         self._warm_up = -(-2 * sum(int(p / self._tick) for p in every) // self._repeats)
 
     def oldest(self, node: InputNode, on_arrival: bool) -> AgeChain | None:
-        """The oldest value once everything has been sent, on the first time stamp that has it."""
+        """The oldest value in the steady state, at the first time stamp at which it is read."""
         if self._repeats > LONGEST:
             return None
         start = self._warm_up * self._repeats
@@ -371,7 +371,7 @@ class Timeline:
         return None
 
     def _sent_at(self, n: InputNode, read: StampedRead) -> range:
-        """The time stamps at which the value may have been computed that is read."""
+        """The time stamps at which the value that is read may have been computed."""
         source, (stamp, on_arrival) = self._origins[n], read
         if not isinstance(source, Sent):
             return range(0)
@@ -393,7 +393,7 @@ class Timeline:
 
 @dataclass(frozen=True, slots=True)
 class UnboundedAge:
-    """A value that is read although its source may have been silent for an unlimited time."""
+    """A value that is read although its source may be silent for ever."""
 
     node: InputNode
     source: Sent | Measured
@@ -412,20 +412,20 @@ class Ages:
         self._oldest: dict[InputNode, AgeChain | UnboundedAge | None] = {}
 
     def oldest(self, node: InputNode) -> AgeChain | UnboundedAge | None:
-        """The oldest value that is read, or why there is none; None if its source is not known.
+        """The oldest value that is read, or why it is unbounded; None if its source is unknown.
 
-        A device takes a value when it is sent; a subsystem that uses one only where it is fresh
-        is not asked for its age later.
+        A device reads a value when it is sent. For a subsystem that reads a value only where it is
+        fresh, only the age on arrival counts.
         """
         if node not in self._oldest:
             self._oldest[node] = self._follow(node)
         return self._oldest[node]
 
     def reads_by_state(self, node: InputNode) -> dict[str, list[ReadEdge]]:
-        """State of the sender -> the values that a value is computed from which it sends there.
+        """State of the sender -> the inputs that determine the age of what it sends there.
 
-        Of those its age is made: they have been measured, or nothing was that is behind the value,
-        and it has not passed them before.
+        Those are the measured ones, or all of them if none is measured; inputs that close a loop
+        are left out.
         """
         followed = {above for above, _ in self._followed(node)}
         return {
@@ -434,11 +434,11 @@ class Ages:
         }
 
     def is_measured(self, node: InputNode) -> bool:
-        """Whether a measurement is behind a value in some state."""
+        """Whether a value depends on a measurement in some state."""
         return node in self._measured
 
     def _followed(self, node: InputNode) -> tuple[ReadEdge, ...]:
-        """The reads of which the age of a value is made."""
+        """The reads that determine the age of a value."""
         edges = self._edges[node]
         return (
             tuple(e for e in edges if self.is_measured(e[0])) if self.is_measured(node) else edges

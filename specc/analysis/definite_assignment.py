@@ -63,10 +63,10 @@ class InputRead:
 
 
 class DefiniteAssignment:
-    """Inputs of a subsystem that surely have a value, by state; `steps` may be taken.
+    """Inputs of a subsystem that surely have a value, by state.
 
-    A state that is never entered has everything, and so has every state if it is not known where
-    the machine begins.
+    In a state that is never entered all inputs have a value, and so they have in every state if the
+    initial state is unknown.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class DefiniteAssignment:
         """In the functions of a state, from its first period on."""
 
     def in_conditions(self, state: str) -> InputNames:
-        """In the conditions that end a state; they are first asked one period after it began."""
+        """In the conditions that end a state, first evaluated one period after it was entered."""
         return self._close(self.in_functions[state] | self._arrivals.later)
 
     def at(self, use: Evaluation) -> InputNames:
@@ -129,7 +129,7 @@ class DefiniteAssignment:
                 yield InputRead(read, let)
 
     def after_row(self, step: RowEdge) -> InputNames:
-        """Once a row was taken."""
+        """After a row was taken."""
         return self._after(self.in_functions[step.row.source], step.ensures)
 
     def _present_after(self, in_functions: InputNames, ensures: InputNames) -> InputNames:
@@ -142,7 +142,7 @@ class DefiniteAssignment:
         return shortest(self._subsystem.initial_state, state, lambda here: leaving.get(here, ()))
 
     def _implied_by(self, expr: Expr, holds: bool) -> InputNames:
-        """Inputs that have a value where a condition holds; the unknown may be about any input."""
+        """Inputs that have a value where a condition holds; an unknown may imply any input."""
         match expr:
             case Unknown():
                 return self._everything
@@ -187,7 +187,7 @@ MOST_PATHS = 16
 class Need:
     """A value that has to be there, in the text of `let` or, without one, of the expression itself.
 
-    On each of the `ways` to it the tests of that way hold.
+    On each of the `paths` to it, the tests of that path hold.
     """
 
     sure: Unwrap
@@ -230,9 +230,9 @@ class PresentValues:
                 yield Need(part.expr, part.known, part.let)
 
     def lacking(self, use: Evaluation) -> Sequence[Need]:
-        """What may be missing where it is needed; what errors stand before, is not known.
+        """The values that may be missing where an expression is evaluated.
 
-        The same expression where the same is known, in however many states, is one question.
+        The same expression under the same facts is decided once, in however many states.
         """
         known = self._known_at(use)
         key = id(use.text.expr), known, use.tests, self._moment(use)
@@ -243,7 +243,7 @@ class PresentValues:
         return self._lacking[key]
 
     def _known_at(self, use: Evaluation) -> KnownFacts:
-        """What is known where an expression is evaluated, beside the tests before it."""
+        """The facts that hold where an expression is evaluated, apart from the tests before it."""
         if use.state is None:
             return frozenset()
         facts = self._facts_by_state[use.state.name]
@@ -259,7 +259,7 @@ class PresentValues:
         )
 
     def entry_tests_suffice(self, fact: Expr, use: Evaluation) -> bool:
-        """Whether tests on the ways into a state would say enough of a value that is used there."""
+        """Whether tests on the rows into a state could guarantee a value that is used there."""
         state = use.state
         if state is None or state.name == self._subsystem.initial_state:
             return False
@@ -274,9 +274,9 @@ class PresentValues:
 
     @cached_property
     def _facts(self) -> Premises:
-        """What matters, in an order that does not depend on the run.
+        """All needed facts, in an order that does not depend on the run.
 
-        Facts about the clock do not, as it starts anew with every state.
+        Facts about the clock are left out, as it starts anew with every state.
         """
         needs = (need for text in texts(self._subsystem) for need in self.needs(text.expr))
         facts = (f for f in {n.fact for n in needs} if not self._dependences.of(f).has_clock)
@@ -295,7 +295,7 @@ class PresentValues:
         return must_hold(most, self._edges(), self._transfer)
 
     def _edges(self) -> dict[str, list[tuple[str, Premises]]]:
-        """State -> the states that it enters, or goes on as, and what is true when it does."""
+        """State -> its successors, itself included, each with the conditions that hold then."""
         found: dict[str, list[tuple[str, Premises]]] = {}
         for state in self._subsystem.states:
             ends = (state.behaviour.terminal.when, state.behaviour.error.when)
@@ -308,7 +308,7 @@ class PresentValues:
         return found
 
     def _timeless(self, conditions: Iterable[Expr]) -> Premises:
-        """The parts of conditions that are as true of the next state, whose clock starts anew."""
+        """The conjuncts that do not depend on the clock, which starts anew with the next state."""
         parts = (part for condition in conditions for part in conjuncts(condition))
         return tuple(part for part in parts if not self._dependences.of(part).has_clock)
 
@@ -325,7 +325,7 @@ class PresentValues:
         return frozenset(invariant) | _present_by_type(self._facts, _written(state))
 
     def _is_invariant(self, fact: Expr, state: State) -> bool:
-        """Whether what is true when a state is entered is so in all its periods."""
+        """Whether a fact that holds when a state is entered holds in all its periods."""
         on = self._dependences.of(fact)
         return on.is_stable and not on.memory & _written(state).keys()
 
@@ -336,7 +336,7 @@ def _add_test(ways: tuple[Premises, ...], test: Expr, holds: bool) -> tuple[Prem
 
 
 def _merge_paths(one: tuple[Premises, ...], other: tuple[Premises, ...]) -> tuple[Premises, ...]:
-    """Ways on which no more is known than on each of these: one with more tests adds nothing."""
+    """The paths of both that add something: one with more tests than another adds nothing."""
     found: list[tuple[Premises, frozenset[Expr]]] = []
     for way in (*one, *other):
         tests = frozenset(way)
@@ -353,7 +353,7 @@ def _without_variables(ways: tuple[Premises, ...]) -> tuple[Premises, ...]:
 
 
 def _with_items(conditions: Iterable[Expr]) -> list[Expr]:
-    """Conditions with what they say of lists: where some item passes a test, there is one."""
+    """Conditions, and what they imply of lists: one with an item that passes a test has an item."""
     found: list[Expr] = []
     for condition in conditions:
         found.append(condition)
@@ -373,7 +373,7 @@ def _written(state: State) -> dict[str, Type]:
 
 
 def _present_by_type(facts: Iterable[Expr], memory: Mapping[str, Type]) -> KnownFacts:
-    """Facts about memory that has got a value of a type that is never None, or never empty."""
+    """Facts that follow from the types of values assigned to memory: never None, never empty."""
     return frozenset(
         fact
         for fact in facts
@@ -403,8 +403,8 @@ class Availability:
     """When the elements of the input buffers of a subsystem have a value, and a new one.
 
     Attributes:
-        always: in every period: those that are `declared` so, and those of which too little is
-            known.
+        always: in every period: those that are `declared`, and those whose sender is not known well
+            enough.
         later: in every period after the first: the sender's first period sends them in time.
         together: element -> elements of which the sender sends one whenever it sends that one.
         declared: measurements of devices, and elements with an initial value.
@@ -482,7 +482,7 @@ def _everything(wire: Wire) -> frozenset[InputName]:
 def _sent_together(
     wire: Wire, sent: Sequence[frozenset[InputName]], unsure: bool
 ) -> dict[InputName, frozenset[InputName]]:
-    """Element -> what is sent whenever it is, by what each behaviour sends."""
+    """Element -> the elements that are sent whenever it is."""
     found = {}
     for element in wire.port.elements:
         name = wire.port.peer, element.name

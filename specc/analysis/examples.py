@@ -57,8 +57,8 @@ class Examples:
     def text(self, decided: RowVerdictAt, witness: Witness, facts: str) -> str:
         """Values of an example of a witness about rows, in words.
 
-        Where none are found, its `facts` in words are an example if more is said than these. Empty
-        if they are what is said, or if its answers are all there is to say.
+        Where none are found, its `facts` in words are the example. Empty where the message says all
+        of that already.
         """
         is_said = witness.everywhere is None
         if is_said and all(is_complete_answer(asked) for asked, _ in witness.answers):
@@ -109,9 +109,9 @@ class Examples:
     def find(
         self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
     ) -> Example | None:
-        """An example of a witness: no row applies, or those that it names and, best, no other.
+        """An example of a witness: no row applies, or those that it names and preferably no other.
 
-        The same question of several states has one answer.
+        The same question about several states is searched once.
         """
         name = subsystem.qualified_name
         if name not in self._interpreters:
@@ -163,7 +163,7 @@ class Examples:
 
 
 def _size(expr: Expr) -> int:
-    """The parts of an expression; what is asked of all items counts once for each of them."""
+    """The number of parts of an expression; a vector counts with all its items."""
     size = 0
     for node in walk(expr):
         size += 1

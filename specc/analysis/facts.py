@@ -45,10 +45,10 @@ if TYPE_CHECKING:
 
 
 class Facts:
-    """Answers about a system; those about one subsystem are its machine's.
+    """Facts about a system; those about one subsystem are its machine's.
 
-    A subsystem that is `broken` is not asked about. One that is `faulty` has unknowns in it; what
-    is said of it holds whatever they are.
+    A `broken` subsystem is left out. A `faulty` one has unknowns in it; its facts hold whatever
+    these are.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Facts:
 
     @cached_property
     def consistent_machines(self) -> tuple[Machine, ...]:
-        """Those whose axioms do not contradict each other."""
+        """Machines whose axioms do not contradict each other."""
         return tuple(machine for machine in self.machines if machine.is_consistent)
 
     @cached_property
@@ -142,13 +142,13 @@ class Facts:
 
     @cached_property
     def suspicious(self) -> SuspiciousExpressions:
-        """What cannot be meant in the constants of the system."""
+        """Suspicious expressions in the constants of the system."""
         numbering = Numbering({}, {c.name: c.value for c in self.system.constants})
         return SuspiciousExpressions(self.system, self._constants, Dependences({}), numbering)
 
     @cached_property
     def ticks(self) -> Ticks:
-        """What formulas of requirements, and those that disturbances wait for, say of a tick."""
+        """Proofs about formulas of requirements and of disturbances, at one tick."""
         known = facts_about_readings(
             self.system, {m.subsystem.qualified_name: m for m in self.complete_machines}
         )
@@ -158,7 +158,7 @@ class Facts:
 
     @cached_property
     def rates(self) -> Rates:
-        """Which rates fit together."""
+        """The rates that fit together."""
         known = {s.qualified_name for s in self.system.subsystems} | self.wires.devices.keys()
         return Rates(self.wires, self.subsystems, self.bindings, is_complete=self.broken <= known)
 
@@ -171,7 +171,7 @@ class Facts:
 
     @cached_property
     def assumption_checker(self) -> AssumptionChecker:
-        """What senders say of assumptions about arrival; nothing where rates do not fit."""
+        """Checks assumptions about arrival; proves nothing where rates do not fit."""
         return AssumptionChecker(self.wires, {} if self.rates.clash else self._machines)
 
     def inputs(self) -> Iterator[tuple[InputNode, Element]]:
@@ -186,11 +186,11 @@ class Facts:
 
     @cached_property
     def formulas(self) -> tuple[Requirement, ...]:
-        """The formulas that runs are watched for; a name for a part of one is in its text."""
+        """The formulas that runs monitor; a name for a part of one is in its text."""
         return *self.system.requirements, *self.system.triggers
 
     def watched(self, subsystem: Subsystem) -> frozenset[str]:
-        """The memory that the task or a formula looks at."""
+        """The memory that the task or a formula reads."""
         task, name = self.system.task, subsystem.qualified_name
         found = task.watch if task and task.subsystem == name else ()
         readings = (reading for item in self.formulas for reading in item.readings)
@@ -210,7 +210,7 @@ class Facts:
 
     @cached_property
     def definitions(self) -> ReachingDefinitions:
-        """Which definitions give numbers their values, through lets, memory and buffers."""
+        """Reaching definitions of numbers, through lets, memory and buffers."""
         readings = (reading for item in self.system.formulas for reading in item.readings)
         return ReachingDefinitions(self.wires, self.subsystems, self.system.constants, readings)
 
@@ -221,7 +221,7 @@ class Facts:
 
 
 def _named_twice(system: System) -> frozenset[str]:
-    """All parts of agents that have two subsystems of the same name: their peers are not known."""
+    """All parts of agents with two subsystems of one name: their peers are ambiguous."""
     found: set[str] = set()
     for agent in system.agents:
         names = [s.qualified_name for s in agent.subsystems]
@@ -234,14 +234,17 @@ def _named_twice(system: System) -> frozenset[str]:
 
 
 def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
-    """Each with the reason; what operators and files give is known when the system is built."""
+    """Constants whose arithmetic has no result, each with the reason.
+
+    Values of operators and files are known when the system is built.
+    """
     values: dict[str, Any] = {}
     sizes: dict[int, tuple[Any, int]] = {}
     count = partial(spend_or_raise, "folding")
     for constant in constants:
         expr = constant.value
-        given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
-        if not (not given and values.keys() >= set(constant_names(expr)) and not has_unknown(expr)):
+        is_given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
+        if is_given or has_unknown(expr) or not values.keys() >= set(constant_names(expr)):
             values.pop(constant.name, None)
             continue
         try:
@@ -255,7 +258,7 @@ def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
 
 
 def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:
-    """How many parts a value has, those that it has many times counted each time.
+    """The number of parts of a value; shared parts count each time.
 
     `sizes` has what was measured before, by identity. Raises OverflowError if a number is not
     finite, or there are too many.
@@ -273,10 +276,10 @@ def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:
 
 
 def facts_about_readings(system: System, machines: Mapping[str, Machine]) -> Iterator[Expr]:
-    """Conditions on them; `machines` are those of which enough is known.
+    """Conditions that hold of readings at every tick; `machines` are the complete ones.
 
-    What is always there is present, and memory has what is written to it. That a state is never
-    reached is told of the state (W0607), and not again of each formula that names it.
+    States and memory are always present, and memory keeps within its range. An unreachable state is
+    reported once (W0607), not for each formula that names it.
     """
     for reading in {r.name: r for item in system.formulas for r in item.readings}.values():
         machine = machines.get(reading.subsystem)
@@ -291,14 +294,14 @@ def facts_about_readings(system: System, machines: Mapping[str, Machine]) -> Ite
 
 
 def _on_reading(reading: Reading, known: Expr) -> Expr:
-    """What is known of memory, of the reading of it."""
+    """A condition on memory as a condition on the reading of it."""
     if isinstance(known, MemoryRef):
         return MemoryRef(reading.name, type=known.type)
     return map_children(known, lambda part: _on_reading(reading, part))
 
 
 def initial_state_of(reading: Reading, system: System) -> Expr | None:
-    """That a subsystem is in the state that it has at the first tick."""
+    """The condition that a subsystem is in its initial state."""
     if reading.kind != "state" or not isinstance(reading.type, Enum):
         return None
     found = {s.qualified_name: s.initial_state for s in system.subsystems if s.has_initial_state}

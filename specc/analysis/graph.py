@@ -19,9 +19,9 @@ N = TypeVar("N", bound=Hashable)
 
 @dataclass(frozen=True, slots=True)
 class StrongComponent(Generic[N]):
-    """States, or other nodes, that lead to one another, in the order in which they were given.
+    """Strongly connected nodes, in the order in which they were given.
 
-    `entered` and `left` say whether edges come from, and go to, other components.
+    `has_entry` and `has_exit` say whether edges come from, and go to, other components.
     """
 
     states: tuple[N, ...]
@@ -97,7 +97,7 @@ def find_edges(subsystem: Subsystem, verdicts: Iterable[RowVerdict]) -> tuple[Ro
 
 
 def reachable_from(start: str, leaving: Mapping[str, Iterable[RowEdge]]) -> frozenset[str]:
-    """The states that steps lead to from `start`, itself included; `leaving` has them by source."""
+    """The states that edges lead to from `start`, itself included; `leaving` has them by source."""
     return frozenset(
         reachable([start], lambda state: [step.row.target for step in leaving.get(state, ())])
     )
@@ -117,11 +117,11 @@ def must_hold(
     edges: Mapping[str, Sequence[tuple[str, W]]],
     transfer: Callable[[frozenset[T], str, frozenset[T], W], frozenset[T]],
 ) -> FactsByState[T]:
-    """The greatest solution of the flow equations, from what each state may have at `most`.
+    """The greatest solution of the forward flow equations: facts that hold on every path.
 
-    `ways` leave a state for another one. `kept` gives what, of a set, holds behind a way out of a
-    state in which something is known. It is asked with the set, the state, what is known in it,
-    and the way.
+    `initial` has the largest possible set of each state, `edges` the targets of each state with
+    labels. `transfer` gives the facts of a target that hold after an edge; its arguments are the
+    facts, the source, the facts of the source, and the label.
     """
     facts = dict(initial)
 

@@ -56,10 +56,9 @@ class RowVerdictAt:
 
 
 class Machine:
-    """Answers about a subsystem, in terms of its states, conditions and expressions.
+    """Facts about one subsystem: its states, conditions and expressions.
 
-    They follow from the subsystem, the constants that it names and what its connections say of its
-    inputs. As long as these are equal the answers stay, whatever else changes in the system.
+    They follow from the subsystem, the constants that it names and the availability of its inputs.
     """
 
     def __init__(
@@ -72,7 +71,7 @@ class Machine:
     ) -> None:
         """`constants` that the subsystem names have values; they are in order of dependence.
 
-        A `faulty` subsystem has unknowns in it; what is said of it holds whatever they are.
+        A `faulty` subsystem has unknowns in it; its facts hold whatever they are.
         """
         self.subsystem = subsystem
         self.availability = arrivals
@@ -84,24 +83,24 @@ class Machine:
 
     @cached_property
     def prover(self) -> Prover:
-        """Answers about conditions."""
+        """Proofs about conditions."""
         return self._new_prover(self.subsystem)
 
     @cached_property
     def generic_prover(self) -> Prover:
-        """Answers that hold whatever the parameters of the subsystem are."""
+        """Proofs that hold for all parameters of the subsystem."""
         if not self.subsystem.constants:
             return self.prover
         return self._new_prover(replace(self.subsystem, constants=()))
 
     @cached_property
     def value_ranges(self) -> ValueRanges:
-        """What is known of memory, whatever the parameters of the subsystem are."""
+        """The ranges of memory, for all parameters of the subsystem."""
         return ValueRanges(self.subsystem, self.generic_prover.numbering)
 
     @cached_property
     def invariants(self) -> tuple[Expr, ...]:
-        """What always holds of memory, with the parameters that the subsystem is given."""
+        """Invariants of memory, with the parameters that the subsystem is given."""
         if not self.subsystem.constants:
             return self.value_ranges.invariants
         return ValueRanges(self.subsystem, self.prover.numbering).invariants
@@ -114,25 +113,25 @@ class Machine:
 
     @cached_property
     def must_may(self) -> MustMayAnalysis:
-        """What is certain where something is unknown."""
+        """Verdicts that hold whatever is unknown."""
         return MustMayAnalysis(self.subsystem, self._new_prover)
 
     @cached_property
     def suspicious(self) -> SuspiciousExpressions:
-        """What cannot be meant in expressions."""
+        """Suspicious expressions."""
         numbering = self.prover.numbering
         return SuspiciousExpressions(self.subsystem, self._constants, self.dependences, numbering)
 
     @cached_property
     def dependences(self) -> Dependences:
-        """What expressions depend on."""
+        """The dependences of expressions."""
         return Dependences({let.name: let.value for let in self.subsystem.lets})
 
     def reactions(self, exprs: Iterable[Expr], key: InputName) -> frozenset[str]:
         """The members of an input's enum to which some expressions react.
 
-        They do if one of them may be different because the member came. What reads the value other
-        than in a condition reacts to all of them.
+        They react if the member may change the value of one of them. An expression that reads the
+        input other than in a condition reacts to all members.
         """
         type_ = self.subsystem.inputs[key].type
         if not isinstance(type_, Enum):
@@ -156,7 +155,7 @@ class Machine:
 
     @cached_property
     def dwell_times(self) -> StateTiming:
-        """How long states can last, if there are no unknowns."""
+        """The timing of states, if there are no unknowns."""
         return StateTiming(self.subsystem, self.prover, self.dependences, self.verdict)
 
     # How much can be asked of it.
@@ -178,7 +177,7 @@ class Machine:
 
     @cached_property
     def has_known_conditions(self) -> bool:
-        """Whether it is consistent, with nothing unknown in what leads from state to state."""
+        """Whether it is consistent, without unknowns in its conditions and lets."""
         unknown = self._has_unknown_rows or any(
             has_unknown(let.value) for let in self.subsystem.lets
         )
@@ -198,7 +197,7 @@ class Machine:
     def row_verdicts(self) -> tuple[RowVerdictAt, ...]:
         """The verdicts about every state and cause.
 
-        Where conditions are unknown, what they say holds whatever these are.
+        Where conditions are unknown, the verdicts hold whatever these are.
         """
         found = []
         for state in self.subsystem.states:
@@ -215,8 +214,7 @@ class Machine:
     def verdict(self, state: str, cause: Cause) -> RowVerdict:
         """The verdict about the rows of a state and cause, with what is known of presence.
 
-        What peers always send, and what always holds of memory, makes rows complete, but none
-        superfluous.
+        What peers always send, and invariants of memory, make rows complete, but none superfluous.
         """
         verdict, fresh = self._verdicts_without_presence[state, cause], self.availability.fresh
         prove = partial(self.prover.prove_rows, state, cause)
@@ -261,12 +259,12 @@ class Machine:
 
     @cached_property
     def successors(self) -> dict[str, list[RowEdge]]:
-        """The steps by the state that they leave."""
+        """The edges by the state that they leave."""
         return grouped((step.row.source, step) for step in self.edges)
 
     @cached_property
     def reachable_states(self) -> frozenset[str]:
-        """The states that it can enter; all of them where that is not known."""
+        """The states that it can enter; all of them if the edges are unknown."""
         if not self.subsystem.has_initial_state or not self.has_known_edges:
             return frozenset(state.name for state in self.subsystem.states)
         return reachable_from(self.subsystem.initial_state, self.successors)
@@ -280,7 +278,7 @@ class Machine:
     def has_known_edges(self) -> bool:
         """Whether no row is missing and no condition has one value by mistake.
 
-        If the table needs a repair anyway, it is not known yet which states can be reached.
+        In a table that has to be repaired, reachability is unknown.
         """
         return self.conditions_vary and not any(
             decided.verdict.decision.gap or decided.lacks_rows for decided in self.row_verdicts
@@ -298,7 +296,7 @@ class Machine:
     def constant_value(self, condition: Condition) -> bool | None:
         """The constant truth value of a condition that should change; None if it can change.
 
-        A literal `True` or `False` is intended, and what is given to parameters may well decide it.
+        A literal `True` or `False` is intended, and so is what the values of parameters decide.
         """
         key = id(condition.when)
         if key not in self._constant_values:
@@ -314,12 +312,12 @@ class Machine:
 
     @cached_property
     def presence(self) -> DefiniteAssignment:
-        """Where inputs surely have values."""
+        """The inputs that surely have a value, by state."""
         steps = self.must_may.edges() if self._has_unknown_rows else self.edges
         return DefiniteAssignment(self.subsystem, steps, self.availability)
 
     @cached_property
     def present_values(self) -> PresentValues:
-        """Where optional values and lists surely have something in them, if it is legible."""
+        """Optional values and lists that surely have a value or item, if conditions are known."""
         rows = [step.row for step in self.edges]
         return PresentValues(self.subsystem, rows, self.prover, self.dependences)

@@ -28,7 +28,7 @@ def must_hold_part(condition: Expr, is_unknown: Predicate = has_unknown) -> Expr
 
 
 def may_hold_part(condition: Expr, is_unknown: Predicate = has_unknown) -> Expr:
-    """The condition where it may hold, its unknown parts permitting."""
+    """The condition where it holds for some value of its unknown parts."""
     return _bound(condition, TRUE, is_unknown)
 
 
@@ -61,7 +61,7 @@ def _bound(expr: Expr, unknown: Expr, is_unknown: Predicate) -> Expr:
 
 @dataclass(frozen=True, slots=True)
 class Approximation:
-    """What a machine with unknowns surely or possibly is."""
+    """An approximation of a machine with unknowns, from below or above."""
 
     cause: Cause
     ends: Rewriting
@@ -90,17 +90,17 @@ class Approximation:
 
 
 def must_view(cause: Cause) -> Approximation:
-    """Where ends and rows surely hold."""
+    """Ends and rows that surely hold."""
     return Approximation(cause, must_hold_part, must_hold_part)
 
 
 def gap_view(cause: Cause) -> Approximation:
-    """Where ends surely hold, beside rows that possibly do."""
+    """Ends that surely hold, with rows that may hold: no row of these applies only in a gap."""
     return Approximation(cause, must_hold_part, may_hold_part)
 
 
 def may_view(cause: Cause) -> Approximation:
-    """Where ends and rows possibly hold."""
+    """Ends and rows that may hold."""
     return Approximation(cause, may_hold_part, may_hold_part)
 
 
@@ -118,7 +118,7 @@ def _known(condition: Condition, bound: Rewriting) -> Condition:
 
 
 class MustMayAnalysis:
-    """Answers about the machine of a subsystem in the views that are taken of it."""
+    """Verdicts about a subsystem with unknowns, from its approximations."""
 
     def __init__(self, subsystem: Subsystem, prover: Callable[[Subsystem], Prover]) -> None:
         """`prover` makes one for a subsystem without unknowns."""
@@ -129,7 +129,7 @@ class MustMayAnalysis:
     def verdict(
         self, state: str, cause: Cause, present: Collection[InputName]
     ) -> RowVerdict | None:
-        """What is certain of the rows; None if it is not known whether the cause occurs."""
+        """The certain verdict about the rows; None if it is unknown whether the cause occurs."""
         known, gaps, all_ = (
             self._prover(view(cause)).prove_rows(state, cause, present=present).decision
             for view in (must_view, gap_view, may_view)

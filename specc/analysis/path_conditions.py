@@ -60,9 +60,9 @@ class Guards(Generic[K]):
     ) -> None:
         """`lets` are in order of dependence.
 
-        `learn` gives what is known behind a test that held, or did not, `meet` what is known in
-        a let that is named at two points, and `outside` what is known of it without the variables
-        of quantifiers: a let has its own, perhaps of the same names.
+        `learn` adds what follows from a test that held, or did not. `meet` joins what is known at
+        two uses of a let. `without_variables` forgets the variables of quantifiers: a let has its
+        own, perhaps of the same names.
         """
         self.learn, self.meet, self.without_variables = learn, meet, without_variables
         self._lets = {let.name: let for let in lets}
@@ -116,7 +116,7 @@ class _Walk(Generic[K]):
 
 
 class ImpliedFacts(Generic[T]):
-    """Facts that follow from conditions; `told` gives those that one without operands tells."""
+    """Facts that follow from conditions; `of_atom` gives those of a condition without operands."""
 
     def __init__(self, lets: Iterable[Let], of_atom: Callable[[Expr, bool], frozenset[T]]) -> None:
         """`lets` are in order of dependence."""
@@ -127,7 +127,7 @@ class ImpliedFacts(Generic[T]):
         )
 
     def of(self, expr: Expr, holds: bool) -> frozenset[T]:
-        """What must be so where a condition holds, or where it does not."""
+        """The facts that follow from a condition, or from its negation."""
         match expr:
             case Unary(op="not", operand=operand):
                 return self.of(operand, not holds)
@@ -153,7 +153,7 @@ Tests = tuple[tuple[Expr, bool], ...]
 def tested_conditions(
     state: State, rows: Sequence[Transition]
 ) -> Iterator[tuple[Tests, list[Condition]]]:
-    """The conditions that may end a state, after what is true when they are asked."""
+    """The conditions that may end a state, after the tests that precede them."""
     error, terminal = state.behaviour.error, state.behaviour.terminal
     yield (), [error]
     yield ((error.when, False),), [terminal]
@@ -170,7 +170,7 @@ def as_conditions(tests: Tests) -> tuple[Expr, ...]:
 class Evaluation:
     """An expression that is evaluated, as a part of `owner`.
 
-    Functions are executed and conditions are asked in a `state`, these after `tests`; memory is
+    Functions and conditions are evaluated in a `state`, these after `tests`; memory is
     initialised in the first period, and assumptions are watched in every later one.
     """
 

@@ -23,11 +23,10 @@ POSE_UNITS = (METRE,) * 3 + (RADIAN,) * 3
 
 @dataclass(frozen=True, slots=True)
 class BoundElement:
-    """A binding of an element that exists; `commanded` tells x of a device from y.
+    """A binding of an element that exists: a commanded one is an x of a device, another one a y.
 
-    What requirements observe of the plant is bound as what a device reports is.
-
-    `plant` is of what kind the plant is; empty if it is of none or of several.
+    What requirements observe of the plant is bound like a y. `plant` is the kind of the plant;
+    empty if it has none or several.
     """
 
     binding: Binding
@@ -37,7 +36,7 @@ class BoundElement:
 
     @property
     def is_pose(self) -> bool:
-        """Whether it is a pose that the numbers of a model are converted to."""
+        """Whether numbers of a model are converted to a pose."""
         is_converted = self.plant == "model" and not (self.is_commanded or self.binding.through)
         return is_converted and isinstance(self.element.type, Pose)
 
@@ -58,7 +57,7 @@ def plant_kind(plant: Plant | None) -> PlantKind:
 
 
 def bindable(system: System) -> Iterator[tuple[str, Element, bool]]:
-    """What a plant may stand behind: device, element, and whether it is commanded."""
+    """The elements that a plant may bind: device, element, and whether it is commanded."""
     for device in system.devices:
         yield from ((device.qualified_name, element, True) for element in device.x)
         yield from ((device.qualified_name, element, False) for element in device.y)
@@ -140,8 +139,8 @@ _MECHANICAL = {
 class RawNumbers:
     """Numbers of one part of the model: their kind, the place in its list, name and units.
 
-    `units` has one for each number, None where the model does not say; it is None as a whole where
-    their number is not known.
+    `units` has one for each number, None where the model does not say; it is None where their
+    number is unknown.
     """
 
     kind: str
@@ -151,9 +150,9 @@ class RawNumbers:
 
 
 def raw_numbers(bound: BoundElement, model: Model) -> Iterator[RawNumbers]:
-    """The numbers behind an element, or those that it sets, in their order.
+    """The numbers that an element is bound to, in their order.
 
-    A quaternion behind a pose stands for turns about three axes.
+    The quaternion of a pose counts as turns about three axes.
     """
     binding = bound.binding
     if not bound.is_commanded:
@@ -190,9 +189,9 @@ def _kind_of(raw: RawNumbers, model: Model) -> str:
 
 
 def is_another_unit(raw: RawNumbers, unit: Unit, wanted: Unit) -> bool:
-    """Whether a unit of the plant is surely another than that of the element.
+    """Whether a unit of the plant is surely not that of the element.
 
-    What drives a motor is often a current, a voltage or a part of full drive.
+    Motors are often driven by a current, a voltage or a duty cycle.
     """
     if raw.kind == "actuators" and unit in _FORCES:
         return wanted != unit and wanted in _MECHANICAL - {DIMENSIONLESS}
@@ -212,7 +211,7 @@ def coordinate(name: str, model: Model) -> tuple[str, str]:
 
 
 def unit_of_coordinate(joint: str, which: str, model: Model) -> Unit | None:
-    """What a coordinate of a joint is in; None if it has no such coordinate."""
+    """The unit of a coordinate of a joint; None if it has no such coordinate."""
     kind = model.joint_kind(joint)
     return (
         FREE.get(which) if kind == "free" else _at_joint("position", "" if which else joint, model)
@@ -228,7 +227,7 @@ def _joint(name: str, model: Model) -> tuple[Unit | None, ...] | None:
 
 
 def units_of_sensor(name: str, model: Model) -> tuple[Unit | None, ...] | None:
-    """Of the numbers that a sensor gives; see `Raw`."""
+    """Units of the numbers that a sensor gives; see `RawNumbers`."""
     size, part = model.sensors.get(name), model.parts.get(("sensor", name))
     if size is None or part is None:
         return None
@@ -238,7 +237,7 @@ def units_of_sensor(name: str, model: Model) -> tuple[Unit | None, ...] | None:
 
 
 def _of_actuator(tag: str, name: str, model: Model) -> Unit | None:
-    """What an actuator takes, or what is measured at it; a gear makes it anything."""
+    """The unit of an actuator's control, or of its sensor; unknown behind a gear."""
     return _at_joint(tag, model.driven(name, direct=True), model)
 
 
@@ -251,7 +250,7 @@ Limit = tuple[str, tuple[float, float]]
 
 
 def limits_of_control(name: str, model: Model) -> Iterator[Limit]:
-    """Beyond which numbers a control is cut, or its servo gets nowhere."""
+    """The limits of an actuator's control, or of the joint that its servo moves."""
     part = model.parts.get(("actuator", name))
     if part is None:
         return

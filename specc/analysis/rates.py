@@ -1,4 +1,4 @@
-"""Which rates fit together; nothing is concluded from those that do not."""
+"""Rates that fit together; nothing is concluded from those that do not."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ class RateConflict:
 
 
 class Rates:
-    """The rates of a system; `asked` are its subsystems without errors, which checks ask about.
+    """The rates of a system and of those `subsystems` that have no errors.
 
-    The system is `whole` if all that is wrong with it is wrong inside subsystems and devices.
+    The system `is_complete` if all errors are inside subsystems and devices.
     """
 
     def __init__(

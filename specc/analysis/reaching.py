@@ -198,7 +198,7 @@ _DEEPEST = 100
 class ReportedScalars:
     """The numbers of devices that reach a number, at most scaled or added to others.
 
-    One answers one question, since a loop through memory is cut where it comes round.
+    An instance answers one question, since it cuts loops through memory.
     """
 
     def __init__(self, definitions: ReachingDefinitions) -> None:
@@ -239,10 +239,9 @@ _Ranges = dict[ScalarExpr, tuple[Range, ...]]
 
 
 class ScalarRanges:
-    """Answers one question: between which numbers lies what a definition gives?
+    """The ranges of a number, one for each definition that reaches it; answers one question.
 
-    In each range lie all values that the number has where one definition reaches it. What tests
-    may keep back is not followed.
+    A value that a test may exclude has any range.
     """
 
     def __init__(self, definitions: ReachingDefinitions, machine: Callable[[str], Machine]) -> None:
@@ -253,7 +252,7 @@ class ScalarRanges:
         self._budget = _MOST_STEPS
 
     def of(self, scalar: ScalarExpr) -> _Ranges:
-        """By the expressions that compute it, or are literals."""
+        """Ranges by the expressions that compute the number, or are literals."""
         self._budget -= 1
         if scalar in self._visiting or len(self._visiting) > _MOST_NESTED or self._budget < 0:
             return {scalar: (self._in_memory(scalar),)}
@@ -270,13 +269,13 @@ class ScalarRanges:
         return found
 
     def _in_memory(self, scalar: ScalarExpr) -> Range:
-        """Of what depends on itself: the bounds of memory."""
+        """The bounds of memory, for a number that depends on itself."""
         if isinstance(scalar.expr, MemoryRef) and scalar.subsystem:
             return self._machine(scalar.subsystem).value_ranges.bounds.of(scalar.expr)
         return ANY
 
     def _computed(self, scalar: ScalarExpr) -> Iterator[Range]:
-        """One for each definition that reaches one part, whatever the other parts are."""
+        """A range for each definition that reaches one part, with all values of the other parts."""
         expr = scalar.expr
         parts = [self._of_part(replace(scalar, expr=part)) for part in children(expr)]
         unions = [ranges.union(*each) for each in parts]
@@ -292,7 +291,7 @@ class ScalarRanges:
         return list(dict.fromkeys(every)) or [ANY]
 
     def _is_tested(self, scalar: ScalarExpr) -> bool:
-        """Whether a choice or a condition of the machine may keep some of the values back."""
+        """Whether a choice or a condition of the machine may exclude some values."""
         if not scalar.subsystem:
             return False
         machine, expr = self._machine(scalar.subsystem), scalar.expr

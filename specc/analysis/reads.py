@@ -67,7 +67,7 @@ def text_of(part: TextOwner) -> ExpressionText:
 def _stored_on_subsystem(
     find: Callable[[Subsystem], Iterable[T]],
 ) -> Callable[[Subsystem], Sequence[T]]:
-    """What subsystems keep the answer to: many checks ask."""
+    """Store the result on the subsystem, since many checks ask for it."""
 
     def answer(subsystem: Subsystem) -> Sequence[T]:
         stored = vars(subsystem)
@@ -108,12 +108,12 @@ def texts_of_system(system: System) -> Iterator[ExpressionText]:
 
 
 def inputs_read(subsystem: Subsystem) -> frozenset[InputName]:
-    """Inputs whose value or arrival some expression asks for."""
+    """Inputs that some expression reads or tests for arrival."""
     return frozenset(node.key for node in nodes(subsystem) if isinstance(node, Input))
 
 
 def inputs_tested_for_arrival(subsystem: Subsystem) -> frozenset[InputName]:
-    """Inputs of which it matters whether a new value has come."""
+    """Inputs that some expression tests for a new value."""
     return frozenset(node.input.key for node in nodes(subsystem) if isinstance(node, Fresh))
 
 
@@ -121,7 +121,7 @@ def inputs_tested_for_arrival(subsystem: Subsystem) -> frozenset[InputName]:
 class Dependence:
     """What the value of an expression depends on.
 
-    Of `inputs`, it reads the `values` of some, and asks of the `arrivals` whether they are fresh.
+    Of its `inputs`, it reads `values` and tests whether `arrivals` are fresh.
     """
 
     inputs: frozenset[InputName] = frozenset()
@@ -189,7 +189,7 @@ class Dependences:
         return {name: value for name, value in self._values.items() if name in used}
 
     def all(self, exprs: Iterable[Expr]) -> Dependence:
-        """What any of some expressions depends on."""
+        """What some expressions depend on together."""
         found = map(self.of, exprs)
         parts = [part for part in found if part is not _NOTHING]
         if len(parts) < 2:

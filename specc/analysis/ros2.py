@@ -25,6 +25,7 @@ from specc.model.units import (
     Unit,
     parse_unit,
 )
+from specc.reachable import grouped
 
 FRAME, CHILD = "header.frame_id", "child_frame_id"
 """Fields that hold coordinate frames."""
@@ -48,7 +49,7 @@ class MessagePart:
 
 @dataclass(frozen=True, slots=True)
 class MessageTypeMismatch:
-    """Why an element is not what its messages carry, and a way out; `code` is of the finding."""
+    """Why messages do not carry an element, and a way out; `code` is that of the finding."""
 
     message: str
     help: str
@@ -108,14 +109,7 @@ def _geometry() -> Iterator[tuple[str, MessagePart]]:
     yield "geometry_msgs/TransformStamped", stamped
 
 
-def _messages() -> dict[str, tuple[MessagePart, ...]]:
-    found: dict[str, tuple[MessagePart, ...]] = {}
-    for name, part in _table():
-        found[name] = (*found.get(name, ()), part)
-    return found
-
-
-MESSAGES = _messages()
+MESSAGES = {name: tuple(parts) for name, parts in grouped(_table()).items()}
 """The parts of messages, by their types as `package/Type`."""
 
 
@@ -133,9 +127,9 @@ STATUSES = (
 def _part_of_action(
     binding: Binding, type_: Type, *, commanded: bool
 ) -> MessagePart | MessageTypeMismatch:
-    """The part of an action: a text, or what a function makes, which may be missing.
+    """The part of an action: a text, or the result of a function, which may be None.
 
-    A goal that is given back is what was commanded.
+    A reported goal is the commanded one.
     """
     if binding.part == "status":
         missing = [s for s in STATUSES if isinstance(type_, Enum) and s not in type_.members]
@@ -207,7 +201,7 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
 
 
 def _carries(part: MessagePart, message: str, type_: Type) -> bool:
-    """Whether values of a type look like that part, whatever their unit."""
+    """Whether values of a type have the shape of that part, in any unit."""
     shape = scalar(message) if part.shape == "scalar" else part.shape
     return shape in kind(type_).shapes(type_)
 
@@ -287,7 +281,7 @@ class PublishedValue:
 
 
 def published_value(published: Published, system: System) -> PublishedValue | MessageTypeMismatch:
-    """What a name stands for, or why nobody can watch it."""
+    """The state or output of a name, or why it cannot be published."""
     subsystems = {part.qualified_name: part for part in system.subsystems}
     name = published.name
     owner = ".".join(name.split(".")[:2])

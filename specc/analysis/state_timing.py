@@ -1,4 +1,4 @@
-"""How long states can last: what ends them for certain, and what comes too late for that."""
+"""Timing of states: when they surely end, and which exits are overdue."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _MOST_TURNS = 24
 
 @dataclass(frozen=True, slots=True)
 class OverdueExit:
-    """`condition` could hold in a state only after the state is `over` by its other conditions.
+    """A `condition` of a state that could hold only after other conditions have ended the state.
 
-    `row` is the row that asks it, if it is an initial condition; `ended_by` end the state by then,
-    and `timed` says whether they speak of time.
+    `row` is its row, if it is an initial condition. The conditions `ended_by` end the state at
+    `end_s`; `is_timed` says whether they depend on time.
     """
 
     state: State
@@ -41,8 +41,8 @@ class OverdueExit:
 class _Ending:
     """The time at which a state surely ends, if it has not before.
 
-    `by` says whether the error ends it then, and whether the terminal condition does; `in_time`
-    says of each cause whether it ends the state by that time.
+    `by` says whether the error, and whether the terminal condition ends it then. `in_time` has, for
+    each cause, the conditions under which it ends the state by that time.
     """
 
     end_s: Fraction
@@ -51,7 +51,7 @@ class _Ending:
 
 
 class StateTiming:
-    """Asks about the states of one subsystem that has no unknowns."""
+    """Timing of the states of one subsystem without unknowns."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class StateTiming:
         dependences: Dependences,
         verdict: Callable[[str, Cause], RowVerdict],
     ) -> None:
-        """`verdict` says what is decided about the rows of a state and cause."""
+        """`verdict` gives that about the rows of a state and cause."""
         self._subsystem = subsystem
         self._prover = prover
         self._dependences = dependences
@@ -70,17 +70,17 @@ class StateTiming:
         self._excluded: dict[tuple[int, Cause, int], bool] = {}
 
     def never_ends(self, state: State, cause: Cause) -> bool:
-        """Whether time makes a condition that ends a state false for ever before it can hold."""
+        """Whether a state is surely over before a cause can end it."""
         end = state.behaviour.ending(cause)
         return any(exit.row is None and exit.condition is end for exit in self.overdue_exits(state))
 
     def is_one_period(self, state: State) -> bool:
-        """Whether a state surely ends in its second period, when its conditions are first asked."""
+        """Whether a state surely ends when its conditions are first evaluated."""
         ending = self._ending(state.behaviour)
         return ending is not None and ending.end_s == 1 / self._subsystem.rate_hz
 
     def overdue_exits(self, state: State) -> Iterator[OverdueExit]:
-        """The conditions that time makes false for ever in a state before they can hold."""
+        """The conditions of a state that can hold only after it is over."""
         if not self._timed_conditions:
             return
         behaviour = state.behaviour
@@ -111,14 +111,14 @@ class StateTiming:
 
     @cached_property
     def _timed_conditions(self) -> set[int]:
-        """The texts of conditions in which time alone turns something, by identity."""
+        """The conditions with a part that time alone decides, by identity."""
         conditions = self._subsystem.exit_conditions
         return {
             id(each.when) for each in conditions if self._prover.timer.turning_periods(each.when)
         }
 
     def _excludes(self, ending: _Ending, cause: Cause, initial: Condition | None) -> bool:
-        """Whether a state cannot end by a cause, and with a condition, before it is over."""
+        """Whether a state is over before a cause can end it with an initial condition."""
         key = id(ending), cause, id(initial)
         if key not in self._excluded:
             context = [*ending.in_time[cause], *([initial.when] if initial else [])]
@@ -126,14 +126,14 @@ class StateTiming:
         return self._excluded[key]
 
     def excludes_row(self, row: Transition) -> bool:
-        """Whether a row that is never taken is never taken because of conditions on time."""
+        """Whether conditions on time are the reason that a row is never taken."""
         source = self._subsystem.state(row.source).behaviour
         return self.is_time_the_cause(
             *as_conditions(source.facts_after(row.cause)), row.condition.when
         )
 
     def is_time_the_cause(self, *conditions: Expr) -> bool:
-        """Whether conditions that never hold together could, but for what they say of time."""
+        """Whether conditions that exclude each other could hold together without their times."""
         timeless = [may_hold_part(condition, self._is_timed) for condition in conditions]
         return any(map(self._is_timed, conditions)) and self._prover.satisfiable(timeless) is True
 
@@ -141,7 +141,7 @@ class StateTiming:
         return self._dependences.of(expr).has_clock or has_unknown(expr)
 
     def _ending(self, behaviour: Behaviour) -> _Ending | None:
-        """How states end that end by the same conditions, if no parameter decides it."""
+        """The end of states with the same conditions, unless a parameter decides it."""
         ends = behaviour.error.when, behaviour.terminal.when
         key = id(ends[0]), id(ends[1])
         if key not in self._endings:

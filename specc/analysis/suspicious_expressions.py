@@ -90,14 +90,14 @@ Answer = Literal["yes", "no", "some", "settled"]
 
 
 def is_evaluated(whole: Expr, part: Expr, answer: Callable[[Expr], Answer]) -> bool:
-    """Whether no constant leaves a part of an expression out, and nothing goes over no item."""
+    """Whether every evaluation of an expression surely evaluates a part of it."""
     if whole is part:
         return True
     return any(is_evaluated(each, part, answer) for each in evaluated_parts(whole, answer))
 
 
 def evaluated_parts(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[Expr]:
-    """The parts of an expression that some step computes; of "settled" answers nothing is sure."""
+    """The direct parts that some evaluation computes; a "settled" test leaves that open."""
     match whole:
         case Choice(test=test, then=then, otherwise=otherwise):
             yield test
@@ -308,7 +308,7 @@ class SuspiciousExpressions:
                     return
 
     def _exceeds(self, one: Expr, other: Expr) -> bool:
-        """Whether an expression is surely greater than another one, by the same each time."""
+        """Whether an expression is surely greater than another one, by a constant."""
         difference = self._sum(one, 1)
         for part, times in self._sum(other, -1).items():
             difference[part] = difference.get(part, 0.0) + times
@@ -316,7 +316,7 @@ class SuspiciousExpressions:
         return left.keys() == {_ONE} and left[_ONE] > 0
 
     def _sum(self, expr: Expr, times: float) -> dict[int, float]:
-        """An expression as a sum of multiples of what is not known, by its number."""
+        """An expression as a linear combination of unknown parts, by value number."""
         if (value := self._value(expr)) is not None:
             return {_ONE: value * times}
         match expr:
@@ -378,8 +378,8 @@ class SuspiciousExpressions:
     def _is_surely_evaluated(self, text: ExpressionText, part: Expr) -> bool:
         """Whether no constant decides that a part of a text is left out.
 
-        Constants without a value, also those that stand in a text by name, are told of elsewhere. A
-        let may be asked for in a branch.
+        Constants without a value, also inlined ones, are reported elsewhere. A let may be used in a
+        branch.
         """
         begin, end = part.span
         by_name = any(each.span[0] < begin or each.span[1] > end for each in children(part))
@@ -390,12 +390,12 @@ class SuspiciousExpressions:
         return is_evaluated(text.expr, part, self._answer)
 
     def _rests_on_constants(self, expr: Expr) -> bool:
-        """Also through lets, and on memory that nothing writes."""
+        """Whether an expression depends on constants, or on memory that nothing writes."""
         on = self._dependences.of(expr)
         return bool(on.constants) or any((MemoryRef, name) in self._named for name in on.memory)
 
     def _answer(self, test: Expr) -> Answer:
-        """Whether a condition holds, as far as constants decide it."""
+        """The truth of a condition, as far as constants decide it."""
         value = self._numbering.constant_value(self._numbering.number(test))
         least, greatest = range_of(test, self._known)
         if isinstance(value, bool) or least == greatest:
@@ -411,7 +411,7 @@ class SuspiciousExpressions:
                 yield earlier, arg
 
     def _same(self, one: Expr, other: Expr, bound: Depths) -> bool:
-        """Whether two expressions have one value, and not by what constants happen to be."""
+        """Whether two expressions have one value, whatever the values of constants are."""
         if self._numbering.number(one, bound) != self._numbering.number(other, bound):
             return False
         return self.varies(one) or (
@@ -438,9 +438,9 @@ class SuspiciousExpressions:
 def _in_all_copies(
     found: list[SuspiciousExpression], every: Sequence[ExpressionText]
 ) -> Iterator[SuspiciousExpression]:
-    """Those that are there in all copies of what is written once, for the members of a group.
+    """Those that occur in all copies of a text that is instantiated for the members of a group.
 
-    Arithmetic that fails in one of them is wrong, too.
+    Arithmetic that fails in one copy is wrong, too.
     """
     if not found:
         return

@@ -1,4 +1,4 @@
-"""What is known of memory from all that is ever written to it: some literals, or bounds."""
+"""Value ranges of memory, from all that is ever written to it: literals, or bounds."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class MemoryBounds:
         self._found = self._with_lets(found)
 
     def of(self, expr: Expr, tests: Iterable[Expr] = ()) -> Range:
-        """What an expression of numbers, or a condition, lies between where `tests` hold."""
+        """The range of an expression of numbers, or of a condition, where `tests` hold."""
         now, self._budget = self._found, _MOST_STEPS
         for test in tests:
             now = self._narrowed(now, test)
@@ -130,7 +130,7 @@ class MemoryBounds:
         return {}
 
     def _assigned(self, memory: Expr, values: Iterable[Expr], now: _Now) -> Range:
-        """What memory is given; a whole number becomes a real one in real memory."""
+        """The range of assigned values; a whole number becomes a real one in real memory."""
         found = ((value.type, self._of(value, now)) for value in values)
         is_real = isinstance(memory.type, Real)
         each = (ranges.as_floats(r) if is_real and isinstance(t, Int) else r for t, r in found)
@@ -143,7 +143,7 @@ class MemoryBounds:
         return here
 
     def _of(self, expr: Expr, now: _Now) -> Range:
-        """What a value lies between where memory and lets are within `now`."""
+        """The range of a value where memory and lets are within `now`."""
         self._budget -= 1
         if self._budget < 0:
             return ANY
@@ -192,7 +192,7 @@ class MemoryBounds:
 
 
 def _widened(before: Range, after: Range, named: Sequence[float]) -> Range:
-    """The bounds that grow as far as to the next number that is `named`, in order."""
+    """Widen growing bounds to the next of the sorted numbers that are `named`."""
     low, high = after
     if high > before[1]:
         above = bisect_left(named, high)
@@ -219,7 +219,7 @@ _KnownLeaf = Truth | Member | Number
 
 
 class ValueRanges:
-    """What always holds of the memory of one subsystem."""
+    """Invariants of the memory of one subsystem."""
 
     def __init__(self, subsystem: Subsystem, numbering: Numbering) -> None:
         """`numbering` knows lets and constants."""
@@ -258,11 +258,11 @@ class ValueRanges:
         )
 
     def _possible_values(self, expr: Expr) -> list[Expr]:
-        """What an expression may be: any value of a choice, or what memory is given."""
+        """The expressions whose value an expression may have, through choices and memory."""
         return [part for part in reachable([expr], self._values) if not self._values(part)]
 
     def _values(self, expr: Expr) -> Sequence[Expr]:
-        """The expressions of which one gives the value of another; none for one with its own."""
+        """The expressions one of which gives the value of another; none if it has its own."""
         match expr:
             case MemoryRef(name=name):
                 return self._assigned.get(name, ())
@@ -277,7 +277,7 @@ class ValueRanges:
 
 
 def _ends(memory: MemoryRef, range_: Range) -> Iterator[Expr]:
-    """That memory keeps within the finite ends of a range."""
+    """The conditions that memory keeps within the finite ends of a range."""
     ends: tuple[tuple[Literal[">=", "<="], float], ...] = (">=", range_[0]), ("<=", range_[1])
     for op, end in ends:
         if math.isfinite(end):
@@ -285,7 +285,7 @@ def _ends(memory: MemoryRef, range_: Range) -> Iterator[Expr]:
 
 
 def _among_literals(memory: MemoryRef, behind: Sequence[Expr]) -> Expr | None:
-    """That memory has one of the literals that it, or memory whose value it gets, is given."""
+    """The condition that memory has one of the literals that are assigned to it."""
     values = sorted({leaf for leaf in behind if isinstance(leaf, _KnownLeaf)}, key=repr)
     if not all(isinstance(leaf, _KnownLeaf) for leaf in behind) or len(values) > _MOST_VALUES:
         return None

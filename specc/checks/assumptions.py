@@ -1,4 +1,4 @@
-"""What is said under `assume:` can be true, and some proof needs it."""
+"""Assumptions can be true, no sender breaks them, and some proof needs them."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _unneeded(machine: Machine) -> Iterator[Diagnostic]:
 
 
 def _decided(machine: Machine, state: str, cause: Cause, without: int | None) -> tuple[object, ...]:
-    """What the rows say about presence, and then what is known about the rows."""
+    """What the rows ensure, and the verdict about them."""
     prove = partial(machine.prover.prove_rows, state, cause, without=without)
     before = prove().decision
     # What peers always send, at present, is left aside: it may well be said as an assumption.

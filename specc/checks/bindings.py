@@ -86,7 +86,7 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
 
 
 def _sampled(binding: Binding) -> tuple[str, str] | None:
-    """Of samples it is said when they come, or that this is not known."""
+    """What is wrong with the times of samples."""
     if binding.sporadic and binding.rate_hz is not None:
         return (
             "a sporadic device has no rate: its readers look for a sample in each of their periods",
@@ -228,7 +228,7 @@ def _units_differ(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
 
 
 def distances_bounded(facts: Facts) -> Iterator[Diagnostic]:
-    """W0515, of a range finder without a cutoff; a function of `through` may take what it gives."""
+    """W0515, of a range finder without a cutoff and without `through`."""
     for bound in facts.bindings:
         binding = bound.binding
         if not isinstance(facts.model, Model) or binding.through or _wrong_kind(bound):
@@ -306,7 +306,7 @@ def _measured(bound: BoundElement, model: Model | ModelError | None, sensor: int
 
 
 def _only(units: Sequence[Unit]) -> list[Unit]:
-    """The unit of numbers that all have one."""
+    """The common unit of some numbers, if they have one."""
     return list(units[:1]) if len(set(units)) == 1 else []
 
 

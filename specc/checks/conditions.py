@@ -44,7 +44,7 @@ MOST_PARTS = 64
 
 @dataclass(frozen=True, slots=True)
 class ConstantPart:
-    """A part of an expression that always or never holds; of a let, a condition may name it."""
+    """A part of an expression, or of a let that it names, that always or never holds."""
 
     condition: Condition | None
     text: ExpressionText
@@ -57,7 +57,7 @@ class ConstantPart:
 
     @property
     def proposition(self) -> Expr:
-        """What always holds: the part, or its opposite, wherever the tests around it do."""
+        """The part or its opposite, under the tests around it: this always holds."""
         holding = self.expr if self.holds else negation(self.expr)
         for outer in reversed(self.context):
             if isinstance(outer, Quantifier):
@@ -68,7 +68,7 @@ class ConstantPart:
 
 
 class ConstantConditions:
-    """Asks about the expressions of one subsystem that has no unknowns."""
+    """Finds constant parts in the expressions of one subsystem without unknowns."""
 
     def __init__(self, machine: Machine) -> None:
         subsystem = machine.subsystem
@@ -90,7 +90,7 @@ class ConstantConditions:
         return self._parts_of(text_of(condition), condition)
 
     def parts_elsewhere(self) -> Iterator[ConstantPart]:
-        """Those of functions, and of the lets that no condition names, as truth tables tell."""
+        """The constant parts of functions and of lets that no condition names, by truth tables."""
         self._in_conditions = False
         for item in (item for each in self._subsystem.functions for item in each.assignments):
             if not isinstance(item.value, LITERALS):
@@ -174,7 +174,7 @@ class ConstantConditions:
         return None
 
     def _unwritten(self, part: Expr) -> tuple[str, ...]:
-        """The memory that nothing writes, if what decides a condition is nothing else."""
+        """The memory that nothing writes, if a condition depends on nothing else."""
         on = self._dependences.of(part)
         if not self._in_conditions or not on.is_stable or has_unknown(part):
             return ()
@@ -210,7 +210,7 @@ def _tests(context: tuple[Expr, ...]) -> tuple[Expr, ...]:
 
 
 def conditions_vary(facts: Facts) -> Iterator[Diagnostic]:
-    """W0613 and W0617; what cannot be meant in a condition is `expressions_meant`'s matter."""
+    """W0613 and W0617; `expressions_meant` reports suspicious parts of conditions."""
     machines = facts.complete_machines
     return first_at_each_place(d for m in machines for d in _constant(m))
 
@@ -292,7 +292,7 @@ def _part(machine: Machine, part: ConstantPart) -> Diagnostic:
 def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
     """W0618, once for each condition or row.
 
-    What ends a state by mistake is the matter of `conditions_vary` and `expressions_meant`.
+    Conditions that are constant or suspicious are reported elsewhere.
     """
     for machine in facts.complete_machines:
         yield from first_at_each_place(_overdue(machine))

@@ -27,22 +27,16 @@ _CODE = "W0519"
 def draws_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0519; numbers that constants decide are taken as intended, since these can be set."""
     task = facts.system.task
-    for draw in task.starts if task else ():
-        yield from _varies(draw)
-    for each in task.disturbances if task else ():
-        for draw in each.numbers:
-            yield from _varies(draw)
-
-
-def _varies(draw: Draw) -> Iterator[Diagnostic]:
-    values = [value for value, _ in draw.values]
-    if draw.is_range and values[0] == values[1]:
-        message, help = f"`{draw.name}` is between two equal numbers", "write the number alone"
-    elif not draw.is_range and len(draw.texts) > 1 and len(set(values)) < len(values):
-        message, help = f"`{draw.name}` is one of several, of which two are equal", "name each once"
-    else:
-        return
-    yield Diagnostic(_CODE, message, replace(draw.place, part="value"), help=help)
+    disturbances = task.disturbances if task else ()
+    numbers = (number for each in disturbances for number in each.numbers)
+    for draw in (*(task.starts if task else ()), *numbers):
+        values, place = [value for value, _ in draw.values], replace(draw.place, part="value")
+        if draw.is_range and values[0] == values[1]:
+            message = f"`{draw.name}` is between two equal numbers"
+            yield Diagnostic(_CODE, message, place, help="write the number alone")
+        elif not draw.is_range and len(draw.texts) > 1 and len(set(values)) < len(values):
+            message = f"`{draw.name}` is one of several, of which two are equal"
+            yield Diagnostic(_CODE, message, place, help="name each once")
 
 
 # A disturbance does something, and each thing once.
@@ -61,13 +55,12 @@ def disturbances_do(facts: Facts) -> Iterator[Diagnostic]:
             help = "say how probable it is, or leave the disturbance out"
             yield Diagnostic(_CODE, "this disturbance never happens", place, help=help)
         first: dict[tuple[str, str], Place] = {}
-        for how, done_to in each.actions_on():
-            if (
-                earlier := first.setdefault((how.name, done_to.name), done_to.place)
-            ) is not done_to.place:
-                message = f"`{done_to.name}` is {how.participle} twice"
+        for verb, deed in each.actions_on():
+            earlier = first.setdefault((verb.name, deed.name), deed.place)
+            if earlier is not deed.place:
+                message = f"`{deed.name}` is {verb.participle} twice"
                 related = (Related(earlier, "here already"),)
-                yield Diagnostic(_CODE, message, done_to.place, "", related, "name it once")
+                yield Diagnostic(_CODE, message, deed.place, "", related, "name it once")
         done = {(deed.verb, deed.name): deed for deed in each.actions}
         for verb, deed in each.actions_on():
             yield from _in_vain(verb, deed, done)
@@ -78,7 +71,7 @@ _Done = dict[tuple[str, str], DisturbanceAction]
 
 
 def _in_vain(verb: Verb, deed: DisturbanceAction, done: _Done) -> Iterator[Diagnostic]:
-    """What changes nothing: by its numbers, or by what else is done to the same at once."""
+    """A deed without effect: by its numbers, or by another deed on the same part."""
     neutral, by, way = verb.neutral or (None, "", "")
     if deed.numbers and all(_is(draw, neutral) for draw in deed.numbers):
         place = replace(deed.place, part="value") if verb.numbers == "one" else deed.place
@@ -95,7 +88,7 @@ def _in_vain(verb: Verb, deed: DisturbanceAction, done: _Done) -> Iterator[Diagn
 def _spoiling(
     verb: Verb, deed: DisturbanceAction, done: _Done
 ) -> Iterator[tuple[Verb, DisturbanceAction]]:
-    """What is done to the same, or to the joint of which it is a coordinate, and spoils it."""
+    """Deeds on the same part, or on its joint, that undo a deed."""
     for spoils, name in product(verb.spoiled_by, (deed.name, deed.name.partition(".")[0])):
         if (spoils, name) in done:
             yield VERBS[spoils], done[spoils, name]
@@ -167,7 +160,7 @@ def _misses(deed: DisturbanceAction, each: Disturbance, facts: Facts) -> bool:
 
 
 def _periods_s(element: str, facts: Facts) -> list[Fraction]:
-    """Of the samples of an element of a device: its own, or those of its readers."""
+    """Sample periods of an element of a device: its own, or those of its readers."""
     bound = facts.reported.get(element)
     if bound is None:
         return []
@@ -202,7 +195,7 @@ def disturbances_differ(facts: Facts) -> Iterator[Diagnostic]:
 def _both(
     one: Disturbance, other: Disturbance
 ) -> Iterator[tuple[DisturbanceAction, str, DisturbanceAction]]:
-    """What is done to no effect, what the other one does to it, and where."""
+    """Each deed that the other disturbance undoes, and how, and the deed that undoes it."""
     together, at_once = _overlap(one, other), _moment(one) == _moment(other)
     first, second = (
         {(deed.verb, deed.name): deed for deed in each.actions} for each in (one, other)
@@ -220,7 +213,7 @@ def _both(
 
 
 def _moment(each: Disturbance) -> Hashable:
-    """When it begins: what its time and what it waits for are; no two intervals are the same."""
+    """A key of when it begins: its time and what it waits for; drawn times are unique."""
     if (each.at and each.at.is_range) or each.probability:
         return id(each)
     return each.when.that if each.when else "", each.at.values if each.at else ()
@@ -281,12 +274,8 @@ def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
                 help = "name an element of which numbers are measured"
                 yield Diagnostic("E0517", message, deed.place, related=related, help=help)
             elif verb.numbers != "none" and (units := _units(known, facts)) is not None:
-                of = (
-                    f"`{element}`, before its `through`,"
-                    if known.binding.through
-                    else f"`{element}`"
-                )
-                yield from _fitting(verb, of, deed, units)
+                before = ", before its `through`," if known.binding.through else ""
+                yield from _fitting(verb, f"`{element}`{before}", deed, units)
 
 
 def _no_numbers(bound: BoundElement) -> str | None:
@@ -300,7 +289,7 @@ def _no_numbers(bound: BoundElement) -> str | None:
 
 
 def _units(bound: BoundElement, facts: Facts) -> Units | None:
-    """Of what is measured, before `through`; None if not even its numbers are counted."""
+    """Units of what is measured, before `through`; None if the number of values is unknown."""
     if not bound.binding.through:
         return bound.units
     if not isinstance(facts.model, Model):

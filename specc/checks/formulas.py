@@ -64,7 +64,7 @@ def formulas_vary(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _in_all_copies(item: Requirement, found: list[Diagnostic]) -> list[Diagnostic]:
-    """Those that are there in all copies of what is written once, for the members of a group."""
+    """Those that occur in all copies of a text that is instantiated for the members of a group."""
     if not found:
         return []
     copies = Counter(_place(item, part) for part in _parts(item.formula))
@@ -99,7 +99,7 @@ class _ConstantParts:
         self._suspicious = facts.suspicious
 
     def find(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
-        """What is found in a formula, or else of it."""
+        """Constant parts inside a formula, or else the formula itself."""
         if isinstance(formula, TickCondition):
             yield from self._of_condition(formula.that)
             return

@@ -38,7 +38,7 @@ _MOVING = {METRE / SECOND, RADIAN / SECOND, NEWTON, NEWTON_METRE, AMPERE}
 
 
 def is_motion(type: Type) -> bool:
-    """Whether a value has a speed, a force or a current, and no place where the motion ends."""
+    """Whether a value is a speed, a force or a current, and no position where motion ends."""
     parts = nested_types([type])
     units = {unit for part in parts for unit in part.units}
     several = any(isinstance(part, ListOf) for part in parts)
@@ -46,7 +46,7 @@ def is_motion(type: Type) -> bool:
 
 
 def is_position(type: Type) -> bool:
-    """Whether a value may say where a motion ends, as a length, an angle or a pose does."""
+    """Whether a value may be a position where motion ends: a length, an angle or a pose."""
     leaves = (part for part in nested_types([type]) if not part.parts and not part.is_discrete)
     return any(not leaf.units or {METRE, RADIAN} & {*leaf.units} for leaf in leaves)
 
@@ -58,7 +58,7 @@ def is_position(type: Type) -> bool:
 class ValuePath:
     """Subsystems that pass a value on in every period, until it reaches `element` of `device`.
 
-    A new value of one of `stops`, elements of the same buffer as the output, may end that.
+    A new value of one of `interrupting`, elements of the output's buffer, may end that.
     """
 
     through: tuple[Subsystem, ...]
@@ -117,8 +117,8 @@ class _Relay:
     ) -> None:
         """The value is that of the input `origin`.
 
-        Nothing new comes in the inputs that are `held`. The origin is one of them, unless its value
-        is sent again and again.
+        Nothing new arrives in `silent` inputs. The origin is one of them, unless its value is sent
+        again and again.
         """
         self._wires = facts.wires
         self._machine = machine
@@ -132,7 +132,7 @@ class _Relay:
         )
 
     def _missing(self, condition: Expr, holds: bool) -> InputNames:
-        """The input that is not as it would have to be for a condition to hold, or not to hold."""
+        """The input that prevents a condition, or its negation."""
         match condition:
             case Fresh(input=element) if holds and element.key in self._silent_inputs:
                 return frozenset((element.key,))
@@ -156,7 +156,7 @@ class _Relay:
                 yield output, states
 
     def interrupting(self, output: InputName, states: list[State]) -> frozenset[str]:
-        """Elements that come with the origin, of which a new value may end that."""
+        """Elements of the origin's buffer of which a new value may end that."""
         inputs = self._machine.subsystem.inputs
         found = {
             n for s in states for n in self._sources(s, output) if not is_motion(inputs[n].type)
@@ -172,7 +172,7 @@ class _Relay:
         return [step for step in steps if step.row.target not in names]
 
     def _must_leave(self, state: State, states: list[State]) -> bool:
-        """Whether a way out of some states needs nothing that does not come, and is no accident."""
+        """Whether a row out of some states needs no missing input, and is no measured error."""
         on = self._machine.dependences.of(state.behaviour.error.when)
         others = on.has_clock or on.has_lag or on.arrivals or on.memory
         is_accident = bool(on.values) and not others and all(map(self._device, on.values))
@@ -182,7 +182,7 @@ class _Relay:
         )
 
     def _missing_for(self, step: RowEdge) -> InputNames:
-        """The inputs of which a row needs what they do not have."""
+        """The inputs that prevent a row."""
         ended = self._machine.subsystem.state(step.row.source).behaviour.facts_after(step.row.cause)
         tests = *ended, (step.row.condition.when, True)
         return frozenset[InputName]().union(*(self._implied.of(*test) for test in tests))
@@ -192,9 +192,9 @@ class _Relay:
         return bool(self._wires.measuring_device(name, key[0]))
 
     def _sources(self, state: State, output: InputName) -> InputNames:
-        """The inputs behind an output that stays as it is in a state because the origin does.
+        """The inputs that an output depends on which stays the same in a state with the origin.
 
-        Nothing if it does not: if time, a new value, or a place that is measured changes it.
+        None if time, a new value, or a measured position changes it.
         """
         assigned = {(a.peer, a.name): a.value for a in state.behaviour.assignments}
         pending = [assigned[output]] if output in assigned else []
@@ -220,7 +220,7 @@ class _Relay:
         return frozenset(found) if self._origin in found else frozenset()
 
     def _results(self, value: Expr) -> Iterator[Expr]:
-        """What a value may be where nothing new comes: of choices the branches."""
+        """The possible results of a value while nothing new arrives, through choices."""
         missing = {id(part): why for part, why, _ in self._guards.parts(value, frozenset())}
         through = self._machine.prover.numbering.resolve
         pending = [value]
@@ -294,7 +294,7 @@ class RetainedOutputs:
                     yield from self._retained(state, group, output, moving)
 
     def _may_move(self, value: Expr) -> bool:
-        """Whether a value may be another one than zero, or nothing."""
+        """Whether a value may be other than zero or None."""
         value = self._machine.prover.numbering.resolve(value)
         if isinstance(value, Items):
             return any(map(self._may_move, value.items))
@@ -302,9 +302,9 @@ class RetainedOutputs:
         return not zero and any(self._machine.value_ranges.bounds.of(value))
 
     def _staying(self, silent: list[State]) -> Iterator[tuple[State, list[State]]]:
-        """States in which the machine may stay, with those among which it stays there.
+        """States in which the machine may stay, each with the states of its cycle.
 
-        A state of one period, as in a sequence of steps, is left for the next one.
+        It does not stay in a state of one period, as in a sequence of steps.
         """
         named = {state.name: state for state in silent}
         edges = [(step.row.source, step.row.target) for step in self._machine.edges]
@@ -321,7 +321,7 @@ class RetainedOutputs:
     def _retained(
         self, state: State, group: list[State], output: InputName, moving: set[str]
     ) -> Iterator[RetainedOutput]:
-        """The output that is held in a state, if something else than zero may have been sent."""
+        """The output that keeps its last value in a state, if that may be other than zero."""
         own, peer = self._machine.subsystem, output[0]
         path = path_to_device(self._facts, own, output, unsent_in(own, group, peer))
         if path is None:

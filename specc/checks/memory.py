@@ -32,7 +32,7 @@ from specc.reachable import reachable
 
 
 def _counts(machine: Machine, value: Expr, counter: str) -> bool | None:
-    """Whether a value counts on from memory; False if it is that memory, None if it is another."""
+    """Whether a value increments memory; False if it is that memory, None if it is another."""
     numbering = machine.prover.numbering
     match numbering.resolve(value):
         case MemoryRef(name=name) if name == counter:
@@ -82,7 +82,7 @@ def _limits(machine: Machine, state: State, counter: str) -> Iterator[_Limit]:
 
 
 def _reached(machine: Machine, comparison: Compare, counter: str) -> Expr | None:
-    """That a counter has reached what it is compared with, if that is constant."""
+    """The condition that a counter has reached a constant limit."""
     through = machine.prover.numbering.resolve
     sides = (
         (comparison.left, comparison.right, comparison.op),
@@ -100,7 +100,7 @@ def _reached(machine: Machine, comparison: Compare, counter: str) -> Expr | None
 
 
 def _way_back(machine: Machine, state: State, counter: str, reached: Expr) -> RowEdge | None:
-    """The row by which the counter ends the state and after which it is entered again."""
+    """The row by which the counter ends a state that is then entered again."""
     counts = {s.name: _counted_in(machine, s).get(counter, False) for s in machine.subsystem.states}
 
     def following(step: RowEdge) -> list[RowEdge]:

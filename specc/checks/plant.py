@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from specc.analysis import Facts
 from specc.analysis.machine import Machine
@@ -101,7 +102,7 @@ def records_made(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
-    """Types of what Python code gives, beside those that it is given and may pass on."""
+    """The type of each result of Python code, with the types that it gets and may pass on."""
     for operator in facts.system.operators:
         given = [type_ for _, type_ in operator.parameters]
         if operator.python:
@@ -151,7 +152,7 @@ def without_plant(system: System, place: Place) -> Iterator[Diagnostic]:
 
 
 def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
-    """O0502; not for an element that an unknown one is nearest to, which `bindings_known` tells."""
+    """O0502; not for an element that `bindings_known` suggests for an unknown one."""
     plant = facts.system.plant
     if plant is None:
         return
@@ -187,7 +188,10 @@ def sizes_match(facts: Facts) -> Iterator[Diagnostic]:
     for bound in facts.bindings:
         if bound.binding.through or bound.is_pose:
             continue
-        sizes = _image_sizes(bound, model) or _number_sizes(bound, model)
+        sizes, type_ = _number_sizes(bound, model), bound.element.type
+        if isinstance(type_, Image) and bound.binding.camera in model.cameras:
+            width, height = model.cameras[bound.binding.camera] or _DEFAULT_CAMERA
+            sizes = f"{type_.width} x {type_.height} pixels", f"{width} x {height} pixels"
         if sizes and sizes[0] != sizes[1]:
             yield Diagnostic(
                 "E0507",
@@ -206,14 +210,6 @@ def _number_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
     if wanted is None or not parts or not known:
         return None
     return counted(len(wanted), "number"), counted(sum(sizes), "number")
-
-
-def _image_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
-    camera, type_ = bound.binding.camera, bound.element.type
-    if camera not in model.cameras or not isinstance(type_, Image):
-        return None
-    width, height = model.cameras[camera] or _DEFAULT_CAMERA
-    return f"{type_.width} x {type_.height} pixels", f"{width} x {height} pixels"
 
 
 # An actuator of the plant obeys one element.
@@ -256,11 +252,8 @@ def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
                 place = binding.place.below(kind, index)
                 device, earlier = first.setdefault((kind, name), (binding.device, place))
                 copies = earlier == place
-                if (
-                    device == binding.device
-                    or not (copies or kind == "joints")
-                    or place in reported
-                ):
+                is_shared = kind == "sensors" and not copies
+                if device == binding.device or is_shared or place in reported:
                     continue
                 reported.add(place)
                 part = kind.removesuffix("s")
@@ -364,22 +357,21 @@ def _of_element(
     if not (bound.is_commanded and bound.plant == "model" and is_number) or binding.through:
         return
     for index, name in enumerate(binding.actuators):
-        limits = [*limits_of_control(name, facts.model)] if isinstance(facts.model, Model) else []
+        model = facts.model
+        limits = [*limits_of_control(name, model)] if isinstance(model, Model) else []
         at = index if isinstance(type_, Vector) else None
         for definition in _sent(bound, at, facts) if limits else ():
             if isinstance(definition, ScalarExpr):
                 reaching = ScalarRanges(facts.definitions, machines.__getitem__).of(definition)
                 sent = definition.text.place(definition.expr)
-                for origin, every in reaching.items():
-                    pairs = ((range_, limit) for range_ in every for limit in limits)
-                    for range_, limit in pairs:
-                        if _is_outside(range_, limit[1]):
-                            yield _Beyond(bound, index, origin, sent, range_, limit)
-                            break
+                for origin, ranges in reaching.items():
+                    outside = ((r, li) for r in ranges for li in limits if _is_outside(r, li[1]))
+                    for range_, limit in islice(outside, 1):
+                        yield _Beyond(bound, index, origin, sent, range_, limit)
 
 
 def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[ScalarDefinition]:
-    """What states send to an element, and what is safe for it."""
+    """Definitions of what states send to an element, and of its safe value."""
     element = bound.element
     for wire in facts.wires.wires_of_element(bound.binding.device, "y", element.name):
         if wire.subsystem.qualified_name not in facts.broken:

@@ -109,7 +109,7 @@ def _without_input(machine: Machine) -> Iterator[Diagnostic]:
 
 
 def _remainders(machine: Machine) -> Callable[[Evaluation], bool]:
-    """Whether a use is that of `otherwise`, which asks what the other rows ask."""
+    """A predicate for evaluations of `otherwise`, which reads what the other rows read."""
     rows = machine.subsystem.transitions
     known = {id(row.condition) for row in rows if row.is_otherwise}
     return lambda use: id(use.owner) in known

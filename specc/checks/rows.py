@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
-from typing import TYPE_CHECKING
 
 from specc.analysis import Facts, RowVerdictAt
 from specc.analysis.path_conditions import as_conditions
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
 from specc.lang import show
-from specc.model.expr import Call, Expr, source_name, walk
+from specc.model.expr import Call, source_name, walk
 from specc.model.fsm import OTHERWISE, Behaviour, Cause, State
 from specc.model.system import Subsystem
 from specc.proof import SolverAnswer, Witness
-
-if TYPE_CHECKING:
-    pass
 
 # Phrases about states and refutations.
 
@@ -142,7 +137,8 @@ def _covers(one: RowVerdictAt, other: RowVerdictAt) -> bool:
     present = [one.machine.presence.in_conditions(d.state.name) for d in (one, other)]
     if not present[0] <= present[1]:
         return False
-    context, fact = _end_conditions(other), _end_conditions(one)
+    # What holds whenever a state ends by a cause.
+    context, fact = (as_conditions(d.state.behaviour.facts_after(d.cause)) for d in (other, one))
     if context == fact:
         return True
     if one.is_incomplete or other.is_incomplete:
@@ -150,34 +146,26 @@ def _covers(one: RowVerdictAt, other: RowVerdictAt) -> bool:
     return all(one.machine.prover.implies(context, part) for part in fact)
 
 
-def _end_conditions(decided: RowVerdictAt) -> tuple[Expr, ...]:
-    """What holds whenever a state ends by a cause."""
-    return as_conditions(decided.state.behaviour.facts_after(decided.cause))
-
-
 # Whenever a state ends by a cause, some row of that state and cause applies (2.4).
 
 
 def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
-    """E0601, once for all states that fail alike; a cause without any row is another matter."""
-    examples = cache(facts.examples)
-    for group in group_refutations(facts, _gap):
+    """E0601, once for all states that fail alike; for causes with rows."""
+    examples = facts.examples()
+    for group in group_refutations(
+        facts, lambda d: d.verdict.decision.gap if d.verdict.rows else None
+    ):
         decided, widest, gap = group.first, group.widest, group.witness
-        state = decided.state
+        state, rows = decided.state, decided.verdict.rows
+        required = (Related(row.place, f"requires `{row.condition.name}`") for row in rows)
         yield Diagnostic(
             "E0601",
             f"no row of {group.states} applies {situation(gap)}",
             state.place,
             f"ended {ending(state.behaviour, decided.cause)}",
-            (
-                *group.places,
-                *(
-                    Related(row.place, f"requires `{row.condition.name}`")
-                    for row in decided.verdict.rows
-                ),
-            ),
+            (*group.places, *required),
             _with_one_more_row(group),
-            example=examples().text(widest, gap, facts_of(gap)),
+            example=examples.text(widest, gap, facts_of(gap)),
         )
 
 
@@ -205,7 +193,7 @@ _MOST = 6
 
 def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
     """E0602, for two rows that can apply together; others of the same states are related."""
-    examples = cache(facts.examples)
+    examples = facts.examples()
     for group in group_refutations(facts, lambda decided: decided.verdict.decision.overlap):
         decided, widest, overlap = group.first, group.widest, group.witness
         one, other = overlap.holding
@@ -221,7 +209,7 @@ def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
             f"applies when the state ended {ending(decided.state.behaviour, decided.cause)}",
             (Related(first.place, also), *others, *group.places),
             _with_one_row_less(group),
-            example=examples().text(widest, overlap, facts_of(overlap)),
+            example=examples.text(widest, overlap, facts_of(overlap)),
         )
 
 
@@ -257,15 +245,12 @@ def _with_one_row_less(group: SharedRows) -> str:
 def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
     """E0603, and O0605 where the table says nothing of a state yet."""
     unmet = [decided for decided in facts.row_verdicts if decided.lacks_rows]
+    without = {(decided.subsystem.qualified_name, decided.state.name) for decided in unmet}
     for subsystem in facts.subsystems:
-        sources = {row.source for row in subsystem.transitions}
-        without = {
-            decided.state.place
-            for decided in unmet
-            if decided.subsystem is subsystem and decided.state.name not in sources
-        }
-        yield from _unfinished(subsystem, [s for s in subsystem.states if s.place in without])
-    examples = cache(facts.examples)
+        sources, name = {row.source for row in subsystem.transitions}, subsystem.qualified_name
+        states = [s for s in subsystem.states if s.name not in sources]
+        yield from _unfinished(subsystem, [s for s in states if (name, s.name) in without])
+    examples = facts.examples()
     for decided in unmet:
         if any(row.source == decided.state.name for row in decided.subsystem.transitions):
             state, cause = decided.state, decided.cause
@@ -278,7 +263,7 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
                 f"can end {ending(state.behaviour, cause)}",
                 (Related(condition.place, f"the {cause} condition"),),
                 f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
-                example=examples().text(decided, ended, ""),
+                example=examples.text(decided, ended, ""),
             )
 
 

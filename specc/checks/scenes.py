@@ -186,9 +186,9 @@ class _Sampling:
         self._grid = gcd(*self._periods)
 
     def spans(self, found: Sequence[tuple[Disturbance, Place]]) -> Iterator[_Silence]:
-        """All silences; each that repeats once more for each other one, which may join two of it.
+        """All silences, a repeated one as often as there are silences, each of which may join two.
 
-        Repetitions may begin at any time, and join if there may be no sample between two.
+        Repetitions may begin at any time; two are one if there may be no sample between them.
         """
         for each, place in found:
             span = _Silence(each, place, self.tick)
@@ -202,10 +202,10 @@ class _Sampling:
             yield from (copy(span) for _ in found)
 
     def gaps(self, spans: list[_Silence]) -> Iterator[tuple[list[_Silence], Fraction | None]]:
-        """Silences between which there may be no sample, and the longest time between samples.
+        """Groups of silences without a sample between them, with the longest time between samples.
 
-        None is to the end of the run. Those that wait may begin at any time from their first tick
-        on: of what can come of them there is the longest.
+        None lasts to the end of the run. Silences that wait may begin at any time from their first
+        tick on; the longest possible group is given.
         """
         waiting = [span for span in spans if span.last is None]
         rows = self._rows(span for span in spans if span.last is not None)
@@ -248,10 +248,10 @@ class _Sampling:
     def _joined(
         self, waiting: Sequence[_Silence], rows: Sequence[list[_Silence]]
     ) -> tuple[list[_Silence], int]:
-        """Silences, each of which begins as the one before ends, or before; how many ticks in all.
+        """Silences without a gap between them, and their total number of ticks.
 
-        They begin with the first row, if there is one; those that wait come in the order given,
-        but for those of which it is too early.
+        They begin with the first row, if any. Waiting ones follow in the given order, except those
+        that cannot begin yet.
         """
         row, later = list(rows[0]) if rows else [], list(rows[1:])
         end = self._sampled(int(_end(row)) if row else max(span.first for span in waiting))
@@ -275,7 +275,7 @@ class _Sampling:
         return min(self._missed(row), self._passed(row[0].first, int(_end(row))))
 
     def _missed(self, row: list[_Silence]) -> int:
-        """Ticks for which there is no sample, if none of the silences overlap."""
+        """Ticks without a sample, if no silences overlap."""
         return sum(
             self._passed(span.first, span.first + (span.ticks or 0))
             if span.first == span.last
@@ -284,7 +284,7 @@ class _Sampling:
         )
 
     def _passed(self, first: int, end: int) -> int:
-        """From the first sample that is not there to the next one; that at time 0 always is."""
+        """Ticks from the first missing sample to the next one; that at time 0 always exists."""
         return self._sampled(end) - self._sampled(max(1, first))
 
     def _sampled(self, tick: int) -> int:
@@ -307,5 +307,5 @@ def _end(row: list[_Silence]) -> float:
 
 
 def _exact(seconds: float) -> Fraction:
-    """The decimal that is meant; runs tell no times apart that differ by less."""
+    """The intended decimal, to the resolution of run times."""
     return Fraction(seconds).limit_denominator(10**9)

@@ -58,7 +58,7 @@ def states_reached(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _unreachable(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
-    """Of the components of the unreached states, those that no other one leads to."""
+    """Components of unreachable states into which no other component leads."""
     subsystem = machine.subsystem
     edges = [(row.source, row.target) for row in subsystem.transitions]
     order = {name: index for index, name in enumerate(left)}
@@ -161,7 +161,7 @@ def all_of(parts: Iterable[Implicants]) -> Implicants:
 
 
 def minimal(implicants: Iterable[InputNames]) -> Implicants:
-    """Those that need no more than another one does; too many count as no need at all."""
+    """The minimal implicants; too many count as no need at all."""
     found: list[InputNames] = []
     for inputs in sorted(set(implicants), key=lambda i: (len(i), sorted(i))):
         if not any(other <= inputs for other in found):
@@ -191,7 +191,7 @@ class RowNeeds:
         return self._of_rows[key]
 
     def ways_out(self, state: str) -> Implicants:
-        """What the ways out of a state need: those to others or, without these, to itself."""
+        """The implicants of leaving a state, or of its self-loops if no row leaves it."""
         steps = self.machine.successors.get(state, [])
         found: set[InputNames] = set()
         for step in [s for s in steps if s.row.target != state] or steps:
@@ -201,7 +201,7 @@ class RowNeeds:
         return minimal(found)
 
     def _implicants(self, expr: Expr, holds: bool = True) -> Implicants:
-        """Those of a condition that holds, or does not."""
+        """The implicants of a condition or of its negation."""
         match expr:
             case Truth(value=value):
                 return FREE if value == holds else ()
@@ -224,7 +224,7 @@ class RowNeeds:
 
 @dataclass(frozen=True, slots=True)
 class RestingState:
-    """A sender gets to `state` and from there never sends what the waiting state needs.
+    """A `state` of a sender from which it never sends what the waiting state needs.
 
     `row` is the row of the sender that accepts what the waiting subsystem sent earlier and no
     longer sends, if such a row leads there.
@@ -236,7 +236,7 @@ class RestingState:
 
 
 class Waiting:
-    """Follows two machines that are connected."""
+    """Finds states that wait for a sender that may rest."""
 
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
@@ -244,7 +244,7 @@ class Waiting:
         self._waits: dict[tuple[str, str, frozenset[InputNames]], Wait] = {}
 
     def unserved(self, reader: Machine) -> Iterator[tuple[State, InputNames, RestingState]]:
-        """States with what every way out of them needs of one sender, and where that may rest."""
+        """States that wait for a sender that may rest, what they need of it, and where it rests."""
         rows = self._needs_of(reader)
         for state in reader.subsystem.states:
             found = rows.ways_out(state.name) if state.name in reader.reachable_states else FREE
@@ -266,7 +266,7 @@ class Waiting:
         return self._needs[name]
 
     def _wait(self, reader: Machine, wire: Wire, needs: frozenset[InputNames]) -> Wait | None:
-        """What many states may wait for, which is looked into once."""
+        """The needs that several states share."""
         key = reader.subsystem.qualified_name, wire.port.peer, needs
         if key not in self._waits:
             if wire.peer_subsystem is None or wire.peer_port is None:
@@ -310,7 +310,7 @@ class Wait:
 
     @cached_property
     def _serving(self) -> frozenset[str]:
-        """The states of the sender that send all that some way out needs."""
+        """The states of the sender that send all that one way out needs."""
         return frozenset(
             s.name
             for s in self.sender.subsystem.states
@@ -327,9 +327,9 @@ class Wait:
         return RestingState(machine, _first(resting, machine.subsystem), None)
 
     def _rest_unanswered(self, spent: InputNames, still: InputNames) -> RestingState | None:
-        """Where the sender may rest after it has taken up what was sent before this state.
+        """Where the sender may rest after consuming what the reader sent before this state.
 
-        `spent` is no longer sent, `still` is still sent.
+        The reader no longer sends `spent`, and still sends `still`.
         """
         machine, peers = self.sender.machine, {peer for peer, _ in spent}
         free: list[RowEdge] = []
@@ -352,7 +352,7 @@ class Wait:
         return None
 
     def _sent_in(self, state: State) -> InputNames:
-        """What a state of the reader sends to the sender, as that calls it."""
+        """The inputs of the sender that a state of the reader sends."""
         return self.back.inputs_sent_by(state.behaviour) if self.back else frozenset()
 
     def _resting(self, steps: Iterable[RowEdge]) -> frozenset[str]:
@@ -371,7 +371,7 @@ def _first(names: frozenset[str], subsystem: Subsystem) -> State:
 def _gives_up_work(
     resting: frozenset[str], reached: frozenset[str], steps: Sequence[RowEdge]
 ) -> bool:
-    """Whether the machine gives up other work there, which is a finding of its own."""
+    """Whether the resting states are a trap, which `states_left` reports."""
     edges = {(s.row.source, s.row.target) for s in steps}
     if any((name, name) in edges for name in resting):
         return True

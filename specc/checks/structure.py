@@ -36,7 +36,7 @@ def subsystems_distinct(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def devices_owned(facts: Facts) -> Iterator[Diagnostic]:
-    """E0406, at what makes a subsystem the second owner."""
+    """E0406, where a subsystem becomes the second owner."""
     for device in facts.system.devices:
         owners = [(wire.subsystem, wire.port) for wire in facts.wires.owners(device)]
         for subsystem, port in owners[1:]:
@@ -192,7 +192,7 @@ def _between_subsystems(wire: Wire, other: Subsystem, facts: Facts) -> Iterator[
 
 
 def _user(subsystem: Subsystem, port: Port, facts: Facts) -> tuple[Related, ...]:
-    """Where a subsystem, or its agent, stands that is described in another file."""
+    """The place of a subsystem, or of its agent, that another file describes."""
     agents = (agent.place for agent in facts.system.agents if agent.name == subsystem.agent)
     users = (place for place in (subsystem.place, *agents) if place.file != port.place.file)
     return tuple(Related(place, f"this is `{subsystem.qualified_name}`") for place in users)[:1]

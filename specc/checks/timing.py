@@ -22,14 +22,17 @@ from specc.source import Place
 
 
 def rates_meet(facts: Facts) -> Iterator[Diagnostic]:
-    """E0409, at the subsystem whose rate does not go with those of the others."""
+    """E0409, at the subsystem whose rate does not fit those of the others."""
     clash = facts.rates.clash
     if clash is None:
         return
     related = [Related(s.place.below("rate"), _rated(s)) for s in clash.others]
+    ticks = str(clash.ticks)
+    if len(ticks) > 12:
+        ticks = f"10^{len(ticks) - 1}"
     yield Diagnostic(
         "E0409",
-        f"with {_rate(clash.odd)} the timeline repeats only after {_count(clash.ticks)} ticks",
+        f"with {_rate(clash.odd)} the timeline repeats only after {ticks} ticks",
         clash.odd.place.below("rate"),
         _rated(clash.odd),
         tuple(related[:4]),
@@ -43,11 +46,6 @@ def _rated(subsystem: Subsystem) -> str:
 
 def _rate(subsystem: Subsystem) -> str:
     return f"{float(subsystem.rate_hz):g} Hz"
-
-
-def _count(ticks: object) -> str:
-    text = str(ticks)
-    return text if len(text) <= 12 else f"10^{len(text) - 1}"
 
 
 # The simulation of a model goes on by whole time steps, so every base tick has to be some of them.
@@ -92,7 +90,7 @@ def _is_stepped(time_s: Fraction, step_s: Fraction) -> bool:
 def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
     """W0414, for values that are sent on occasion; a value of every period is a measurement.
 
-    Whether the next value overtakes a declared event is found out when machines are explored.
+    Exploration finds whether the next value overtakes a declared event.
     """
     for reader, node, element in _inputs_tested_for_arrival(facts):
         source = _source(node, facts) if reader in facts.rates.timed else None
@@ -124,7 +122,7 @@ def _inputs_tested_for_arrival(facts: Facts) -> Iterator[tuple[Subsystem, InputN
 
 
 def _source(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
-    """How often the element can be sent, and where that is said; None if it always is."""
+    """The rate at which an element may be sent, and its place; None if it always is."""
     match facts.ages.sources.origin(node):
         case Sent(sender=sender, silent_state=State()):
             return sender.rate_hz, sender.place.below("rate")
@@ -204,8 +202,8 @@ def _bounded(facts: Facts) -> Iterator[tuple[InputNode, Element]]:
 
 def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
     """From the measurement, or the computation, to the reader, with the time passed since."""
-    hops = oldest.steps()
-    first = facts.ages.sources.origin(hops[0].node)
+    steps = oldest.steps()
+    first = facts.ages.sources.origin(steps[0].node)
     if isinstance(first, Measured):
         often = "sample at least every" if first.is_sporadic else "sample every"
         every = f", a {often} {in_ms(first.period_s)}" if first.period_s else ""
@@ -214,14 +212,14 @@ def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
         sender, seen_s = first.sender, 1 / first.sender.rate_hz
         words = f"computed by `{sender.qualified_name}`, {_rate(sender)}: 0 ms; seen from"
         yield Related(sender.place.below("rate"), f"{words} {in_ms(seen_s)} on")
-    for hop in hops:
-        reader = facts.wires.subsystems.get(hop.node.reader)
+    for step in steps:
+        reader = facts.wires.subsystems.get(step.node.reader)
         if reader is None:
             continue
         rate = f"`{reader.qualified_name}`, {_rate(reader)}"
-        read_s = hop.read_s - oldest.since_s
+        read_s = step.read_s - oldest.since_s
         words = f"{rate}, reads it after {in_ms(read_s)}"
-        if hop is not oldest:
+        if step is not oldest:
             words += f" and sends a result, seen from {in_ms(read_s + 1 / reader.rate_hz)} on"
         yield Related(reader.place.below("rate"), words)
 
@@ -229,15 +227,14 @@ def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
 def _shorten(oldest: AgeChain, facts: Facts) -> str:
     """What would make the longest step of the way shorter."""
     steps: list[tuple[Fraction, str]] = []
-    for hop in oldest.steps():
-        source = facts.ages.sources.origin(hop.node)
-        before = hop.before.read_s if hop.before else oldest.since_s
+    for step in oldest.steps():
+        source = facts.ages.sources.origin(step.node)
+        length_s = step.read_s - (step.before.read_s if step.before else oldest.since_s)
         if isinstance(source, Measured):
             what = "shorten the `max_gap`" if source.is_sporadic else "raise the rate"
-            steps.append((hop.read_s - before, f"{what} of `{source.device}`"))
+            steps.append((length_s, f"{what} of `{source.device}`"))
         elif source is not None:
-            way_out = f"raise the rate of `{source.sender.qualified_name}`"
-            steps.append((hop.read_s - before, way_out))
+            steps.append((length_s, f"raise the rate of `{source.sender.qualified_name}`"))
     return max(steps, key=lambda step: step[0])[1]
 
 

@@ -153,7 +153,7 @@ def joints_counted(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def frames_named(facts: Facts) -> Iterator[Diagnostic]:
-    """E0522: what a message says of its frame can only be compared with a name."""
+    """E0522: frames of messages are compared by name."""
     ros2 = facts.system.plant.ros2 if facts.system.plant else None
     if ros2 is None:
         return

@@ -13,7 +13,7 @@ from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
 from specc.model.requirement import expressions
-from specc.model.system import Element, Let, Memory, Subsystem
+from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Enum
 from specc.model.wires import Wire
 from specc.reachable import grouped, reachable
@@ -41,9 +41,9 @@ def _named(parts: Iterable[Expr]) -> set[str]:
 def _unused(
     code: str, places: Mapping[str, Place], edges: Mapping[str, Set[str]], start: Set[str]
 ) -> Iterator[Diagnostic]:
-    """Of some things those that nothing names, each with the others that only it uses.
+    """Things that nothing uses, each with the things that only it uses.
 
-    `edges` say what each thing names, and the `start` has a purpose of its own.
+    `edges` has the names that each thing uses; things in `start` are used.
     """
     used = reachable(start, lambda one: edges.get(one, _NONE)).keys()
     left = {label: index for index, label in enumerate(places) if label not in used}
@@ -75,7 +75,7 @@ Readable = dict[tuple[type[Expr], str], Let | Memory]
 
 
 def parts_used(facts: Facts) -> Iterator[Diagnostic]:
-    """W0611; memory that is written is not unused, if perhaps not read."""
+    """W0611; memory that is written counts as used."""
     for machine in facts.complete_machines:
         yield from _unused_parts(machine.subsystem, facts.watched(machine.subsystem))
 
@@ -130,7 +130,7 @@ def _named_in(values: Iterable[Expr], named: Readable) -> list[SubsystemPart]:
 
 
 def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
-    """W0240, once there are agents; a library may well define more than one system needs."""
+    """W0240, if there are agents; a library may define more than one system needs."""
     system = facts.system
     if not system.subsystems:
         return
@@ -143,7 +143,7 @@ def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def observed_used(facts: Facts) -> Iterator[Diagnostic]:
-    """W0240, once something is required; of what one `for` observes, some is enough."""
+    """W0240, if there are formulas; one used copy of a `for` is enough."""
     plant, readings = facts.system.plant, [r for item in facts.formulas for r in item.readings]
     named = {reading.element[0] for reading in readings if reading.kind == "observed"}
     observed = plant.observed if plant and facts.formulas else ()
@@ -241,33 +241,26 @@ def members_heard(facts: Facts) -> Iterator[Diagnostic]:
                 break
             if all(key in state.ignores for state in wire.subsystem.states):
                 break  # it says that it means to miss members
-            heard |= machine.reactions(_in_use(wire.subsystem), key)
+            states, rows = wire.subsystem.states, wire.subsystem.transitions
+            exprs = [end.when for state in states for _, end in state.behaviour.endings]
+            exprs += [item.value for state in states for item in state.behaviour.assignments]
+            heard |= machine.reactions((*exprs, *(row.condition.when for row in rows)), key)
             sent |= _members_sent(facts, wire, element.name)
         else:
-            yield from _unheard(*readers[0], {m: sent[m] for m in sent if m not in heard})
-
-
-def _unheard(wire: Wire, element: Element, sent: Mapping[str, Place]) -> Iterator[Diagnostic]:
-    name = f"x.{wire.port.peer}.{element.name}"
-    if sent:
-        members = join_words([f"`{member}`" for member in sent], "and")
-        yield Diagnostic(
-            "W0422",
-            f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",
-            element.place,
-            "lost in every state",
-            tuple(Related(place, f"sends `{member}`") for member, place in sent.items()),
-            f"ask for it beside `fresh({name})`, or let `fresh({name})` end a state, with a row "
-            "`otherwise` for all that no other row names",
-        )
-
-
-def _in_use(subsystem: Subsystem) -> Iterator[Expr]:
-    """The conditions that states and rows ask, and what functions of states compute."""
-    for state in subsystem.states:
-        yield from (end.when for _, end in state.behaviour.endings)
-        yield from (item.value for item in state.behaviour.assignments)
-    yield from (row.condition.when for row in subsystem.transitions)
+            unheard = {member: sent[member] for member in sent if member not in heard}
+            if unheard:
+                wire, element = readers[0]
+                name = f"x.{wire.port.peer}.{element.name}"
+                members = join_words([f"`{member}`" for member in unheard], "and")
+                yield Diagnostic(
+                    "W0422",
+                    f"`{wire.subsystem.qualified_name}` does not react to {members} of `{name}`",
+                    element.place,
+                    "lost in every state",
+                    tuple(Related(place, f"sends `{m}`") for m, place in unheard.items()),
+                    f"ask for it beside `fresh({name})`, or let `fresh({name})` end a state, with "
+                    "a row `otherwise` for all that no other row names",
+                )
 
 
 def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:

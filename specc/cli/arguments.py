@@ -1,41 +1,186 @@
-"""The commands of `specc`: one row each, from which parser, help and completion follow."""
+"""The command line of `specc`: commands, one row each, with their options, help and completion."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import os
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from importlib import import_module
 from itertools import starmap
 from math import inf
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from specc import __version__
-from specc.cli.parsing import (
-    CollectValues,
-    Parser,
-    code_list,
-    connection,
-    formula,
-    number_between,
-    recording_time,
-    warning_list,
-)
+from specc.cli import streams
+from specc.diagnostics import nearest
 
-FORMATS = ("text", "json", "sarif", "github", "junit")
+# Parsers: what is mistyped is told with the nearest name.
 
 
-def _reporting(command: Parser) -> None:
+class Parser(argparse.ArgumentParser):
+    """Suggests the command or option that a mistyped one is near to, under its own usage."""
+
+    add_options: Callable[[Parser], None] | None = None
+    """Adds the options of a command once it is chosen, which takes time."""
+    commands: Mapping[str, Parser] = MappingProxyType({})
+    is_mixed = False
+    """Whether an argument that may be left out may also stand behind options."""
+    _parses = False
+
+    def prepare(self) -> None:
+        """Add the options of the command."""
+        if add_options := self.add_options:
+            self.add_options = None
+            self.add_argument("-h", "--help", action="help", help="show this help message and exit")
+            add_options(self)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse as argparse does, and refuse what is not known."""
+        if self._parses:  # for parts of a mixed command line
+            return super().parse_known_args(args, namespace)
+        self._parses = True
+        self.prepare()
+        words = list(sys.argv[1:] if args is None else args)
+        command = next((word for word in words if not word.startswith("-")), "")
+        if self.commands and command and command not in self.commands:
+            hint = _suggestion(command, self.commands) or f": {self.prog} --help lists them"
+            self.error(f"there is no command {command!r}{hint}")
+        if self.commands and not command:
+            self._refuse([word for word in words if word not in self._option_string_actions])
+        parse = self.parse_known_intermixed_args if self.is_mixed else super().parse_known_args
+        found, unknown = parse(words, namespace)
+        self._refuse(unknown)
+        return found, unknown
+
+    def _refuse(self, unknown: list[str]) -> None:
+        if unknown:
+            option = next((w for w in unknown if w.startswith("--")), "").partition("=")[0]
+            # Without the dashes, which make short names look alike.
+            known = re.findall(r"--([a-z][\w-]*)", self.format_help())
+            hint = _suggestion(option.removeprefix("--"), known, "--")
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+
+
+def _suggestion(name: str, known: Iterable[str], before: str = "") -> str:
+    close = nearest(name, known)
+    return f": did you mean {before}{close[0]}?" if close else ""
+
+
+# Values of arguments.
+
+
+class CollectValues(argparse.Action):
+    """Collects `name=value`, each name once."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: object,
+        option_string: str | None = None,
+    ) -> None:
+        """See `argparse.Action`."""
+        name, sign, text = (part.strip() for part in str(values).partition("="))
+        known = getattr(namespace, self.dest)
+        if not (name and sign):
+            raise argparse.ArgumentError(self, f"{values!r} is not `name=value`")
+        if name in known:
+            raise argparse.ArgumentError(self, f"`{name}` is given twice")
+        setattr(namespace, self.dest, known | {name: text})
+
+
+def code_list(text: str) -> tuple[str, ...]:
+    """Codes of diagnostics, or their beginnings, separated by commas."""
+    from specc.policy.settings import code_fault
+
+    codes = tuple(code.strip() for code in text.split(","))
+    for code in codes:
+        if fault := code_fault(code):
+            raise argparse.ArgumentTypeError(fault)
+    return codes
+
+
+def warning_list(text: str) -> tuple[str, ...]:
+    """Codes as `code_list` takes them, of warnings only."""
+    codes = code_list(text)
+    for code in codes:
+        if not code.startswith("W"):
+            raise argparse.ArgumentTypeError(f"{code} is not a warning and cannot be ignored")
+    return codes
+
+
+def formula(text: str) -> str:
+    """A formula that is not empty."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the formula is empty")
+    return text
+
+
+_LONGEST_NUMBER = 40
+
+
+def number_between(
+    parse: Callable[[str], int | float | Fraction], low: float, high: float
+) -> Callable[[str], int | float | Fraction]:
+    """Parses a whole number, else seconds, in a range, both ends included."""
+    kind = "a whole number" if parse is int else "a number of seconds"
+
+    def number_of(text: str) -> int | float | Fraction:
+        try:
+            # Python reads other digits, and `1_0`, too.
+            is_plain = text.isascii() and "_" not in text and len(text) <= _LONGEST_NUMBER
+            if is_plain and low <= (number := parse(text)) <= high:
+                return number
+        except (ValueError, ZeroDivisionError):
+            pass
+        message = f"{text!r} is not {kind} from {low:.12g} to {high:.12g}"
+        raise argparse.ArgumentTypeError(message)
+
+    return number_of
+
+
+def recording_time(text: str) -> tuple[Path, float]:
+    """A recording and a time in it, FILE.mcap@SECONDS."""
+    file, at, seconds = text.rpartition("@")
+    if not (file and at):
+        raise argparse.ArgumentTypeError(f"{text!r} is not FILE.mcap@SECONDS")
+    return Path(file), float(number_between(float, 0, inf)(seconds))
+
+
+def connection(text: str) -> tuple[tuple[str, str], tuple[str, str]]:
+    """Two buffers that are connected: those of FABRIC."""
+    first, equals, second = text.partition("=")
+    a, b = first.rpartition("."), second.rpartition(".")
+    if not (equals and all((*a, *b))):
+        raise argparse.ArgumentTypeError(f"{text!r} is not SUBSYSTEM.BUFFER=SUBSYSTEM.BUFFER")
+    return (a[0], a[2]), (b[0], b[2])
+
+
+# The options of each command.
+
+
+def _add_format(command: Parser, name: str, help: str | None = None) -> None:
+    formats = streams.FORMATS[name]
+    default = formats[0] if "text" in formats else None
+    command.add_argument("--format", choices=formats, default=default, help=help)
+
+
+def _add_report(command: Parser) -> None:
     _add_policy(command)
-    words = "text goes to standard error, the others to standard output"
-    command.add_argument("--format", choices=FORMATS, default="text", help=words)
+    _add_format(command, "validate", "text goes to standard error, the others to standard output")
 
 
 def _validate(command: Parser) -> None:
     add = command.add_argument
     add("specs", metavar="SPEC", nargs="+", help="file, directory, or pattern such as 'specs/**'")
     add("--fix", action="store_true", help="make the repairs that are safe")
-    _reporting(command)
+    _add_report(command)
 
 
 def _build(command: Parser) -> None:
@@ -49,7 +194,7 @@ def _build(command: Parser) -> None:
     )
     add("--check", action="store_true", help="compare only; exit code 1 if not up to date")
     add("--real-time", action="store_true", help="test rows that are proved, for runs in real time")
-    _reporting(command)
+    _add_report(command)
 
 
 def _fmt(command: Parser) -> None:
@@ -60,10 +205,9 @@ def _fmt(command: Parser) -> None:
     add("--diff", action="store_true", help="print what would change, write nothing")
 
 
-def _told(command: Parser) -> None:
-    add = command.add_argument
-    add("spec", metavar="SPEC")
-    add("--format", choices=("text", "json"), default="text")
+def _spec_and_format(command: Parser) -> None:
+    command.add_argument("spec", metavar="SPEC")
+    _add_format(command, "status")
 
 
 def _init(command: Parser) -> None:
@@ -90,7 +234,7 @@ def _init(command: Parser) -> None:
 
 def _explore(command: Parser) -> None:
     add = command.add_argument
-    _told(command)
+    _spec_and_format(command)
     words = "of single machines, in all ways that are followed (default: 700000)"
     steps = number_between(int, 1, 99_999_999)
     add("--budget", metavar="STEPS", type=steps, default=700_000, help=words)
@@ -103,7 +247,7 @@ def _diff(command: Parser) -> None:
     add = command.add_argument
     add("old", metavar="OLD")
     add("new", metavar="NEW")
-    add("--format", choices=("text", "markdown", "json"), default="text")
+    _add_format(command, "diff")
 
 
 def _witness(command: Parser) -> None:
@@ -121,26 +265,29 @@ def _fabric(command: Parser) -> None:
     add("files", metavar="FILE.xml", nargs="+")
     words = "buffer b of subsystem A is connected with buffer d of subsystem C"
     add("--connect", metavar="A.b=C.d", type=connection, action="append", default=[], help=words)
-    _imported(command)
+    _add_import(command)
 
 
 def _scxml(command: Parser) -> None:
     command.add_argument("files", metavar="FILE.scxml", nargs=1)
-    _imported(command)
+    _add_import(command)
 
 
-def _imported(command: Parser) -> None:
+def _add_import(command: Parser) -> None:
     add = command.add_argument
     add("--name", metavar="NAME", default="", help="name of the system")
     add(
         "--period", metavar="S", type=number_between(Fraction, 1e-7, 3600), help="period in seconds"
     )
     add("--out", metavar="FILE.yaml", help="file to write (default: standard output)")
-    add("--force", action="store_true", help="replace the file of --out")
+    _add_force(command)
 
 
-def _recorded(command: Parser) -> None:
-    """What is asked of a recorded run, beside its specification."""
+def _add_force(command: Parser) -> None:
+    command.add_argument("--force", action="store_true", help="replace the file of --out")
+
+
+def _add_spec(command: Parser) -> None:
     words = "the specification, which is never taken from the file"
     command.add_argument("--spec", metavar="SPEC", help=words)
 
@@ -148,7 +295,7 @@ def _recorded(command: Parser) -> None:
 def _replay(command: Parser) -> None:
     add = command.add_argument
     add("file", metavar="FILE.mcap")
-    _recorded(command)
+    _add_spec(command)
     add("--subsystem", metavar="NAME", help="this subsystem only: irp.m")
     seconds, words = number_between(float, 0, inf), "simulated time to compare"
     add("--until", metavar="S", type=seconds, default=inf, help=words)
@@ -160,7 +307,7 @@ def _why(command: Parser) -> None:
     add("moment", metavar="FILE.mcap@S", type=recording_time)
     words = "all about this one: irp.m (default: a line for each)"
     add("subsystem", metavar="SUBSYSTEM", nargs="?", help=words)
-    _recorded(command)
+    _add_spec(command)
 
 
 def _recover(command: Parser) -> None:
@@ -206,9 +353,10 @@ def _graph(command: Parser) -> None:
     words = "structure of a system or agent, states of a subsystem, flow of a function by default"
     add("--of", choices=("structure", "inside", "states", "frames", "flow"), help=words)
     words = "svg by default, or what the name of the file says; dot goes to standard output"
-    add("--format", choices=("svg", "png", "dot"), help=words)
+    _add_format(command, "graph", words)
     words = "file to write (default: SPEC-PLACE-KIND.FORMAT in the working directory)"
     add("--out", metavar="FILE", help=words)
+    _add_force(command)
 
 
 def _plot(command: Parser) -> None:
@@ -228,6 +376,7 @@ def _plot(command: Parser) -> None:
     add("--out", metavar="FILE", help=words)
     words = "the numbers as a table, on standard output without --out"
     add("--csv", action="store_true", help=words)
+    _add_force(command)
 
 
 def _run(command: Parser) -> None:
@@ -276,10 +425,7 @@ def _add_from_runtime(command: Parser, function: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A command: what does it, as `module:function` below `specc.cli`, and its line of help.
-
-    `takes` adds its arguments to its parser, once it is chosen; `is_mixed` as in `Parser`.
-    """
+    """A command; its `handler` is a `module:function` of `specc.cli`, the rest as in `Parser`."""
 
     name: str
     handler: str
@@ -303,13 +449,13 @@ COMMANDS = tuple(starmap(Command, (
     ("run", "run:run", "simulate a specification", _run),
     ("sweep", "sweep:sweep",
      "run a specification many times: over values of constants, and over seeds", _sweep),
-    ("fmt", "rewrite:fmt", "put specifications into the canonical layout", _fmt),
-    ("status", "status:status", "show which steps of the design are done", _told),
+    ("fmt", "commands:fmt", "put specifications into the canonical layout", _fmt),
+    ("status", "show:status", "show which steps of the design are done", _spec_and_format),
     ("init", "init:init", "start a specification that runs at once", _init),
-    ("lib", "lib:lib", "show the parts of the library: parameters, inputs, outputs", _lib),
+    ("lib", "commands:lib", "show the parts of the library: parameters, inputs, outputs", _lib),
     ("explain", "commands:explain", "say what a code of a diagnostic means", _explain),
-    ("ages", "ages:ages", "show how old values are where they are read", _told),
-    ("graph", "graph:graph", "draw the structure, a state machine, frames or a data flow", _graph,
+    ("ages", "show:ages", "show how old values are where they are read", _spec_and_format),
+    ("graph", "show:graph", "draw the structure, a state machine, frames or a data flow", _graph,
      True),
     ("explore", "explore:run_explore",
      "step all machines together and show where they cannot go on", _explore),
@@ -327,26 +473,57 @@ COMMANDS = tuple(starmap(Command, (
     ("plot", "plot:plot",
      "draw signals of recorded runs, and the states of machines, over time", _plot, True),
     ("recover", "recordings:recover", "make a clean file of a recording that was cut", _recover),
-    ("completion", "parsing:completion",
+    ("completion", "arguments:completion",
      "print what makes a shell complete the commands of specc", _completion),
 )))  # fmt: skip
 
 
 def parser() -> Parser:
     """The parser of a whole command line."""
-    whole = Parser(
+    top = Parser(
         prog="specc", description="Compiler of robot control specifications.", allow_abbrev=False
     )
-    whole.add_argument("--version", action="version", version=f"specc {__version__}")
-    _add_commands(whole, COMMANDS, "specc", "command", "COMMAND")
-    return whole
+    top.add_argument("--version", action="version", version=f"specc {__version__}")
+    _add_commands(top, COMMANDS, "specc", "command", "COMMAND")
+    return top
 
 
 def _add_commands(
     parser: Parser, commands: tuple[Command, ...], prog: str, dest: str, metavar: str
 ) -> None:
-    added = parser.add_commands(prog=prog, dest=dest, metavar=metavar)
+    parsers = parser.add_subparsers(
+        required=True, parser_class=Parser, prog=prog, dest=dest, metavar=metavar
+    )
+    parser.commands = parsers.choices
     for each in commands:
-        made = added.add_parser(each.name, help=each.help, add_help=False)
-        made.set_defaults(run=each.handler)
-        made.add_options, made.is_mixed = each.add_options, each.is_mixed
+        added = parsers.add_parser(each.name, help=each.help, add_help=False)
+        added.set_defaults(run=each.handler)
+        added.add_options, added.is_mixed = each.add_options, each.is_mixed
+
+
+# Shells ask how a command line may go on.
+
+
+COMPLETION_VARIABLE = "_ARGCOMPLETE"
+"""Is set where a shell asks."""
+
+
+def completion(options: argparse.Namespace) -> int:
+    """Print the lines that a shell reads when it starts."""
+    from argcomplete.shell_integration import shellcode
+
+    streams.print_output(shellcode(["specc"], shell=options.shell) + "\n")
+    return 0
+
+
+def complete(parser: Parser) -> None:
+    """End the process with the ways to go on, if that is what a shell asks."""
+    if COMPLETION_VARIABLE in os.environ:
+        import argcomplete
+
+        chosen = parser
+        for word in os.environ.get("COMP_LINE", "").split():
+            if word in chosen.commands:
+                chosen = chosen.commands[word]
+                chosen.prepare()
+        argcomplete.autocomplete(parser)

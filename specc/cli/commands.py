@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import difflib
 import os
+import textwrap
 from argparse import Namespace
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from specc.cli import inspect, streams
+from specc.cli import fix, inspect, streams
+from specc.cli.files import rewrite_file, write_output
 from specc.diagnostics import Diagnostic, nearest
-from specc.diagnostics.report import Finding, report, resolve
-from specc.refusal import Refused, missing_package, reason_of
+from specc.diagnostics.report import Finding, report, resolve, shown_path
+from specc.policy import allowed_paths, project_of
+from specc.read import AllowedPaths, read_file, specification
+from specc.refusal import Refused, missing_package
+from specc.resources import LIBRARY, library_parts
 from specc.source import Place, Sources, real_path
 
-if TYPE_CHECKING:
-    from specc.read import AllowedPaths
+_WIDTH = 100
 
 
 def validate(options: Namespace) -> int:
     """Report what is wrong with specifications."""
-    look = inspect.inspect_and_fix if options.fix else inspect.inspect_all
+    look = fix.inspect_and_fix if options.fix else inspect.inspect_all
     try:
         found = look(options.specs, inspect.overrides_of(options))
     except (inspect.InspectionInterrupted, inspect.InspectionFailed) as ended:
@@ -35,37 +40,35 @@ def build(options: Namespace) -> int:
 
     findings: list[Finding] = []
     built_from: dict[Path, str] = {}
-    stopped = False
+    has_errors = False
     for path in options.specs:
         built = pipeline.build(path, tests_all_rows=options.real_time)
-        left = inspect.judge_findings(path, built.result, inspect.overrides_of(options))
-        findings += left.findings
-        stopped |= not built.result.ok
-        if built.result.ok and not left.refused:
-            directory = Path(options.out or _beside(path), built.system)
+        judged = inspect.judge_findings(path, built.result, inspect.overrides_of(options))
+        findings += judged.findings
+        has_errors |= not built.result.ok
+        if built.result.ok and not judged.refused:
+            directory = Path(options.out or _default_output(path), built.system)
             first = built_from.setdefault(directory, path)
             if real_path(first) != real_path(path):
-                put = [_taken(directory, first, path)]
+                faults = [_same_directory(directory, first, path)]
             elif options.check:
-                put = output.stale(directory, built.files)
+                faults = output.stale(directory, built.files)
             else:
-                put = output.write(directory, built.files, _writable(path, options.out))
-            findings += resolve(put, Sources())
-    code = streams.print_report(report(findings, options.specs), options.format) or int(stopped)
+                faults = output.write(directory, built.files, _writable(path, options.out))
+            findings += resolve(faults, Sources())
+    code = streams.print_report(report(findings, options.specs), options.format) or int(has_errors)
     if not code and not options.check and options.format == "text":
         streams.print_message("\n".join(f"built {directory}" for directory in built_from))
     return code
 
 
-def _beside(spec: str) -> str:
+def _default_output(spec: str) -> str:
     """Where code goes by default: a folder of the project, as it is found from here."""
-    from specc.policy import project_of
-
     out = os.path.join(project_of(spec), "generated")
     return os.path.relpath(out) if Path(out).is_relative_to(Path.cwd()) else out
 
 
-def _taken(directory: Path, first: str, path: str) -> Diagnostic:
+def _same_directory(directory: Path, first: str, path: str) -> Diagnostic:
     message = f"the system of {first} goes here, so that of {path}, which has the same name, cannot"
     hint = "give one of them another name, or build it by itself with another --out"
     return Diagnostic("E0091", message, Place(str(directory)), help=hint)
@@ -73,15 +76,59 @@ def _taken(directory: Path, first: str, path: str) -> Diagnostic:
 
 def _writable(spec: str, out: str | None) -> AllowedPaths:
     """Where a build may write: links below the working directory must not lead out of it."""
-    from specc.policy import allowed_paths
-    from specc.read import AllowedPaths
-
     project = allowed_paths(spec).folders
     if out is None:
         return AllowedPaths(project)
     here = Path.cwd()
-    named = here if Path(os.path.abspath(out)).is_relative_to(here) else Path(out)
-    return AllowedPaths((os.path.realpath(named), *project))
+    folder = here if Path(os.path.abspath(out)).is_relative_to(here) else Path(out)
+    return AllowedPaths((os.path.realpath(folder), *project))
+
+
+def fmt(options: Namespace) -> int:
+    """Put files into the canonical layout, or say which are not in it; the exit code."""
+    from specc.tools.fmt import formatted, upgrade
+
+    targets = inspect.find_targets(options.files)
+    findings = resolve(targets.faults, Sources())
+    changed, readable, files = [], 0, [*targets.systems, *targets.parts]
+    only_looks = options.check or options.diff
+    for path in files:
+        allowed = allowed_paths(path)
+        if not allowed.contains(path):
+            findings += resolve([allowed.link_finding(path)], Sources())
+            continue
+        document = specification(read_file(path))
+        if not document.ok:
+            findings += resolve(document.diagnostics, Sources([document.source]))
+            continue
+        readable += 1
+        old = document.source.text
+        new = formatted(old, upgrade if options.upgrade else None)
+        if new == old:
+            continue
+        changed.append(path)
+        if options.diff:
+            streams.print_output("".join(_difference(path, old, new)))
+        if not only_looks:
+            try:
+                rewrite_file(path, new.encode())
+            except OSError as error:
+                findings += resolve([fix.unwritable(error)], Sources())
+    if readable:
+        what = "would be formatted" if only_looks else "formatted"
+        for path in changed:
+            streams.print_message(f"{what}: {shown_path(path)}")
+        same = readable - len(changed)
+        streams.print_message(f"{len(changed)} of {readable} {what}, {same} left as they are")
+    code = streams.print_report(report(findings, files)) if findings else 0
+    return code or int(bool(changed) and options.check)
+
+
+def _difference(path: str, old: str, new: str) -> Iterator[str]:
+    name = shown_path(path)
+    before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
+    for line in difflib.unified_diff(before, after, f"{name} (now)", f"{name} (formatted)"):
+        yield line if line.endswith("\n") else f"{line}\n"
 
 
 def diff(options: Namespace) -> int:
@@ -91,19 +138,19 @@ def diff(options: Namespace) -> int:
 
     results = [pipeline.read_spec(path) for path in (options.old, options.new)]
     findings = [f for r in results for f in resolve(r.diagnostics, r.sources)]
-    wrong = [finding for finding in findings if _hides_meaning(finding.diagnostic)]
+    # A reference to what is not there leaves the meaning open: it may be a typo.
+    wrong = [f for f in findings if f.diagnostic.severity == "error" or _is_dangling(f)]
     old, new = (result.system for result in results)
     if wrong or old is None or new is None:
         return streams.print_report(report(wrong, [options.old, options.new]), options.format)
     comparison = compare(old, new)
-    render = getattr(import_module("specc.tools.diff.render"), f"as_{options.format}")
+    render = getattr(import_module("specc.tools.diff.changes"), f"as_{options.format}")
     streams.print_output(render(comparison, options.old, options.new), options.format)
     return 1 if comparison.differences else 0
 
 
-def _hides_meaning(diagnostic: Diagnostic) -> bool:
-    """Whether what is found leaves open what the specification means: a name may be a slip."""
-    return diagnostic.severity == "error" or diagnostic.code == "O0205"
+def _is_dangling(finding: Finding) -> bool:
+    return finding.diagnostic.code in streams.DANGLING
 
 
 def explain(options: Namespace) -> int:
@@ -121,6 +168,31 @@ def explain(options: Namespace) -> int:
         raise Refused(f"no code is called `{options.code}`; {hint}")
     streams.print_output(explanation(entry))
     return 0
+
+
+def lib(options: Namespace) -> int:
+    """Print the parts of the library, all of them or those that are named."""
+    from specc.tools.parts import as_text, summary_of
+
+    names = [_library_part(name) for name in options.parts] or library_parts()
+    parts = [part for part in map(summary_of, names) if part]
+    for number, part in enumerate(parts):
+        head, _, rows = as_text(part).partition("\n")
+        about = textwrap.fill(part.about, _WIDTH, initial_indent="  ", subsequent_indent="  ")
+        text = "\n".join(filter(None, (head, about, rows)))
+        streams.print_output("\n" * (number > 0) + text)
+    return 0
+
+
+def _library_part(name: str) -> str:
+    """The whole name of a part; raises Refused if there is none."""
+    whole = name if name.startswith(LIBRARY) else f"{LIBRARY}{name}"
+    if whole not in library_parts():
+        parts = {part.removeprefix(LIBRARY): part for part in library_parts()}
+        close = " or ".join(parts[name] for name in nearest(whole.removeprefix(LIBRARY), parts))
+        hint = f"did you mean {close}?" if close else "`specc lib` lists all parts"
+        raise Refused(f"the library has no part {name!r}; {hint}")
+    return whole
 
 
 def schema(options: Namespace) -> int:
@@ -147,36 +219,20 @@ def run_import(options: Namespace) -> int:
     from specc.tools.importers import import_fabric, import_scxml
 
     if options.source == "fabric":
-        made = import_fabric(
+        imported = import_fabric(
             options.files, name=options.name, period=options.period, wires=options.connect
         )
     else:
-        made = import_scxml(options.files[0], name=options.name, period=options.period)
-    code = streams.print_report(report(resolve(made.diagnostics, made.sources), options.files))
-    if not made.text:
+        imported = import_scxml(options.files[0], name=options.name, period=options.period)
+    findings = resolve(imported.diagnostics, imported.sources)
+    code = streams.print_report(report(findings, options.files))
+    if not imported.text:
         return code
-    if options.out and os.path.realpath(options.out) in map(os.path.realpath, options.files):
-        raise Refused(f"{options.out} is what is imported; name another file with --out")
-    if options.out is None:
-        streams.print_output(made.text)
+    out = options.out
+    if out and os.path.realpath(out) in map(os.path.realpath, options.files):
+        raise Refused(f"{out} is what is imported; name another file with --out")
+    if out is None:
+        streams.print_output(imported.text)
     else:
-        _save(made.text, options.out, options.force)
+        write_output(out, imported.text.encode(), "yaml", force=options.force)
     return 0
-
-
-def _save(text: str, out: str, force: bool) -> None:
-    """Write a specification; one that is there may have been completed by hand, so it stays."""
-    from specc.atomic_files import write_atomically
-    from specc.cli.rewrite import rewrite_file
-
-    if not Path(out).name:
-        raise Refused(f"--out `{out}` names no file")
-    if os.path.lexists(out) and not force:
-        raise Refused(f"{out} is there already; `--force` replaces it")
-    try:
-        if os.path.exists(out):
-            rewrite_file(out, text)
-        else:
-            write_atomically(Path(out), text)
-    except OSError as error:
-        raise Refused(f"{out} cannot be written: {reason_of(error)}") from error

@@ -5,19 +5,17 @@ from __future__ import annotations
 import os
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from specc import output
 from specc.atomic_files import sync, temporary_folder
 from specc.cli import streams
-from specc.cli.recorded_spec import recorded_texts
-from specc.cli.recordings import call_runtime
+from specc.cli.recordings import call_runtime, recorded_texts, write_package
 from specc.diagnostics.report import report
 from specc.lang.show import show
-from specc.model.requirement import Requirement, horizon_s
+from specc.model.requirement import horizon_s
 from specc.refusal import Refused, reason_of
 
 if TYPE_CHECKING:
@@ -39,34 +37,35 @@ def run_explore(options: Namespace) -> int:
     if not result.ok or result.system is None:
         return streams.print_findings(result, options.spec, options.format) or 1
     found = explore(result.proofs, options.budget)
-    kept = _recordings(found, built, options.spec, Path(options.traces)) if built else []
-    interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in kept)
+    traces = _record_all(found, built, options.spec, Path(options.traces)) if built else []
+    interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in traces)
     explored = tuple(finding.diagnostic for finding in found.findings)
     # Other findings are left aside, and so are the comments about them.
-    alone = replace(result, diagnostics=explored, is_part=True)
-    left = inspect.judge_findings(options.spec, alone, inspect.overrides_of(options))
-    told = replace(report(left.findings, [options.spec]), ignored=left.ignored)
+    only_explored = replace(result, diagnostics=explored, is_part=True)
+    judged = inspect.judge_findings(options.spec, only_explored, inspect.overrides_of(options))
+    findings = replace(report(judged.findings, [options.spec]), ignored=judged.ignored)
     if options.format == "json":
-        streams.print_output(
-            _as_json(result.system.name, found, kept, interrupted=interrupted), "json"
-        )
-        code = streams.exit_code(told)
+        text = _as_json(result.system.name, found, traces, interrupted=interrupted)
+        streams.print_output(text, "json")
+        code = streams.exit_code(findings)
     else:
-        streams.print_output(_as_text(found, kept, options.budget))
-        code = streams.print_report(told)
+        streams.print_output(_as_text(found, traces, options.budget))
+        code = streams.print_report(findings)
     if interrupted:
         raise KeyboardInterrupt
     return code
 
 
-def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
+def _as_text(found: Exploration, traces: Sequence[Recorded], budget: int) -> str:
     lines = [each.summary() for each in found.slices]
     lines += [f"{', '.join(names)}: not explored" for names in found.not_begun]
     if found.without_decisions:
         lines.append(f"{', '.join(found.without_decisions)}: nothing to decide")
     for name, axiom, verdict in found.assumptions:
         lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
-    lines += [f"requirement {_called(r.requirement)}: {r.summary()}" for r in found.requirements]
+    for required in found.requirements:
+        name = f"{required.requirement.name} `{required.requirement.that}`".strip()
+        lines.append(f"requirement {name}: {required.summary()}")
     but = f"; {found.dead_ends}" if found.dead_ends else ""
     if found.is_incomplete:
         lines.append(
@@ -74,18 +73,14 @@ def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
         )
     elif not found.broken_off:
         lines.append(f"all in all: {found.status}{but}")
-    for finding, trace in zip(found.with_traces, kept, strict=bool(kept)):
-        said = trace.file or f"its trace is not recorded: {trace.lacks}"
-        lines.append(f"{finding.code}, {finding.message}: {said}")
+    for finding, trace in zip(found.with_traces, traces, strict=bool(traces)):
+        outcome = trace.file or f"its trace is not recorded: {trace.lacks}"
+        lines.append(f"{finding.code}, {finding.message}: {outcome}")
     return "".join(f"{line}\n" for line in lines)
 
 
-def _called(requirement: Requirement) -> str:
-    return f"{requirement.name} `{requirement.that}`".strip()
-
-
 def _as_json(
-    system: str, found: Exploration, kept: Sequence[Recorded], *, interrupted: bool
+    system: str, found: Exploration, traces: Sequence[Recorded], *, interrupted: bool
 ) -> str:
     """An object with `version`, `system`, `slices`, `findings` and what holds of what is asked."""
     slices = [
@@ -96,8 +91,12 @@ def _as_json(
             "status": each.status,
             "not_followed": list(each.widened),
             "not_judged": [
-                {"subsystem": name, "state": state, "conditions": [c.strip("`") for c in asked]}
-                for name, state, asked in each.undecided_conditions
+                {
+                    "subsystem": name,
+                    "state": state,
+                    "conditions": [c.strip("`") for c in conditions],
+                }
+                for name, state, conditions in each.undecided_conditions
             ],
             "states": each.configurations,
             "steps": each.steps,
@@ -118,11 +117,13 @@ def _as_json(
             "until_a_step_fails": r.may_end_early,
             "answer_cannot_come": r.is_dead_end,
             "rests_on": list(r.assumptions),
-            **_kept(r.finding, found, kept),
+            **_recording(r.finding, found, traces),
         }
         for r in found.requirements
     ]
-    told = [_finding(finding) | _kept(finding, found, kept) for finding in found.findings]
+    findings = [
+        _finding(finding) | _recording(finding, found, traces) for finding in found.findings
+    ]
     return streams.as_json(
         VERSION,
         system,
@@ -131,18 +132,18 @@ def _as_json(
         assumptions=assumptions,
         requirements=requirements,
         interrupted=interrupted,
-        findings=told,
+        findings=findings,
     )
 
 
-def _kept(
-    finding: TracedFinding | None, found: Exploration, kept: Sequence[Recorded]
+def _recording(
+    finding: TracedFinding | None, found: Exploration, traces: Sequence[Recorded]
 ) -> dict[str, Any]:
     """The recording of a trace, if recordings are wanted."""
-    about = [each.identity for each in found.with_traces]
-    if not kept or finding is None or finding.identity not in about:
+    identities = [each.identity for each in found.with_traces]
+    if not traces or finding is None or finding.identity not in identities:
         return {}
-    trace = kept[about.index(finding.identity)]
+    trace = traces[identities.index(finding.identity)]
     return {"recording": trace.file or None, "lacks": trace.lacks}
 
 
@@ -190,41 +191,32 @@ class Recorded:
         return self.lacks == _INTERRUPTED
 
 
-def _recordings(found: Exploration, built: Build, spec: str, directory: Path) -> list[Recorded]:
-    """Record the traces of `found.traced` in a directory, each in a file of its own.
+def _record_all(found: Exploration, built: Build, spec: str, directory: Path) -> list[Recorded]:
+    """Record the traces of `found.with_traces` in a directory, each in a file of its own.
+
+    The directory is made if it is not there; it does not stay if nothing is written into it.
 
     Raises:
         Refused: a file cannot be written, or what writes them is not installed.
     """
     if not found.with_traces:
         return []
-    try:
-        with _used(directory), temporary_folder(directory) as scratch:
-            return list(_each_recorded(found, built, spec, scratch))
-    except OSError as error:
-        raise Refused(f"cannot write to {directory}: {reason_of(error)}") from error
-
-
-@contextmanager
-def _used(directory: Path) -> Iterator[None]:
-    """The directory, made if it is not there; it does not stay if nothing is written into it."""
-    made = [each for each in (directory, *directory.parents) if not each.exists()]
+    created = [each for each in (directory, *directory.parents) if not each.exists()]
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        yield
+        with temporary_folder(directory) as scratch:
+            return list(_record_each(found, built, spec, scratch))
+    except OSError as error:
+        raise Refused(f"cannot write to {directory}: {reason_of(error)}") from error
     finally:
         with suppress(OSError):  # there is something in it
-            for each in made:
+            for each in created:
                 each.rmdir()
 
 
-def _each_recorded(
-    found: Exploration, built: Build, spec: str, scratch: Path
-) -> Iterator[Recorded]:
+def _record_each(found: Exploration, built: Build, spec: str, scratch: Path) -> Iterator[Recorded]:
     findings, resting = found.with_traces, len(found.with_traces) - len(found.findings)
-    package, base = scratch / "generated" / built.system, Path(os.path.dirname(spec))
-    for diagnostic in output.write(package, built.files):
-        raise Refused(diagnostic.message)
+    package, base = write_package(built, scratch / "generated"), Path(os.path.dirname(spec))
     try:
         rehearsal = call_runtime("rehearsal", "Rehearsal", package, base)
     except Refused as refused:  # by the user's own modules
@@ -255,7 +247,7 @@ def _record(
     assert built.result.system is not None
     way = finding.trace
     try:
-        found = reports(way, built.result.system, rehearsal, shared)
+        inputs = reports(way, built.result.system, rehearsal, shared)
     except NotConcreteError as error:
         return str(error)
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
@@ -265,12 +257,8 @@ def _record(
     ahead_s = max((float(horizon_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)
     duration_s = float(way.time_s) + after_s
-    became = call_runtime("rehearsal", "record", rehearsal, found, duration_s, options)
-    return next((_unseen(said) for r, said in zip(every, became, strict=True) if r in required), "")
-
-
-def _unseen(verdict: str) -> str:
-    """Why the run of a violation does not show it, if its monitor does not see it."""
-    if verdict == "violated":
-        return ""
-    return f"in the run that follows it the requirement is {verdict}"
+    verdicts = call_runtime("rehearsal", "record", rehearsal, inputs, duration_s, options)
+    for requirement, verdict in zip(every, verdicts, strict=True):
+        if requirement in required and verdict != "violated":
+            return f"in the run that follows it the requirement is {verdict}"
+    return ""

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
-from specc.signals import ENDING
+from specc.processes import ENDING
 
 INTERRUPTED = 130
 MESSAGE = "specc: interrupted"

@@ -5,7 +5,6 @@ fulfilled; 2 wrong usage or a file that cannot be read or written; 70 a fault of
 130 interrupted, 143 by SIGTERM, 129 by SIGHUP; 141 the reader of the output went away.
 """
 
-import argparse
 import gc
 import os
 import sys
@@ -13,11 +12,10 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from specc.cli import interruption, streams
-from specc.cli.arguments import parser
-from specc.cli.parsing import complete
+from specc.cli.arguments import complete, parser
 from specc.refusal import Refused, reason_of
 
-UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141
+FAULT, BROKEN_PIPE = 70, 141
 _NEW_OBJECTS = 100_000
 """Of a command between two collections of garbage: nearly all that it makes stays to its end."""
 
@@ -48,23 +46,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
             interruption.ignore_signals()
             # Python collects garbage once more at exit: an eighth of the time of a command.
             gc.freeze()
-            _leave(code)
-
-
-def _leave(code: int) -> None:
-    """End the process at once if a run has left threads behind, for which Python would wait."""
-    runtime = sys.modules.get("specc_runtime.main")
-    if runtime is not None and runtime.has_threads:
-        import_module("specc_runtime.leftovers").leave(code)
+            # A run may have left threads behind, for which Python would wait.
+            runtime = sys.modules.get("specc_runtime.main")
+            if runtime is not None and runtime.has_threads:
+                import_module("specc_runtime.leftovers").leave(code)
 
 
 def _guarded(arguments: Sequence[str] | None) -> int:
     """The exit code; faults become messages."""
     try:
         streams.prepare()
-        code = _dispatch(_parsed(arguments))
+        code = _run(arguments)
         sys.stdout.flush()
         sys.stderr.flush()
+        return code
     except BrokenPipeError:
         streams.discard_buffer(sys.stdout)
         streams.discard_buffer(sys.stderr)
@@ -78,35 +73,29 @@ def _guarded(arguments: Sequence[str] | None) -> int:
             streams.discard_buffer(sys.stdout)
             if interruption.is_interrupted():  # the terminal is gone that has ended the command
                 return interruption.exit_code()
-            streams.print_message(f"specc: the output cannot be written: {reason_of(error)}")
-            return UNWRITTEN
-        streams.print_message(_fault(error))
+            reason = reason_of(error)
+            streams.print_message(f"specc: the output cannot be written: {reason}")
+            return streams.USAGE_ERROR
+        words = f"{type(error).__name__}: {error}".encode("unicode_escape").decode()
+        streams.print_message(
+            f"specc: a fault of specc itself, not of your files: {words[:300]}\n"
+            "specc: set SPECC_TRACEBACK=1 to see where, and please report it"
+        )
         return FAULT
-    return code
 
 
-def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
-    whole = parser()
-    complete(whole)
+def _run(arguments: Sequence[str] | None) -> int:
+    top = parser()
+    complete(top)
     try:
-        return whole.parse_args(arguments)
+        options = top.parse_args(arguments)
     except SystemExit:
         sys.stdout.flush()
         raise
-
-
-def _dispatch(options: argparse.Namespace) -> int:
     # What a command needs is imported when it is chosen; `--help` and usage errors need none of it.
     module, _, function = options.run.partition(":")
     try:
         return int(getattr(import_module(f"specc.cli.{module}"), function)(options))
     except Refused as refused:
-        return streams.print_refusal(refused)
-
-
-def _fault(error: Exception) -> str:
-    words = f"{type(error).__name__}: {error}".encode("unicode_escape").decode()
-    return (
-        f"specc: a fault of specc itself, not of your files: {words[:300]}\n"
-        "specc: set SPECC_TRACEBACK=1 to see where, and please report it"
-    )
+        streams.print_message(f"specc: {refused}")
+        return streams.USAGE_ERROR

@@ -1,4 +1,9 @@
-"""Standard output and error: the doors for what files contain."""
+"""Standard output and error, the formats of what is printed, and the exit codes of reports.
+
+Files and specifications are strangers' texts, and nearly every output has parts of them. It goes
+through `print_output` or `print_message`, which let through no character that controls a terminal
+and no line that a CI runner would take for a command.
+"""
 
 from __future__ import annotations
 
@@ -16,25 +21,21 @@ if TYPE_CHECKING:
     from specc.diagnostics import Diagnostic
     from specc.pipeline import Result
 
-
+_REPORTS: tuple[OutputFormat, ...] = ("text", "json", "sarif", "github", "junit")
+FORMATS: dict[str, tuple[str, ...]] = {
+    "validate": _REPORTS,
+    "build": _REPORTS,
+    "status": ("text", "json"),
+    "ages": ("text", "json"),
+    "explore": ("text", "json"),
+    "diff": ("text", "markdown", "json"),
+    "graph": ("svg", "png", "dot"),
+    "plot": ("svg", "png", "pdf", "csv"),
+}
+"""What each command can print or write, by default the first."""
 USAGE_ERROR = 2
 """Exit code for wrong usage, and for a file that cannot be read or written."""
-
-
-def print_refusal(why: object) -> int:
-    """Say why a command does not do what is asked; the exit code."""
-    print_message(f"specc: {why}")
-    return USAGE_ERROR
-
-
-# Standard streams: what is printed on them, and those that are closed, full or no longer read.
-#
-# Files and specifications are strangers' texts, and nearly every output has parts of them. It goes
-# through `show` or `say`, which let through no character that controls a terminal and no line that
-# a CI runner would take for a command.
-
-
-_USUAL = 120
+_USUAL_WIDTH = 120
 
 
 def prepare() -> None:
@@ -56,20 +57,6 @@ def prepare() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def supports_colour(stream: TextIO) -> bool:
-    """Whether a stream takes colours: a terminal, unless NO_COLOR says no (no-color.org)."""
-    plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb"
-    return stream.isatty() and not plain
-
-
-def terminal_width(stream: TextIO) -> int:
-    """Width of the terminal behind a stream; that of a usual one if it is none."""
-    try:
-        return os.get_terminal_size(stream.fileno()).columns or _USUAL
-    except (OSError, ValueError):
-        return _USUAL
-
-
 def discard_buffer(stream: TextIO) -> None:
     """Discard what a stream still holds: Python flushes it once more at exit."""
     with contextlib.suppress(OSError, ValueError):
@@ -77,7 +64,7 @@ def discard_buffer(stream: TextIO) -> None:
 
 
 def print_output(text: str, form: OutputFormat = "text", *, to: TextIO | None = None) -> None:
-    """Print to standard output, unless told where `to`."""
+    """Print to standard output, or to another stream."""
     (to or sys.stdout).write(sanitize(text, form))
 
 
@@ -112,41 +99,24 @@ def as_json(version: int, system: str, **parts: Any) -> str:
     return json.dumps({"version": version, "system": system, **parts}, indent=2) + "\n"
 
 
-# Telling people what was found, on standard error, and the exit code that it stands for.
-
-
-# Open, but possibly a slip: a reference to what is not there.
-_DANGLING = frozenset(("O0205",))
-# Not faults of a specification: a file that gives no text or takes none.
-_UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "E0091"))
-
-
-def exit_code(found: Report) -> int:
-    """What a report stands for: 0 clean, 1 errors, 2 wrong usage or an unreadable file."""
-    if any(_is_usage(finding.diagnostic) for finding in found.findings):
-        return 2
-    dangling = any(finding.diagnostic.code in _DANGLING for finding in found.findings)
-    return 1 if dangling or found.count("error") else 0
-
-
-def _is_usage(found: Diagnostic) -> bool:
-    said = found.primary.file in COMMAND_LINE and found.severity != "warning"
-    return said or found.code in _UNREADABLE
-
-
 def print_report(found: Report, form: OutputFormat = "text") -> int:
     """Print a report; its exit code.
 
-    JSON and other formats for programs go to standard output, text to standard error, in colour and
-    as wide as the terminal takes it.
+    JSON and other formats for programs go to standard output, text to standard error, as wide as
+    the terminal takes it, and in colour unless NO_COLOR says no (no-color.org).
     """
     from specc.diagnostics import formats, text  # commands without findings print no report
 
     if render := formats.RENDERERS.get(form):
         print_output(render(found), form)
         return exit_code(found)
-    colour = supports_colour(sys.stderr)
-    shown = text.render(found, colour, terminal_width(sys.stderr))
+    is_plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb"
+    colour = sys.stderr.isatty() and not is_plain
+    try:
+        columns = os.get_terminal_size(sys.stderr.fileno()).columns or _USUAL_WIDTH
+    except (OSError, ValueError):
+        columns = _USUAL_WIDTH
+    shown = text.render(found, colour, columns)
     if colour:
         sys.stderr.write(shown)  # its parts are harmless; nobody but a person reads a terminal
     else:
@@ -157,3 +127,23 @@ def print_report(found: Report, form: OutputFormat = "text") -> int:
 def print_findings(result: Result, path: str, form: OutputFormat = "text") -> int:
     """Print what was found in the specification at a path; its exit code."""
     return print_report(report(resolve(result.diagnostics, result.sources), [path]), form)
+
+
+# Open, but possibly a typo: a reference to what is not there.
+DANGLING = frozenset(("O0205",))
+# Not faults of a specification: a file that gives no text or takes none.
+_UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "E0091"))
+
+
+def exit_code(found: Report) -> int:
+    """What a report stands for: 0 clean, 1 errors, 2 wrong usage or an unreadable file."""
+    diagnostics = [finding.diagnostic for finding in found.findings]
+    if any(map(_is_usage_error, diagnostics)):
+        return USAGE_ERROR
+    is_dangling = any(each.code in DANGLING for each in diagnostics)
+    return 1 if is_dangling or found.count("error") else 0
+
+
+def _is_usage_error(found: Diagnostic) -> bool:
+    is_argument = found.primary.file in COMMAND_LINE and found.severity != "warning"
+    return is_argument or found.code in _UNREADABLE

@@ -1,4 +1,4 @@
-"""`specc sweep`: many runs as one table, its summary and its plots."""
+"""`specc sweep`: many runs as one table, its summary and its summary."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import sys
 import time
 import uuid
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -23,34 +23,33 @@ from specc.cli.interruption import MESSAGE, exit_code
 from specc.cli.run import judge_for_run
 from specc.diagnostics.phrases import counted, join_some
 from specc.diagnostics.report import Report, report
-from specc.parallel import cores, processes
+from specc.processes import cores, defer_signals, processes
 from specc.refusal import Refused, missing_package, reason_of
-from specc.signals import defer_signals
-from specc.tools.sweep import plots, summary
+from specc.tools.sweep import summary
 from specc.tools.sweep.running import Figures, SweepJob
-from specc.tools.sweep.settings import (
-    Axis,
-    SweepError,
-    SweepSetting,
-    axis_of,
-    seeds_of,
-    settings_of,
-)
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
     InputFiles,
     bundled,
     carry_out,
-    here,
     inputs_of,
-    there,
+    local_workers,
 )
-from specc.tools.sweep.table import TABLE, Folder, as_csv
+from specc.tools.sweep.table import (
+    TABLE,
+    Axis,
+    Folder,
+    SweepError,
+    SweepSetting,
+    as_csv,
+    axis_of,
+    seeds_of,
+    settings_of,
+)
 
 if TYPE_CHECKING:
     from specc.pipeline import Build
 
-DONE = 0
 _EXTENT = ("cycles", "duration_s", "cycle_limit_s", "renderer", "check_operators")
 _ALL = (*_EXTENT, "stop_when")
 """Options of a run; the formula that ends it is in its code."""
@@ -59,13 +58,13 @@ _SUMMARY = "summary.csv"
 _FEW = 6
 """Settings for which other processes are not worth their beginning."""
 _REASONS, _SETTINGS, _SEEDS = 4, 12, 8
-"""Reasons, settings, and seeds of a reason that are told, for one screen; the tables have all."""
+"""Reasons, settings, and seeds of a reason that fit on a screen; the tables have all."""
 _LONGEST = 400
-"""Characters of a reason that are told."""
+"""Characters of a reason that are printed."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Asked:
+class _Plan:
     """The runs of the command line."""
 
     axes: tuple[Axis, ...]
@@ -73,9 +72,19 @@ class _Asked:
     seeds: tuple[int, ...]
 
     @property
-    def swept(self) -> list[str]:
+    def swept(self) -> list[Axis]:
         """Constants with more than one value."""
-        return [axis.title for axis in self.axes if len(axis.values) > 1]
+        return [axis for axis in self.axes if len(axis.values) > 1]
+
+    def row(self, setting: SweepSetting, seed: int, figures: Figures) -> dict[str, Any]:
+        """A row of the table."""
+        values = {axis.title: axis.shown(setting[axis.name]) for axis in self.axes}
+        return {**values, "seed": seed, **figures}
+
+    def write_table(self, folder: Folder) -> None:
+        """Write the table of the runs that are done."""
+        rows = [self.row(*run) for run in folder.runs(self.settings, self.seeds)]
+        write_atomically(folder.path / TABLE, as_csv(rows))
 
 
 class _SettingRefused(Exception):
@@ -107,8 +116,13 @@ def sweep(options: Namespace) -> int:
 
 
 def _sweep(options: Namespace) -> int:
-    asked = _asked(options)
-    first = _built(options, asked.settings[0])
+    from specc import pipeline
+
+    units = pipeline.read_spec(options.spec).units if options.set else {}
+    axes = tuple(axis_of(name, text, units.get(name, "")) for name, text in options.set.items())
+    seeds = seeds_of(options.seeds)
+    plan = _Plan(axes, tuple(settings_of(axes, seeds)), seeds)
+    first = _built(options, plan.settings[0])
     assert first.result.system is not None
     inputs = inputs_of(options.spec, first.result.sources, first.result.system)
     about = {
@@ -116,32 +130,22 @@ def _sweep(options: Namespace) -> int:
         "specification": inputs.fingerprint,
         **{name.removesuffix("_s"): getattr(options, name) for name in _ALL},
     }
-    stem = os.path.splitext(os.path.basename(options.spec))[0]
+    stem, code = os.path.splitext(os.path.basename(options.spec))[0], 0
     with Folder(Path(options.out or os.path.join("sweeps", stem)), about) as folder:
-        folder.check_size(asked.settings, asked.seeds)
+        folder.check_size(plan.settings, plan.seeds)
         work = folder.path / _WORK
         shutil.rmtree(work, ignore_errors=True)
-        interrupted = False
         try:
-            code = _run(options, asked, folder, inputs, first)
+            _run(options, plan, folder, inputs, first)
         except KeyboardInterrupt:
-            code, interrupted = exit_code(), True
+            code = exit_code()
         finally:
             shutil.rmtree(work, ignore_errors=True)
         folder.read()
-        _conclude(options, asked, folder)
-    if interrupted:
+        _print_results(options, plan, folder)
+    if code:
         streams.print_message(f"{MESSAGE}; the same command goes on from here")
     return code
-
-
-def _asked(options: Namespace) -> _Asked:
-    from specc import pipeline
-
-    units = pipeline.read_spec(options.spec).units if options.set else {}
-    axes = tuple(axis_of(name, text, units.get(name, "")) for name, text in options.set.items())
-    seeds = seeds_of(options.seeds)
-    return _Asked(axes, tuple(settings_of(axes, seeds)), seeds)
 
 
 # Code for every setting.
@@ -152,14 +156,14 @@ def _built(options: Namespace, setting: SweepSetting) -> Build:
     from specc import pipeline
 
     built = pipeline.build(options.spec, setting, stop_when=options.stop_when, is_read=False)
-    left = judge_for_run(options, built.result)
-    if left.refused:
-        raise _SettingRefused(setting, report(left.findings, [options.spec]))
+    judged = judge_for_run(options, built.result)
+    if judged.refused:
+        raise _SettingRefused(setting, report(judged.findings, [options.spec]))
     return built
 
 
 def _code(options: Namespace, setting: SweepSetting) -> tuple[str, dict[str, str]]:
-    """System and files of a setting. Raises _SettingRefused."""
+    """System and files of a setting: what crosses processes. Raises _SettingRefused."""
     built = _built(options, setting)
     return built.system, built.files
 
@@ -173,86 +177,78 @@ def _packages(
     """
     directories: dict[int, str] = {}
     files: dict[str, str] = {}
-    made = [(first.system, first.files)] if 0 in settings else []
+    packages = [(first.system, first.files)] if 0 in settings else []
     rest = [setting for number, setting in settings.items() if number]
-    make = partial(_code, options)
-    few = len(rest) < _FEW or workers < 2
-    made += map(make, rest) if few else _in_parallel(make, rest, workers)
-    for (number, _), (system, texts) in zip(settings.items(), made, strict=True):
+    generate = partial(_code, options)
+    if len(rest) < _FEW or workers < 2:
+        packages += map(generate, rest)
+    else:
+        # Copies of this process would hold the lock of the folder for as long as they live.
+        with processes(workers, "spawn") as pool:
+            with defer_signals():
+                jobs = [pool.submit(generate, setting) for setting in rest]
+            packages += [job.result() for job in jobs]
+    for number, (system, texts) in zip(settings, packages, strict=True):
         directories[number] = f"{number}/{system}"
         # Nearly all files are the same for all settings.
         files |= {f"{number}/{system}/{n}": sys.intern(text) for n, text in texts.items()}
     return directories, files
 
 
-def _in_parallel(
-    make: Callable[[SweepSetting], Any], settings: Sequence[SweepSetting], workers: int
-) -> list[Any]:
-    # Copies of this process would hold the lock of the folder for as long as they live.
-    with processes(workers, "spawn") as pool:
-        with defer_signals():
-            jobs = [pool.submit(make, setting) for setting in settings]
-        return [job.result() for job in jobs]
-
-
-def _check_unchanged(options: Namespace, inputs: InputFiles) -> None:
-    """Raises SweepError if files were changed while code was generated from them."""
-    from specc import pipeline
-
-    now = pipeline.read_spec(options.spec)
-    if now.system is None or inputs_of(options.spec, now.sources, now.system) != inputs:
-        raise SweepError(f"{options.spec}, or a file of it, was changed meanwhile; begin again")
-
-
 # Runs.
 
 
-def _run(
-    options: Namespace, asked: _Asked, folder: Folder, inputs: InputFiles, first: Build
-) -> int:
+def _run(options: Namespace, plan: _Plan, folder: Folder, inputs: InputFiles, first: Build) -> None:
     """Make the runs that are missing."""
-    left = [
+    from specc import pipeline
+
+    missing = [
         (number, seed)
-        for seed in asked.seeds
-        for number, setting in enumerate(asked.settings)
+        for seed in plan.seeds
+        for number, setting in enumerate(plan.settings)
         if folder.lacks(setting, seed, options.limit)
     ]
-    count = len(asked.settings) * len(asked.seeds)
-    if len(left) < count:
-        streams.print_message(f"specc: {count - len(left)} of {count} runs are done already")
-    if not left:
-        return DONE
+    count = len(plan.settings) * len(plan.seeds)
+    done = count - len(missing)
+    if done:
+        streams.print_message(f"specc: {done} of {count} runs are done already")
+    if not missing:
+        return
     workers = options.workers or cores()
-    needed = {number: asked.settings[number] for number in sorted({n for n, _ in left})}
+    needed = {number: plan.settings[number] for number in sorted({n for n, _ in missing})}
     directories, files = _packages(options, needed, first, workers)
-    _check_unchanged(options, inputs)
+    now = pipeline.read_spec(options.spec)
+    if now.system is None or inputs_of(options.spec, now.sources, now.system) != inputs:
+        raise SweepError(f"{options.spec}, or a file of it, was changed meanwhile; begin again")
     # The same one each time: what workers have of a sweep that was killed gives way to it.
-    whose = f"{platform.node()} {uuid.getnode()} {folder.path.absolute()}"
-    name = f"specc-{uuid.uuid5(uuid.NAMESPACE_URL, whose)}"
+    owner = f"{platform.node()} {uuid.getnode()} {folder.path.absolute()}"
+    name = f"specc-{uuid.uuid5(uuid.NAMESPACE_URL, owner)}"
     extent = {option: getattr(options, option) for option in _EXTENT}
     jobs = [
-        SweepJob(name, directories[n], asked.settings[n], seed, extent, options.limit)
-        for n, seed in left
+        SweepJob(name, directories[n], plan.settings[n], seed, extent, options.limit)
+        for n, seed in missing
     ]
     bundle = bundled(files, inputs)
-    with (
-        there(name, options.scheduler, bundle)
-        if options.scheduler
-        else here(name, folder.path / _WORK, bundle, workers)
-    ) as (pool, room):
-        progress = _Progress(count, count - len(left))
-        streams.print_message(
-            f"specc: {counted(len(left), 'run')}, {room} at once, into {folder.path}"
-        )
+    if options.scheduler:
+        try:
+            from specc.tools.sweep.cluster import cluster
+        except ModuleNotFoundError as error:
+            raise missing_package(error, "dask", "distributed") from None
+        made = cluster(options.scheduler, name, bundle)
+    else:
+        made = local_workers(name, folder.path / _WORK, bundle, workers)
+    with made as (pool, room):
+        progress = _Progress(count, done)
+        runs = counted(len(missing), "run")
+        streams.print_message(f"specc: {runs}, {room} at once, into {folder.path}")
         if not room:
             streams.print_message(
                 f"specc: no worker is there yet; begin with `dask worker {options.scheduler}`"
             )
         try:
-            carry_out(folder, jobs, pool, progress.tell, partial(_renew, asked, folder))
+            carry_out(folder, jobs, pool, progress.update, partial(plan.write_table, folder))
         finally:
             progress.close()
-    return DONE
 
 
 class _Progress:
@@ -260,15 +256,15 @@ class _Progress:
 
     def __init__(self, count: int, before: int) -> None:
         self._count, self._before = count, before
-        self._begun_s = self._told_s = time.monotonic()
+        self._begun_s = self._shown_s = time.monotonic()
         self._live = sys.stderr.isatty()
 
-    def tell(self, done: int) -> None:
+    def update(self, done: int) -> None:
         """So many runs are done now, besides those from before."""
         now_s = time.monotonic()
-        if now_s - self._told_s < (0.2 if self._live else RENEWED_S):
+        if now_s - self._shown_s < (0.2 if self._live else RENEWED_S):
             return
-        self._told_s = now_s
+        self._shown_s = now_s
         words = f"{self._before + done} of {counted(self._count, 'run')}"
         if done:
             left = self._count - self._before - done
@@ -290,60 +286,50 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
-# What is told.
+# Results.
 
 
-def _row(asked: _Asked, setting: SweepSetting, seed: int, figures: Figures) -> dict[str, Any]:
-    return {**{a.title: a.shown(setting[a.name]) for a in asked.axes}, "seed": seed, **figures}
-
-
-def _renew(asked: _Asked, folder: Folder) -> None:
-    runs = folder.runs(asked.settings, asked.seeds)
-    write_atomically(folder.path / TABLE, as_csv([_row(asked, *run) for run in runs]))
-
-
-def _conclude(options: Namespace, asked: _Asked, folder: Folder) -> None:
+def _print_results(options: Namespace, plan: _Plan, folder: Folder) -> None:
     """Write table, summary and plots, and print what people look at first."""
-    runs = list(folder.runs(asked.settings, asked.seeds))
-    rows = [_row(asked, *run) for run in runs]
-    write_atomically(folder.path / TABLE, as_csv(rows))
-    if not rows:
+    plan.write_table(folder)
+    runs = list(folder.runs(plan.settings, plan.seeds))
+    if not runs:
         return
-    names = [axis.title for axis in asked.axes]
+    rows = [plan.row(*run) for run in runs]
+    names = [axis.title for axis in plan.axes]
     cells = summary.cells_of(rows, names)
     write_atomically(folder.path / _SUMMARY, as_csv(summary.as_rows(cells, names)))
-    streams.print_output(
-        streams.format_table(summary.as_text(summary.worst(cells, _SETTINGS), names))
-    )
+    worst = summary.as_text(summary.worst(cells, _SETTINGS), names)
+    streams.print_output(streams.format_table(worst))
     if (others := len(cells) - _SETTINGS) > 0:
         words = f"and {counted(others, 'setting')} with as much success or more"
         streams.print_output(f"{words}: {folder.path / _SUMMARY}\n")
-    told = summary.reasons(rows)
-    for reason, places in told[:_REASONS]:
+    reasons = summary.reasons(rows)
+    for reason, places in reasons[:_REASONS]:
         streams.print_output(f"{len(places)} {reason[:_LONGEST]}\n")
-        streams.print_output(_failing(options, asked, [runs[place][:2] for place in places]))
-    if len(told) > _REASONS:
-        streams.print_output(f"and {len(told) - _REASONS} other reasons\n")
+        streams.print_output(_failing(options, plan, [runs[place][:2] for place in places]))
+    if len(reasons) > _REASONS:
+        streams.print_output(f"and {len(reasons) - _REASONS} other reasons\n")
     for line in summary.seldom_asked(rows):
         streams.print_output(f"{line}\n")
-    _draw(cells, names, asked.swept, folder.path / "plots")
+    _draw(cells, names, [axis.title for axis in plan.swept], folder.path / "plots")
     streams.print_output(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")
 
 
-def _failing(options: Namespace, asked: _Asked, runs: Sequence[tuple[SweepSetting, int]]) -> str:
+def _failing(options: Namespace, plan: _Plan, runs: Sequence[tuple[SweepSetting, int]]) -> str:
     """Seeds that have one reason, of the first setting that has it, and how to repeat the first."""
     setting, first = runs[0]
     seeds = [seed for other, seed in runs if other == setting]
     words = join_some(list(map(str, seeds)), _SEEDS)
-    swept = {a.name: setting[a.name] for a in asked.axes if len(a.values) > 1}
+    swept = {axis.name: setting[axis.name] for axis in plan.swept}
     words += f" with {_words(swept)}" if swept else ""
     others = len(runs) - len(seeds)
     words += f", and {counted(others, 'run')} with other values" if others else ""
-    again = shlex.join(_again(options, setting, first))
-    return f"  seed{'s' * (len(seeds) > 1)} {words}: {again}\n"
+    command = shlex.join(_command(options, setting, first))
+    return f"  seed{'s' * (len(seeds) > 1)} {words}: {command}\n"
 
 
-def _again(options: Namespace, setting: SweepSetting, seed: int) -> Iterator[str]:
+def _command(options: Namespace, setting: SweepSetting, seed: int) -> Iterator[str]:
     """The command of one run."""
     yield from ("specc", "run", options.spec)
     for name, value in setting.items():
@@ -365,11 +351,11 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
             "specc: plots show one or two constants; hold the others fixed for them"
         )
         return
-    picked = [names.index(name) for name in swept]
-    alone = [summary.Cell(tuple(c.values[i] for i in picked), c.runs, c.estimates) for c in cells]
+    columns = [names.index(name) for name in swept]
+    cells = [summary.Cell(tuple(c.values[i] for i in columns), c.runs, c.estimates) for c in cells]
     try:
-        plots.plot(alone, swept, folder)
-        if swept and (others := sum(1 for _ in plots.differing(alone)) - plots.MOST) > 0:
+        summary.plot(cells, swept, folder)
+        if swept and (others := sum(1 for _ in summary.differing(cells)) - summary.MOST) > 0:
             words = f"no plots of {counted(others, 'other column')}"
             streams.print_output(f"{words}: {folder.with_name(_SUMMARY)}\n")
     except ModuleNotFoundError as error:

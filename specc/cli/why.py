@@ -10,13 +10,13 @@ from functools import partial
 from typing import Any
 
 from specc.cli import streams
-from specc.cli.recorded_spec import recorded_texts
 from specc.cli.recordings import (
     DIFFERS,
     call_runtime,
     missing_spec,
     print_losses,
     recorded_constants,
+    recorded_texts,
 )
 from specc.diagnostics.phrases import truncate
 from specc.model.fsm import Behaviour, Cause, Condition
@@ -34,63 +34,64 @@ def why(options: Namespace) -> int:
     from specc import pipeline
 
     file, time_s = options.moment
-    told, texts = call_runtime("recording.messages", "recorded", file)
+    about, texts = call_runtime("recording.messages", "recorded", file)
     if not options.spec:
         words = ["specc", "why", f"{file}@{time_s:.12g}", *filter(None, [options.subsystem])]
-        raise missing_spec(str(file), told, words)
-    result = pipeline.compile_spec(options.spec, recorded_constants(told))
+        raise missing_spec(str(file), about, words)
+    result = pipeline.compile_spec(options.spec, recorded_constants(about))
     if not result.ok or result.system is None:
         return streams.print_findings(result, options.spec) or DIFFERS
-    return _Answer(options, told, result.system, result.sources, texts).tell()
+    is_exact = about.get("exact") == "true"
+    moment_report = _MomentReport(options, result.system, result.sources, is_exact)
+    return moment_report.print_out([*texts.values()] != [*recorded_texts(result.sources).values()])
 
 
-class _Answer:
-    """What is told of one moment."""
+class _MomentReport:
+    """What a recording says of one moment."""
 
     def __init__(
-        self, options: Namespace, told: Any, system: System, sources: Sources, texts: Any
+        self, options: Namespace, system: System, sources: Sources, is_exact: bool
     ) -> None:
         self._file, self._time_s = options.moment
         self._spec, self._only = options.spec, options.subsystem or ""
-        self._told, self._system, self._sources = told, system, sources
-        self._is_other = [*texts.values()] != [*recorded_texts(sources).values()]
-        self._known = {s.qualified_name: s for s in system.subsystems}
+        self._system, self._sources, self._is_exact = system, sources, is_exact
+        self._subsystems = {s.qualified_name: s for s in system.subsystems}
 
-    def tell(self) -> int:
-        """Print it; the exit code."""
-        if self._only and self._only not in self._known:
-            names = ", ".join(self._known)
+    def print_out(self, is_other: bool) -> int:
+        """Print it; the exit code. The specification may be another than the recorded one."""
+        if self._only and self._only not in self._subsystems:
+            names = ", ".join(self._subsystems)
             raise Refused(f"there is no subsystem {self._only}; there are {names}")
-        reading = call_runtime("recording.reading", "RecordFile", self._file)
-        seen = call_runtime(
-            "recording.moment", "seen_at", self._file, self._time_s, self._only, reading
+        file = self._file
+        reading = call_runtime("recording.reading", "RecordFile", file)
+        moments = call_runtime(
+            "recording.moment", "seen_at", file, self._time_s, self._only, reading
         )
-        if not seen:
+        if not moments:
             until = f" until {self._time_s:.12g} s"
-            raise Refused(f"{self._file} has no step of {self._only or 'any subsystem'}{until}")
-        if self._is_other:
+            raise Refused(f"{file} has no step of {self._only or 'any subsystem'}{until}")
+        if is_other:
             streams.print_message(f"specc: {self._spec} is not as it was recorded")
         if self._only:
-            lines = self._of(seen[0], self._known[self._only])
-            streams.print_output("".join(f"{line}\n" for line in lines))
+            lines = self._details(moments[0], self._subsystems[self._only])
         else:
-            self._overview(seen)
+            streams.print_output(self._overview(moments))
+            lines = self._violations()
+        streams.print_output("".join(f"{line}\n" for line in lines))
         return int(print_losses(reading))
 
-    def _overview(self, seen: list[Any]) -> None:
+    def _overview(self, moments: list[Any]) -> str:
         """A line for each subsystem, in the order of the specification."""
-        order = {name: place for place, name in enumerate(self._known)}
+        order = {name: place for place, name in enumerate(self._subsystems)}
         rows = []
-        for one in sorted(seen, key=lambda s: (order.get(s.name, len(order)), s.name)):
-            state, by = str(one.step["state"]), truncate(one.row, _LONGEST_MESSAGE)
+        for one in sorted(moments, key=lambda s: (order.get(s.name, len(order)), s.name)):
+            name, state = (truncate(str(t), _LONGEST_NAME) for t in (one.name, one.step["state"]))
+            by = truncate(one.row, _LONGEST_MESSAGE)
             if fault := one.step.get("fault"):
-                by = f"fault at {_seconds(one.step['time'])}: {_clipped(fault)}"
+                by = f"fault at {_seconds(one.step['time'])}: {_one_line(fault)}"
             since = f"since {_seconds(one.since_s)}" if one.since_s is not None else ""
-            rows.append(
-                (truncate(one.name, _LONGEST_NAME), truncate(state, _LONGEST_NAME), since, by)
-            )
-        streams.print_output(streams.format_table(rows))
-        streams.print_output("".join(f"{line}\n" for line in self._violations()))
+            rows.append((name, state, since, by))
+        return streams.format_table(rows)
 
     def _violations(self) -> Iterator[str]:
         """Requirements that were violated by then: what they asked for, and what came of it."""
@@ -99,27 +100,32 @@ class _Answer:
         for that, since_s in found[:_MOST_VIOLATIONS]:
             requirement = required.get(that)
             at = "" if requirement is None else self._at(requirement.place)
-            yield f"violated at {_seconds(since_s)}: {_clipped(that)}{at}"
+            yield f"violated at {_seconds(since_s)}: {_one_line(that)}{at}"
             if requirement is None:
                 yield f"  {self._spec} has no such requirement"
                 continue
-            yield f"  because: {_clipped(requirement.because)}"
+            yield f"  because: {_one_line(requirement.because)}"
             steps = partial(call_runtime, "recording.moment", "last_steps", self._file)
             reasons = reasons_of_violation(requirement, since_s, steps, _seconds)
             yield from (f"  {line}" for line in reasons)
         if len(found) > _MOST_VIOLATIONS:
             yield f"and {len(found) - _MOST_VIOLATIONS} more are violated"
 
-    def _of(self, one: Any, subsystem: Subsystem) -> Iterator[str]:
-        """All that is told of one subsystem."""
+    def _details(self, one: Any, subsystem: Subsystem) -> Iterator[str]:
+        """All that is known of one subsystem."""
         step = one.step
-        state, before = str(step["state"]), str(step.get("before"))
-        at = f"{one.name} at {_seconds(step['time'])} (stamp {step['stamp']})"
-        yield f"{at}: in {truncate(state, _LONGEST_NAME)}{self._since(one)}"
+        state, before = truncate(str(step["state"]), _LONGEST_NAME), str(step.get("before"))
+        since = ", since when is not in the file"
+        if one.since_s is not None:
+            lasted_s = step["time"] - one.since_s
+            duration = f"for {_seconds(lasted_s)}" if lasted_s > 1e-6 else "entered in this step"
+            since = f" since {_seconds(one.since_s)}, {duration}"
+        yield f"{one.name} at {_seconds(step['time'])} (stamp {step['stamp']}): in {state}{since}"
         if one.row:
-            yield f"  by {one.row}{self._row_at(subsystem, one.row)}"
+            rows = (row.place for row in subsystem.transitions if row.label == one.row)
+            yield f"  by {one.row}{next(map(self._at, rows), '')}"
         if fault := step.get("fault"):
-            yield f"  fault in this step: {_clipped(fault)}"
+            yield f"  fault in this step: {_one_line(fault)}"
         if not before:
             yield "  its first period, in which no condition is asked"
         elif before not in {s.name for s in subsystem.states}:
@@ -127,15 +133,13 @@ class _Answer:
         else:
             yield from self._conditions(one, subsystem, before)
         yield from self._sent(step, subsystem)
-        yield from self._recent(one)
-
-    def _since(self, one: Any) -> str:
-        if one.since_s is None:
-            return ", since when is not in the file"
-        lasted_s = one.step["time"] - one.since_s
-        return f" since {_seconds(one.since_s)}" + (
-            f", for {_seconds(lasted_s)}" if lasted_s > 1e-6 else ", entered in this step"
-        )
+        if one.known_from > 0:
+            yield f"  the steps before stamp {one.known_from} are not in the file"
+        if one.recent:
+            yield "  last transitions:"
+            for begin_s, end_s, times, row in one.recent:
+                more = f", {times} times until {_seconds(end_s)}" if times > 1 else ""
+                yield f"    {_seconds(begin_s):>9}  {row}{more}"
 
     def _conditions(self, one: Any, subsystem: Subsystem, before: str) -> Iterator[str]:
         step, behaviour = one.step, subsystem.state(before).behaviour
@@ -145,45 +149,45 @@ class _Answer:
             step,
             one.memory,
             _elapsed_s(one, float(subsystem.rate_hz)),
-            is_exact=self._told.get("exact") == "true",
+            is_exact=self._is_exact,
             array=lambda value: call_runtime("stepping", "array", value),
             folder=os.path.dirname(self._spec),
         )
-        failed = bool(step.get("fault"))  # what was asked before it failed is not recorded
-        cause = _cause(behaviour, moment) if failed else str(step.get("cause", ""))
-        now = ", from the values that the step read" if failed else ""
+        has_failed = bool(step.get("fault"))  # conditions before it failed are not recorded
+        cause = _cause(behaviour, moment) if has_failed else str(step.get("cause", ""))
+        now = ", from the values that the step read" if has_failed else ""
         yield f"  conditions of {before}{now}:"
         for kind, condition in behaviour.endings:
             words = f"{kind} {condition.name}"
             if kind == "terminal" and cause == "error":
                 yield f"    {words}: not asked, for error {behaviour.error.name} occurred"
             else:
-                recorded = None if failed else cause == kind
+                recorded = None if has_failed else cause == kind
                 yield from self._condition(words, condition, moment, recorded)
-        taken = None if failed else str(step["transition"])
+        transition = None if has_failed else str(step["transition"])
         for kind, _ in behaviour.endings:
-            yield from self._rows(subsystem, (before, kind, cause), taken, moment)
-        if step["state"] != before and not failed:
+            yield from self._rows(subsystem, (before, kind, cause), transition, moment)
+        if step["state"] != before and not has_failed:
             yield f"  conditions of {step['state']}: asked first in the next step"
 
     def _rows(
         self,
         subsystem: Subsystem,
-        asked: tuple[str, Cause, str | None],
-        taken: str | None,
+        source: tuple[str, Cause, str | None],
+        transition: str | None,
         moment: Moment,
     ) -> Iterator[str]:
-        """The rows of a state and kind, if that was the cause of which they were asked."""
-        state, kind, cause = asked
+        """The rows of a state and kind, if that was the cause for which they were tested."""
+        state, kind, cause = source
         rows = [row for _, row in subsystem.rows(state, kind)]
         if cause != kind:
-            named = ", ".join(f"{row.condition.name} -> {row.target}" for row in rows)
-            why = "not known" if cause is None else f"not asked, for {kind} did not occur"
+            names = ", ".join(f"{row.condition.name} -> {row.target}" for row in rows)
+            reason = "not known" if cause is None else f"not asked, for {kind} did not occur"
             if rows:
-                yield f"    rows of {kind}: {why}: {truncate(named, _LONGEST_MESSAGE)}"
+                yield f"    rows of {kind}: {reason}: {truncate(names, _LONGEST_MESSAGE)}"
             return
         for row in rows:
-            holds = None if taken is None else row.label == taken
+            holds = None if transition is None else row.label == transition
             if row.is_otherwise:
                 others = "no other row applies" if holds else "another row applies"
                 truth = "else" if holds is None else f"{holds}, for {others}"
@@ -195,13 +199,12 @@ class _Answer:
         self, words: str, condition: Condition, moment: Moment, recorded: bool | None
     ) -> Iterator[str]:
         """A condition with its truth, which is the recorded one if there is one, and why."""
-        found = moment.truth(condition.when)
-        truth = found if recorded is None else recorded
-        line = f"    {words}: {'not known' if truth is None else truth}"
-        constant = condition.name in ("always", "never")
-        yield line if constant else f"{line}{self._at(condition.place)}"
-        if recorded is not None and found is (not recorded):
-            yield f"      {self._spec} says {found} of what was recorded: it, or an operator, is"
+        computed = moment.truth(condition.when)
+        truth = computed if recorded is None else recorded
+        at = "" if condition.name in ("always", "never") else self._at(condition.place)
+        yield f"    {words}: {'not known' if truth is None else truth}{at}"
+        if recorded is not None and computed is (not recorded):
+            yield f"      {self._spec} says {computed} of what was recorded: it, or an operator, is"
             yield "      not as it was then"
             return
         yield from (f"      {line}" for line in Reasons(moment).lines(condition.when))
@@ -216,19 +219,6 @@ class _Answer:
                 except NotKnown as reason:
                     text = str(reason)
                 yield f"  sent y.{peer}.{name} = {text}"
-
-    def _recent(self, one: Any) -> Iterator[str]:
-        if one.known_from > 0:
-            yield f"  the steps before stamp {one.known_from} are not in the file"
-        if one.recent:
-            yield "  last transitions:"
-            for begin_s, end_s, times, row in one.recent:
-                more = f", {times} times until {_seconds(end_s)}" if times > 1 else ""
-                yield f"    {_seconds(begin_s):>9}  {row}{more}"
-
-    def _row_at(self, subsystem: Subsystem, text: str) -> str:
-        named = (row.place for row in subsystem.transitions if row.label == text)
-        return next(map(self._at, named), "")
 
     def _at(self, place: Place) -> str:
         span = self._sources.span(place)
@@ -247,7 +237,7 @@ def _seconds(time_s: float) -> str:
     return f"{round(time_s, 9):g} s" if abs(time_s) < 1000 else f"{round(time_s, 6)} s"
 
 
-def _clipped(text: object) -> str:
+def _one_line(text: object) -> str:
     return truncate(" ".join(str(text).split()), _LONGEST_MESSAGE)
 
 

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from textwrap import fill, indent
 from typing import Literal
 
 from specc.diagnostics.diagnostic import Severity, severity_of
@@ -60,37 +61,31 @@ def all_codes() -> dict[str, Code]:
     Raises:
         ValueError: a page does not have the form of a page, or the name of its code.
     """
-    pages = (_read(path) for path in sorted(PAGES.glob("*.md")))
-    return {code.id: code for code in pages}
-
-
-def _read(path: Path) -> Code:
-    found = re.fullmatch(_PAGE, path.read_text(encoding="utf-8"))
-    if found is None or found["id"] != path.stem:
-        raise ValueError(f"{path.name} is not the page of a code")
-    explanation = " ".join(found["explanation"].split())
-    return Code(**{**found.groupdict(default=""), "explanation": explanation})  # type: ignore[arg-type]  # a page says which
+    codes = {}
+    for path in sorted(PAGES.glob("*.md")):
+        found = re.fullmatch(_PAGE, path.read_text(encoding="utf-8"))
+        if found is None or found["id"] != path.stem:
+            raise ValueError(f"{path.name} is not the page of a code")
+        explanation = " ".join(found["explanation"].split())
+        values = {**found.groupdict(default=""), "explanation": explanation}
+        codes[path.stem] = Code(**values)  # type: ignore[arg-type]  # a page says which
+    return codes
 
 
 def explanation(code: Code) -> str:
     """A page as `specc explain` prints it: title, reason, a refused and an accepted example."""
-    from textwrap import fill  # most commands print no page
-
     part = f" in {code.within}" if code.within else ""
+    failing, passing = (
+        indent(visible_lines(text.strip("\n")), "    ") for text in (code.failing, code.passing)
+    )
     return (
         f"{code.id} ({code.severity}): {code.title}\n\n"
         f"{fill(code.explanation, _COLUMNS)}\n\n"
-        f"Refused{part}:\n\n{_example(code.failing)}\n\n"
-        f"Accepted{part}:\n\n{_example(code.passing)}\n"
+        f"Refused{part}:\n\n{failing}\n\n"
+        f"Accepted{part}:\n\n{passing}\n"
     )
 
 
 def overview(codes: dict[str, Code]) -> str:
     """One line a code."""
     return "".join(f"{code.id}  {code.title}\n" for code in codes.values())
-
-
-def _example(text: str) -> str:
-    from textwrap import indent
-
-    return indent(visible_lines(text.strip("\n")), "    ")

@@ -102,7 +102,16 @@ def merge_duplicates(found: Iterable[Diagnostic], agents: Collection[str]) -> li
     for finding in found:
         words = names.sub("", finding.message), names.sub("", finding.help)
         groups.setdefault((finding.code, finding.primary, finding.label, words), []).append(finding)
-    return [_one_of(group, names) for group in groups.values()]
+    merged = []
+    for first, *rest in groups.values():
+        own = names.findall(first.message)
+        others = dict.fromkeys(name for d in rest for name in names.findall(d.message))
+        listed = [f"`{name}`" for name in others if name not in own]
+        if listed:
+            message = f"{first.message}; so with {join_some(listed, _MOST_NAMED)}"
+            first = replace(first, message=message)
+        merged.append(first)
+    return merged
 
 
 def first_at_each_place(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
@@ -112,18 +121,6 @@ def first_at_each_place(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
         if finding.primary not in places:
             places.add(finding.primary)
             yield finding
-
-
-def _one_of(group: list[Diagnostic], names: re.Pattern[str]) -> Diagnostic:
-    first = group[0]
-    said = set(names.findall(first.message))
-    others = dict.fromkeys(
-        name for d in group[1:] for name in names.findall(d.message) if name not in said
-    )
-    if not others:
-        return first
-    listed = join_some([f"`{name}`" for name in others], _MOST_NAMED)
-    return replace(first, message=f"{first.message}; so with {listed}")
 
 
 def severity_of(code: str) -> Severity:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import accumulate
 
-from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
+from specc.diagnostics.diagnostic import Diagnostic, Fix, Severity
 from specc.diagnostics.renaming import offer_both_renames
 from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.resources import is_library_part
@@ -49,12 +49,18 @@ class Repair:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A diagnostic with the spots it speaks of; paths are relative to the working directory."""
+    """A diagnostic with the places it speaks of; paths are relative to the working directory."""
 
     diagnostic: Diagnostic
     primary: RenderedLocation
     related: tuple[RenderedLocation, ...]
     repair: Repair | None = None
+
+    @property
+    def letters(self) -> int:
+        """How much there is to read, without the lines of the file."""
+        texts = [self.diagnostic.message, *self.diagnostic.remarks, self.primary.message]
+        return sum(map(len, texts)) + sum(len(other.message) for other in self.related)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +75,12 @@ class Report:
     def shown(self) -> tuple[Finding, ...]:
         """The findings that are shown: all, or the first of the worst."""
         worst = sorted(self.findings, key=lambda item: _RANKS[item.diagnostic.severity])
-        sums = accumulate(map(_letters, worst[:MAX_SHOWN]))
+        sums = accumulate(item.letters for item in worst[:MAX_SHOWN])
         fitting = sum(letters <= MAX_LETTERS for letters in sums)
         if fitting == len(self.findings):
             return self.findings
-        kept = set(map(id, worst[: max(fitting, 1)]))
-        return tuple(item for item in self.findings if id(item) in kept)
+        shown = set(map(id, worst[: max(fitting, 1)]))
+        return tuple(item for item in self.findings if id(item) in shown)
 
     @property
     def not_shown(self) -> int:
@@ -86,16 +92,17 @@ class Report:
         return sum(finding.diagnostic.severity == severity for finding in self.findings)
 
 
-def _letters(finding: Finding) -> int:
-    """How much there is to read in a finding, without the lines of the file."""
-    said = (finding.diagnostic.message, *finding.diagnostic.remarks, finding.primary.message)
-    return sum(map(len, said)) + sum(len(spot.message) for spot in finding.related)
-
-
 def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding]:
     """Look the places of diagnostics up; equal diagnostics are kept once."""
-    every = offer_both_renames(dict.fromkeys(diagnostics), sources)
-    return [_finding(diagnostic, sources) for diagnostic in every]
+    return [
+        Finding(
+            diagnostic,
+            _rendered(diagnostic.primary, diagnostic.label, sources),
+            tuple(_rendered(item.place, item.message, sources) for item in diagnostic.related),
+            repair(diagnostic.fix, sources),
+        )
+        for diagnostic in offer_both_renames(dict.fromkeys(diagnostics), sources)
+    ]
 
 
 def report(findings: Iterable[Finding], checked: Iterable[str]) -> Report:
@@ -120,39 +127,28 @@ def _shown_from(folder: str, path: str) -> str:
     return path if relative.startswith(os.pardir) else relative
 
 
-def _finding(diagnostic: Diagnostic, sources: Sources) -> Finding:
-    primary = _spot(diagnostic.primary, diagnostic.label, sources)
-    related = tuple(_spot(item.place, item.message, sources) for item in diagnostic.related)
-    return Finding(diagnostic, primary, related, repair(diagnostic.fix, sources))
-
-
 def repair(fix: Fix | None, sources: Sources) -> Repair | None:
     """A fix with its places resolved; None if it goes beyond one file that was read."""
     files = {edit.place.file for edit in fix.edits} if fix else set()
     source = sources.get(files.pop()) if len(files) == 1 else None
     if fix is None or source is None:
         return None
-    changes = tuple(
-        Change(*source.offsets(place), _shown(source.span(place)), edit.text)
-        for edit in fix.edits
-        for place in (_unquoted(edit),)
-    )
-    return Repair(fix.title, changes)
+    changes = []
+    for edit in fix.edits:
+        # Of a name in quotes only the name changes.
+        place = replace(edit.place, start=0) if edit.place.start is None else edit.place
+        span = _with_shown_path(source.span(place))
+        changes.append(Change(*source.offsets(place), span, edit.text))
+    return Repair(fix.title, tuple(changes))
 
 
-def _unquoted(edit: Edit) -> Place:
-    """What an edit changes: of a name in quotes only the name."""
-    place = edit.place
-    return replace(place, start=0) if place.start is None else place
-
-
-def _spot(place: Place, message: str, sources: Sources) -> RenderedLocation:
+def _rendered(place: Place, message: str, sources: Sources) -> RenderedLocation:
     span = sources.span(place)
-    return RenderedLocation(_shown(span), sources.line(place.file, span.line), message)
+    return RenderedLocation(_with_shown_path(span), sources.line(place.file, span.line), message)
 
 
-def _shown(span: Span) -> Span:
-    return Span(shown_path(span.file), span.line, span.col, span.end_line, span.end_col)
+def _with_shown_path(span: Span) -> Span:
+    return replace(span, file=shown_path(span.file))
 
 
 def _order(finding: Finding) -> tuple[str, int, int, str, str]:

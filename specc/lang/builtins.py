@@ -36,11 +36,6 @@ def _near_form(type: Type) -> Form | str:
 # Which argument has to have which value so that the result is the one that is wanted.
 
 
-def _from_inverse(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`inverse(X)`."""
-    yield 0, values.inverse(value)
-
-
 def _from_position(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`position(X)`."""
     rows = ((*row[:3], p) for row, p in zip(now[0], value, strict=False))
@@ -158,7 +153,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         value=values.inverse,
         may_fail=False,
         propagates=True,
-        inverse=_from_inverse,
+        inverse=lambda types, now, value: iter([(0, values.inverse(value))]),
     ),
     "position": exact(
         "X -> point[A]: the origin of B in A, of a pose[A, B]",

@@ -195,13 +195,6 @@ def is_none(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and node.value is None
 
 
-def unwrap_optional(expr: Expr) -> Expr:
-    """An expression where there has to be a value; `None` itself stays what it is."""
-    if isinstance(expr.type, OptionalOf) and not isinstance(expr, Nothing):
-        return Unwrap(expr, type=expr.type.value, span=expr.span)
-    return expr
-
-
 def unwrap_list(expr: Expr) -> Expr:
     """A list where there has to be an item; anything else as it is."""
     if isinstance(expr.type, ListOf) and not expr.type.nonempty and not isinstance(expr, Items):
@@ -254,7 +247,9 @@ class Context:
 
     def require_complete(self, node: ast.expr, expr: Expr, wanted: Type | None) -> Expr:
         """An expression that is there, with all components, unless less is wanted."""
-        expr = expr if isinstance(wanted, OptionalOf) else unwrap_optional(expr)
+        can_unwrap = not isinstance(wanted, OptionalOf) and not isinstance(expr, Nothing)
+        if can_unwrap and isinstance(expr.type, OptionalOf):
+            expr = Unwrap(expr, type=expr.type.value, span=expr.span)
         if isinstance(expr.type, PartialOf) and not isinstance(wanted, (OptionalOf, PartialOf)):
             message = f"`{self.quote(node)}` is `{expr.type}`, which may lack components"
             raise self.error(node, message, code="E0321").with_origins(self.origins(expr))

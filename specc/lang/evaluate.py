@@ -53,11 +53,6 @@ def evaluate(expr: m.Expr, env: Environment) -> Value:
     return _EVALUATORS[type(expr)](expr, env)
 
 
-def _present(e: m.Present, env: Environment) -> bool:
-    known = env.inputs if env.present is None else env.present
-    return (e.input.peer, e.input.element) in known
-
-
 def _count_items(env: Environment, values: Iterable[Value]) -> None:
     """Count the components and items of values before something is made of each."""
     env.count(sum(len(value) for value in values if isinstance(value, tuple)))
@@ -117,18 +112,9 @@ def _quantifier(e: m.Quantifier, env: Environment) -> Value:
     )
     if e.kind in ("all", "any"):
         return all(values) if e.kind == "all" else any(values)
-    return _extreme(e.kind, list(values), items)
-
-
-def _extreme(kind: str, numbers: list[float], items: Sequence[Value]) -> Value:
-    """The first of the items with the largest or smallest number."""
-    best = (max if kind == "argmax" else min)(numbers)
+    numbers = list(values)
+    best = max(numbers) if e.kind == "argmax" else min(numbers)
     return items[numbers.index(best)]
-
-
-def _choice(e: m.Choice, env: Environment) -> Value:
-    (result,) = _as_floats(e, [evaluate(e.then if evaluate(e.test, env) else e.otherwise, env)])
-    return result
 
 
 def _as_floats(whole: m.Expr, values: Sequence[Value]) -> Sequence[Value]:
@@ -170,7 +156,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.BoundVariable: partial(_lookup, "bound"),
     m.Clock: partial(_lookup, "clock"),
     m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
-    m.Present: _present,
+    m.Present: lambda e, env: e.input.key in (env.inputs if env.present is None else env.present),
     m.Lag: lambda e, env: env.lags[e.name, e.input.peer, e.input.element],
     m.Call: lambda e, env: env.operators[e.operator](*_arguments(e.args, env)),
     m.Builtin: _builtin,
@@ -179,7 +165,9 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Compare: _compare,
     m.IsOneOf: lambda e, env: evaluate(e.item, env) in e.members,
     m.Logic: _logic,
-    m.Choice: _choice,
+    m.Choice: lambda e, env: _as_floats(
+        e, [evaluate(e.then if evaluate(e.test, env) else e.otherwise, env)]
+    )[0],
     m.Items: _items,
     m.FieldOf: lambda e, env: getattr(evaluate(e.value, env), e.name),
     m.Component: lambda e, env: evaluate(e.value, env)[e.index],

@@ -30,40 +30,19 @@ def real_element(type: Type) -> Real | None:
     return type.element if isinstance(type, Vector) and isinstance(type.element, Real) else None
 
 
-def root_type(type: Type) -> Type | None:
-    """`sqrt(a)`."""
-    unit = scalar_unit(type)
-    return None if unit is None else Real(unit ** Fraction(1, 2))
-
-
 def list_length(type: Type) -> Type | None:
     """`len(list)`."""
     return Int() if isinstance(type, ListOf) else None
 
 
-def ratio_type(type: Type) -> Type | None:
-    """`sin(angle)`, `cos(angle)`."""
-    return Real() if type == Real(RADIAN) else None
-
-
-def number_type(type: Type) -> Type | None:
-    """`abs(a)`."""
-    return None if scalar_unit(type) is None else type
-
-
-def sign_type(type: Type) -> Type | None:
-    """`sign(a)`."""
-    return None if scalar_unit(type) is None else Int()
+def fixed_length(type: Type) -> str:
+    """A way out for the length of a vector."""
+    return f"its length is always {type.size}" if isinstance(type, Vector) else ""
 
 
 def integer_type(type: Type) -> Type | None:
     """`floor(a)`, `round(a)`."""
     return Int() if scalar_unit(type) == DIMENSIONLESS else None
-
-
-def angle_type(type: Type) -> Type | None:
-    """`wrap_angle(angle)`."""
-    return type if type == Real(RADIAN) else None
 
 
 def unit_help(type: Type) -> str:
@@ -76,11 +55,6 @@ def angle_help(type: Type) -> str:
     """A way out for what is no angle."""
     plain = scalar_unit(type) == DIMENSIONLESS
     return "an angle has a unit: `30[deg]`; multiply a plain number by `1[rad]`" if plain else ""
-
-
-def fixed_length(type: Type) -> str:
-    """What is known of a length without asking."""
-    return f"its length is always {type.size}" if isinstance(type, Vector) else ""
 
 
 # Typing rules, most of them made from how a function is called and what it takes.

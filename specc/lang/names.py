@@ -240,16 +240,6 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
     raise _unknown_error(ctx, node, hint)
 
 
-def _uninitialized_error(ctx: Context, node: ast.Name) -> ExprError:
-    message = (
-        f"`{node.id}` has no value here: memory gets its initial values after this is evaluated"
-    )
-    known = (
-        "inputs, constants and operators" if ctx.scope.inputs else "constants and operators only"
-    )
-    return ctx.error(node, message, f"refer to {known}", "E0230")
-
-
 def _member(ctx: Context, node: ast.Name) -> Expr:
     enums = ctx.scope.enums[node.id]
     if len(enums) > 1:
@@ -279,7 +269,13 @@ def _unknown_error(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError
             node, f"`{name}` is an operator", f"call it: `{name}({parameters})`", "E0202"
         )
     if name in scope.uninitialized:
-        raise _uninitialized_error(ctx, node)
+        message = (
+            f"`{name}` has no value here: memory gets its initial values after this is evaluated"
+        )
+        known = (
+            "inputs, constants and operators" if scope.inputs else "constants and operators only"
+        )
+        return ctx.error(node, message, f"refer to {known}", "E0230")
     if name in scope.later_constants:
         message = f"`{name}` has no value here: a constant is computed from those above it"
         return ctx.error(node, message, "name constants above it, and operators", "E0230")

@@ -15,6 +15,7 @@ from typing import Any
 
 from specc.lang import functions as rules
 from specc.lang import ranges
+from specc.lang.context import scalar_unit
 from specc.lang.functions import (
     ArgumentChoices,
     BuiltinFunction,
@@ -49,21 +50,11 @@ def wrap_angle(angle_rad: float) -> float:
 # Ranges of results, by those of arguments.
 
 
-def _root(a: Range) -> Range:
-    """`sqrt(a)`."""
-    return (math.sqrt(a[0]), math.sqrt(a[1])) if a[0] >= 0 else ANY
-
-
 def _diagonal(a: Range, b: Range) -> Range:
     """`hypot(a, b)`, which libraries round to one of the two floats that are next to it."""
     (low_a, high_a), (low_b, high_b) = ranges.absolute(a), ranges.absolute(b)
     least = max(low_a, low_b, math.nextafter(math.hypot(low_a, low_b), 0.0))
     return least, math.nextafter(math.hypot(high_a, high_b), math.inf)
-
-
-def _signs(a: Range) -> Range:
-    """`sign(a)`."""
-    return sign(a[0]), sign(a[1])
 
 
 def _wrapped(a: Range) -> Range:
@@ -99,19 +90,9 @@ def _chosen(is_first: Callable[[Any, Any], Any]) -> Encoding:
 _least_term, _greatest_term = _chosen(lt), _chosen(gt)
 
 
-def _clamped_term(of: SolverTerms, a: Any, low: Any, high: Any) -> Any:
-    """`clamp(a, low, high)`."""
-    return _least_term(of, _greatest_term(of, a, low), high)
-
-
 def _sign_term(of: SolverTerms, a: Any) -> Any:
     """`sign(a)`."""
     return of.choice(a > 0, of.whole(1), of.choice(a < 0, of.whole(-1), of.whole(0)))
-
-
-def _floor_term(of: SolverTerms, a: Any) -> Any:
-    """`floor(a)`."""
-    return of.floor(a)
 
 
 def _round_term(of: SolverTerms, a: Any) -> Any:
@@ -142,19 +123,6 @@ def _diagonal_laws(of: SolverTerms, result: Any, *args: Any) -> Iterator[Any]:
 # Which argument has to have which value so that the result is the one that is wanted.
 
 
-def _from_abs(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`abs(a)`."""
-    if value >= 0:
-        yield 0, value
-        yield 0, -value
-
-
-def _from_sqrt(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`sqrt(a)`."""
-    if value >= 0:
-        yield 0, value * value
-
-
 def _from_any(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """Each argument in turn, of a function that chooses one of them."""
     for index in range(len(now)):
@@ -170,20 +138,9 @@ def _from_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> Ar
         yield 0, value
 
 
-def _from_sign(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`sign(a)`."""
-    yield 0, _typed(types[0], value * max(1, abs(now[0])))
-
-
 def _from_whole(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
     """`floor(a)`, `round(a)` and `float(a)`."""
     yield 0, _typed(types[0], value)
-
-
-def _from_wrapped(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`wrap_angle(a)`."""
-    if -math.pi <= value < math.pi:
-        yield 0, value
 
 
 def _typed(type_: Type, number: float) -> float:
@@ -197,7 +154,10 @@ def _of_angle(name: str, value: Callable[[float], float]) -> BuiltinFunction:
     return BuiltinFunction(
         f"angle -> real: the {'sine' if name == 'sin' else 'cosine'} of an angle",
         rules.unary_rule(
-            f"{name}(angle)", "takes an angle, `real[rad]`", rules.ratio_type, rules.angle_help
+            f"{name}(angle)",
+            "takes an angle, `real[rad]`",
+            lambda type: Real() if type == Real(RADIAN) else None,
+            rules.angle_help,
         ),
         is_overridable=True,
         value=value,
@@ -232,7 +192,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         rules.unary_rule(
             "abs(a)",
             "takes a number",
-            rules.number_type,
+            lambda type: None if scalar_unit(type) is None else type,
             lambda type: "the length of a vector is `norm(v)`",
         ),
         value=abs,
@@ -242,7 +202,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         is_size=True,
         is_foldable=True,
         term=lambda of, a: of.choice(a > -a, a, -a),
-        inverse=_from_abs,
+        inverse=lambda types, now, value: iter([(0, value), (0, -value)] if value >= 0 else []),
     ),
     "min": exact(
         "a, b, ... -> number: numbers of one unit",
@@ -280,7 +240,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         range=lambda a, low, high: ranges.least(ranges.greatest(a, low), high),
         chooses=True,
         limits=(1, 2),
-        term=_clamped_term,
+        term=lambda of, a, low, high: _least_term(of, _greatest_term(of, a, low), high),
         inverse=_from_any,
         is_foldable=True,
         same_arguments="`{}` stands twice in `clamp`",
@@ -300,18 +260,25 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
     ),
     "sign": exact(
         "a -> int: -1, 0 or 1",
-        rules.unary_rule("sign(a)", "takes a number", rules.sign_type),
+        rules.unary_rule(
+            "sign(a)", "takes a number", lambda type: None if scalar_unit(type) is None else Int()
+        ),
         is_overridable=True,
         value=sign,
         bounds=(-1, 1),
-        range=_signs,
+        range=lambda a: (sign(a[0]), sign(a[1])),
         term=_sign_term,
         stays_float=True,
-        inverse=_from_sign,
+        inverse=lambda types, now, value: iter(
+            [(0, _typed(types[0], value * max(1, abs(now[0]))))]
+        ),
         is_foldable=True,
     ),
     "floor": _to_int(
-        "floor", "the greatest whole number that is not greater", math.floor, _floor_term
+        "floor",
+        "the greatest whole number that is not greater",
+        math.floor,
+        lambda of, a: of.floor(a),
     ),
     "round": _to_int("round", "the nearest whole number; the even one of two", round, _round_term),
     "wrap_angle": exact(
@@ -319,7 +286,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         rules.unary_rule(
             "wrap_angle(angle)",
             "takes an angle, `real[rad]`",
-            rules.angle_type,
+            lambda type: type if type == Real(RADIAN) else None,
             rules.angle_help,
         ),
         is_overridable=True,
@@ -327,20 +294,27 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         bounds=ranges.DIRECTIONS,
         range=_wrapped,
         term=_wrapped_term,
-        inverse=_from_wrapped,
+        inverse=lambda types, now, value: iter([(0, value)] if -math.pi <= value < math.pi else []),
         is_foldable=True,
     ),
     "sqrt": BuiltinFunction(
         "a -> real: half the powers of the unit",
-        rules.unary_rule("sqrt(a)", "takes a number", rules.root_type, wanted=lambda hint: Real()),
+        rules.unary_rule(
+            "sqrt(a)",
+            "takes a number",
+            lambda type: (
+                None if (unit := scalar_unit(type)) is None else Real(unit ** Fraction(1, 2))
+            ),
+            wanted=lambda hint: Real(),
+        ),
         value=math.sqrt,
         python="math",
         overflows=False,
         propagates=True,
         is_foldable=True,
         bounds=ranges.NOT_NEGATIVE,
-        range=_root,
-        inverse=_from_sqrt,
+        range=lambda a: (math.sqrt(a[0]), math.sqrt(a[1])) if a[0] >= 0 else ANY,
+        inverse=lambda types, now, value: iter([(0, value * value)] if value >= 0 else []),
     ),
     "sin": _of_angle("sin", math.sin),
     "cos": _of_angle("cos", math.cos),

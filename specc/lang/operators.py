@@ -76,21 +76,16 @@ def _sum(ctx: Context, node: ast.BinOp, op: Literal["+", "-"], hint: Type | None
     if a is not None and a == b:
         whole = isinstance(left.type, Int) and isinstance(right.type, Int)
         return m.Binary(op, left, right, type=Int() if whole else Real(a), span=span(node))
-    list_type = _concatenation(left.type, right.type) if op == "+" else None
-    if list_type is not None:
-        return m.Builtin(m.JOINED, (left, right), type=list_type, span=span(node))
+    match left.type, right.type:
+        case ListOf(element=element), ListOf() as other if op == "+" and element == other.element:
+            nonempty = left.type.nonempty or other.nonempty
+            joined = ListOf(element, nonempty=nonempty)
+            return m.Builtin(m.JOINED, (left, right), type=joined, span=span(node))
     left, right = _as_displacement(left, right), _as_displacement(right, left)
     type = _sum_type(left.type, right.type, op)
     if type is not None:
         return m.Binary(op, left, right, type=type, span=span(node))
     raise mismatch(ctx, (node.left, left), (node.right, right), _SUMS[op])
-
-
-def _concatenation(a: Type, b: Type) -> ListOf | None:
-    """The type of the items of two lists of one kind."""
-    if isinstance(a, ListOf) and isinstance(b, ListOf) and a.element == b.element:
-        return ListOf(a.element, nonempty=a.nonempty or b.nonempty)
-    return None
 
 
 def _as_displacement(expr: Expr, other: Expr) -> Expr:
@@ -397,7 +392,8 @@ def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
     """`then if test else otherwise`; the branches are of one type."""
     branches = [node.body, node.orelse]
     (test,), (then, otherwise) = collect(
-        lambda: [ctx.truth(node.test)], lambda: _branches(ctx, branches, hint)
+        lambda: [ctx.truth(node.test)],
+        lambda: infer_same_type(ctx, branches, hint, optional=hint is None),
     )
     if fits(otherwise.type, then.type):
         return m.Choice(test, then, otherwise, type=then.type, span=span(node))
@@ -408,11 +404,6 @@ def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
     if hint is not None and fits(otherwise.type, hint):
         ctx.expect(node.body, hint)
     raise mismatch(ctx, (node.body, then), (node.orelse, otherwise), "are of two types")
-
-
-def _branches(ctx: Context, nodes: list[ast.expr], hint: Type | None) -> list[Expr]:
-    """Branches of a choice may be None where no particular type is required."""
-    return infer_same_type(ctx, nodes, hint, optional=hint is None)
 
 
 def unexpected_set(ctx: Context, node: ast.Set, hint: Type | None) -> Expr:

@@ -130,7 +130,14 @@ def _parse_uncached(text: str) -> tuple[ast.expr, list[ast.AST]]:
     if foreign := _UNENCODABLE.search(line):
         message = "the text has a character that no expression has"
         raise ExprError(message, *foreign.span(), "delete it", "E0301")
-    tree = _python_tree(text, line[lead:], lead)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tree = ast.parse(line[lead:], mode="eval").body
+    except SyntaxError as error:
+        raise _syntax_error(error, text, lead) from None
+    except (ValueError, RecursionError, MemoryError):
+        raise _too_deep(text) from None
     nodes = _nodes(tree, text)
     if lead or not line.isascii():
         _count_characters(nodes, line[lead:], lead)
@@ -144,17 +151,6 @@ def _parse_uncached(text: str) -> tuple[ast.expr, list[ast.AST]]:
 
 
 _parsed_cached = lru_cache(_CACHED)(_parse_uncached)
-
-
-def _python_tree(text: str, line: str, lead: int) -> ast.expr:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return ast.parse(line, mode="eval").body
-    except SyntaxError as error:
-        raise _syntax_error(error, text, lead) from None
-    except (ValueError, RecursionError, MemoryError):
-        raise _too_deep(text) from None
 
 
 def _syntax_error(error: SyntaxError, text: str, lead: int) -> ExprError:

@@ -208,18 +208,16 @@ class TypeReader:
             case ast.Name(id=name) if name in self.names.sizes:
                 return self.names.sizes[name]
             case ast.Name(id=name) if name not in UNITS:
-                raise self._unknown_size(node, name)
+                close = nearest(name, self.names.sizes)
+                help = did_you_mean(close) or _SIZE_PARAMETER.format(name)
+                message = f"`{name}` is not a size: that is {A_SIZE}, or a parameter"
+                error = ExprError(message, *span(node), help, "E0306")
+                raise error.with_suggestions(name, close)
         message = f"a size is {A_SIZE}"
         help = f"for example `{_USAGE['vector']}` or `{_USAGE['image']}`"
         if isinstance(node, ast.Name):
             help = f"for example `vector[6, {node.id}]`; {_NAMED_SIZE.format(node.id)}"
         raise self._error(node, message, help)
-
-    def _unknown_size(self, node: ast.expr, name: str) -> ExprError:
-        close = nearest(name, self.names.sizes)
-        help = did_you_mean(close) or _SIZE_PARAMETER.format(name)
-        message = f"`{name}` is not a size: that is {A_SIZE}, or a parameter"
-        return ExprError(message, *span(node), help, "E0306").with_suggestions(name, close)
 
     def _enum(self, nodes: list[ast.expr]) -> t.Enum:
         members: list[str] = []

@@ -47,16 +47,13 @@ def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     if function and function.rule and not (operator and function.is_overridable):
         return function.rule(ctx, node, hint)
     if operator is None:
-        raise _unknown_operator(ctx, node.func)
+        if ctx.scope.value(name):
+            message = f"`{name}` is not an operator"
+            help = "a value is not called; leave the brackets out"
+            raise ctx.error(node.func, message, help, "E0202")
+        known, way = [*ctx.scope.operators, *BUILTIN_NAMES], "declare it under `operators:`"
+        raise unknown_name("operator", name, known, way, span(node.func), "E0202")
     return _OperatorCall(ctx, node, operator, hint).check()
-
-
-def _unknown_operator(ctx: Context, func: ast.Name) -> ExprError:
-    if ctx.scope.value(func.id):
-        message = f"`{func.id}` is not an operator"
-        return ctx.error(func, message, "a value is not called; leave the brackets out", "E0202")
-    known, way = [*ctx.scope.operators, *BUILTIN_NAMES], "declare it under `operators:`"
-    return unknown_name("operator", func.id, known, way, span(func), "E0202")
 
 
 class _OperatorCall:
@@ -125,36 +122,30 @@ class _OperatorCall:
         if self.hint is not None and self._needs_frames(node, pattern):
             unify(self.operator.result, self.hint, self.bindings)
             wanted = substitute(pattern, self.bindings)
-        expr = with_item_if_needed(self._inferred(node, wanted), wanted)
+        expr = self.ctx.infer_any(node, None if has_variables(wanted) else wanted)
+        expr = with_item_if_needed(self.ctx.require_complete(node, expr, wanted), wanted)
         if fits(expr.type, wanted) or unify(wanted, expr.type, self.bindings):
             return expr
         self.has_mismatch = True
         quoted = self.ctx.quote(node)
         message = f"`{quoted}` is `{expr.type}`; `{self.name}` takes `{name}: {wanted}`"
-        help = mismatch_help(expr, wanted, quoted, self.ctx.scope) or self._bound_frames(pattern)
+        help = mismatch_help(expr, wanted, quoted, self.ctx.scope)
+        bound = [f for f in dict.fromkeys(pattern.frames) if f in self.bindings]
+        if bound and not help:
+            given = " and ".join(f"`{f[1:]}` is `{self.bindings[f]}`" for f in bound)
+            help = f"by the other arguments {given}"
         taken = Origin(self.operator.place, f"`{self.name}` takes `{name}: {pattern}`")
         error = self.ctx.error(node, message, help, "E0315")
         raise error.with_origins([*self.ctx.origins(expr), taken])
 
-    def _inferred(self, node: ast.expr, wanted: Type) -> Expr:
-        hint = None if has_variables(wanted) else wanted
-        return self.ctx.require_complete(node, self.ctx.infer_any(node, hint), wanted)
-
-    def _bound_frames(self, pattern: Type) -> str:
-        bound = [f for f in dict.fromkeys(pattern.frames) if f in self.bindings]
-        given = " and ".join(f"`{f[1:]}` is `{self.bindings[f]}`" for f in bound)
-        return f"by the other arguments {given}" if given else ""
-
     def _wrong_number(self) -> ExprError:
         name, parameters = self.name, self.operator.parameters
         usage = f"{name}({', '.join(f'{p}: {t}' for p, t in parameters)})"
-        message = f"`{name}` takes {_count(len(parameters))}, not {len(self.node.args)}"
+        count = {0: "no arguments", 1: "1 argument"}.get(len(parameters))
+        count = count or f"{len(parameters)} arguments"
+        message = f"`{name}` takes {count}, not {len(self.node.args)}"
         error = self.ctx.error(self.node, message, f"it is called as `{usage}`", "E0314")
         return error.with_origins([Origin(self.operator.place, f"`{name}` is declared here")])
-
-
-def _count(number: int) -> str:
-    return {0: "no arguments", 1: "1 argument"}.get(number, f"{number} arguments")
 
 
 # The rule for every kind of syntax, and the way in.

@@ -243,10 +243,6 @@ def _is_bounded(a: Any, b: Any, times: int) -> bool:
     return True
 
 
-def _subtrahend(value: Any, left: Any) -> Any:
-    return elementwise(sub, left, value)
-
-
 def _divided(value: Any, by: Any) -> Any:
     return elementwise(truediv, value, by) if _is_number(by) and by else None
 
@@ -264,7 +260,12 @@ _multiplied = partial(elementwise, _times)
 
 SIGNS = {
     "+": Sign("sum", _added, (_subtracted, _subtracted), ranges.sum_of, commutes=True),
-    "-": Sign("sum", _subtracted, (_added, _subtrahend), ranges.difference),
+    "-": Sign(
+        "sum",
+        _subtracted,
+        (_added, lambda value, left: _subtracted(left, value)),
+        ranges.difference,
+    ),
     "*": Sign("product", _multiplied, (_divided, _divided), ranges.product, commutes=True),
     "/": Sign(
         "product",

@@ -42,11 +42,22 @@ def memory_order(
     need each other's old values, one of them must be computed beforehand. The terms `known` have a
     local already.
     """
-    reads = {work: _reads(work.value, known) for work in works if not work.assignment.peer}
+
+    def still_reads(term: Term) -> frozenset[str]:
+        leaves = (part for part in unevaluated((term,), known) if not part.args)
+        return frozenset[str]().union(*(leaf.memory for leaf in leaves))
+
+    reads = {work: still_reads(work.value) for work in works if not work.assignment.peer}
     before: list[Computation] = []
     ordered: list[Computation] = []
     while reads:
-        free = (work for work in reads if not _is_still_read(work, reads))
+        free = (
+            work
+            for work in reads
+            if not any(
+                work.assignment.name in read for other, read in reads.items() if other is not work
+            )
+        )
         work = next(free, None)
         if work is not None:
             ordered.append(work)
@@ -55,17 +66,6 @@ def memory_order(
             before.append(work)
         del reads[work]
     return before, ordered
-
-
-def _is_still_read(work: Computation, reads: dict[Computation, frozenset[str]]) -> bool:
-    name = work.assignment.name
-    return any(name in reads for other, reads in reads.items() if other is not work)
-
-
-def _reads(term: Term, known: Collection[Term]) -> frozenset[str]:
-    """Memory elements that a value still reads when the terms `known` have a local."""
-    leaves = (part for part in unevaluated((term,), known) if not part.args)
-    return frozenset[str]().union(*(leaf.memory for leaf in leaves))
 
 
 # Which values get a local.
@@ -356,8 +356,8 @@ class CycleWriter(Writer):
         if self.module.hoisted:
             self._lines.insert(place, f"self.{FINALISE}()")
 
-    def finalise(self) -> None:
-        """What depends on nothing but the initial memory."""
+    def write_hoisted(self) -> None:
+        """The attributes that depend on nothing but the initial memory."""
         self._lines += self.nodes.hoisted_assignments()
 
     def enter(self, enter: Enter) -> None:
@@ -378,16 +378,16 @@ class CycleWriter(Writer):
                 self.write("self._periods = 0")
         if enter.activity.computations:
             self.assign(enter.needed)
-            arguments = [self._argument(term, enter) for term in enter.arguments]
+            arguments = []
+            for term in enter.arguments:
+                if term not in enter.needed:
+                    self.defer(term)
+                text = self.nodes.known[term].text
+                if term not in enter.needed:
+                    text = text.removesuffix("()") if text.endswith("()") else f"lambda: {text}"
+                arguments.append(text)
             method = self.module.behaviour_methods[enter.activity.behaviour.name]
             self.write(f"self.{method}({', '.join(arguments)})")
-
-    def _argument(self, term: Term, enter: Enter) -> str:
-        if term in enter.needed:
-            return self.nodes.known[term].text
-        self.defer(term)
-        text = self.nodes.known[term].text
-        return text.removesuffix("()") if text.endswith("()") else f"lambda: {text}"
 
 
 def _condition(line: str, condition: Condition, trace: Trace = NO_TRACE) -> str:
@@ -412,9 +412,16 @@ class Methods:
         self._flows = {state.name: flows.state_flow(state.name) for state in subsystem.states}
         self.clocked = frozenset(s.name for s in subsystem.states if self._reads_clock(s.name))
         """States whose behaviour or conditions ask for the time since their start."""
-        self._enters = [(self._first, NONE), *chain(*(f.entries() for f in self._flows.values()))]
-        self._arguments = self._parameters()
-        for enter, _ in self._enters:
+        entries = [(self._first, NONE), *chain(*(f.entries() for f in self._flows.values()))]
+        # What conditions that lead to a behaviour may have computed already.
+        offered: dict[str, TermSet] = defaultdict(lambda: NONE)
+        for enter, before in entries:
+            fixed = (t for t in before if not (enter.is_entry and t.reads_clock))
+            offered[enter.activity.behaviour.name] |= frozenset(fixed)
+        self._arguments = {
+            name: parameters(activity, offered[name]) for name, activity in self._activities.items()
+        }
+        for enter, _ in entries:
             enter.arguments = self._arguments[enter.activity.behaviour.name]
 
     def plans(self) -> tuple[MethodPlan, ...]:
@@ -433,16 +440,6 @@ class Methods:
         terms += [self._table.of(row.condition.when) for _, row in rows]
         terms += [self._table.of(axiom.that) for axiom in self._subsystem.axioms]
         return any(term.reads_clock for term in terms)
-
-    def _parameters(self) -> dict[str, tuple[Term, ...]]:
-        """For every behaviour, what conditions that lead to it may have computed already."""
-        offered: dict[str, TermSet] = defaultdict(lambda: NONE)
-        for enter, before in self._enters:
-            fixed = (t for t in before if not (enter.is_entry and t.reads_clock))
-            offered[enter.activity.behaviour.name] |= frozenset(fixed)
-        return {
-            name: parameters(activity, offered[name]) for name, activity in self._activities.items()
-        }
 
     def _writer(self, *terms: Term) -> CycleWriter:
         return CycleWriter(self._module, self._table, terms)
@@ -478,7 +475,7 @@ class Methods:
     def _finalise(self) -> Iterator[MethodPlan]:
         if self._module.hoisted:
             writer = self._writer()
-            writer.finalise()
+            writer.write_hoisted()
             doc = "Put together once what no behaviour changes any more."
             yield MethodPlan(FINALISE, (), "None", doc, writer.body())
 

@@ -202,7 +202,8 @@ class Flows:
         self._subsystem = subsystem
         self._table = table
         self._proofs = proofs
-        types = _target_types(subsystem)
+        types = {("", item.name): item.type for item in subsystem.memory}
+        types |= {key: element.type for key, element in subsystem.outputs.items()}
         self.activities = {b.name: _activity(b, table, types) for b in subsystem.behaviours}
 
     def first_period(self) -> Enter:
@@ -266,12 +267,6 @@ def _feasible_rows(rows: list[FlowRow]) -> list[FlowRow]:
         elif row.test.node.value:
             return [*feasible, row]
     return feasible
-
-
-def _target_types(subsystem: Subsystem) -> dict[tuple[str, str], Type]:
-    """The type of every output element and, with the peer "", of every memory element."""
-    memory = {("", item.name): item.type for item in subsystem.memory}
-    return memory | {key: element.type for key, element in subsystem.outputs.items()}
 
 
 def _activity(

@@ -20,6 +20,7 @@ from specc.lower.names import (
     Imports,
     NamedPlan,
     Namespace,
+    call,
     identifier,
     in_docstring,
     literal,
@@ -164,8 +165,8 @@ class Contracts:
 def computed_constants(
     constants: dict[str, Constant], parameters: Collection[str] = ()
 ) -> frozenset[str]:
-    """Constants whose value an operator or a file gives, or that are `given`: known when the system
-    is built.
+    """Constants whose value an operator or a file gives, or that are `parameters`: known when the
+    system is built.
     """
     users = grouped(
         (used, name) for name, c in constants.items() for used in e.constant_names(c.value)
@@ -183,15 +184,13 @@ def literal_name(value: e.Expr) -> str:
     match value:
         case e.Items(items=items) if items and all(isinstance(item, e.Unused) for item in items):
             return f"UNUSED_{len(items)}"
-        case e.Items(items=items) if items and all(_is_zero(item) for item in items):
+        case e.Items(items=items) if items and all(
+            isinstance(item, e.Number) and item.value == 0 for item in items
+        ):
             return f"ZERO_{len(items)}"
         case e.Builtin(name=name, args=()):
             return name.upper()
     return ""
-
-
-def _is_zero(item: e.Expr) -> bool:
-    return isinstance(item, e.Number) and item.value == 0
 
 
 # The names that one generated module uses: operators, constants, buffers, memory, clock.
@@ -213,30 +212,31 @@ class Module:
         stand_ins: bool = False,
         parameters: Collection[str] = (),
     ) -> None:
-        """`given` are the parameters that the class gets when it is made."""
+        """`parameters` are those that the class gets when it is made."""
         self.imports = Imports()
         self.annotations = Annotations(self.imports, types)
         self.constants: dict[object, ConstantPlan] = {}
         self.uses_files = False
         declared = {c.name: c for c in (*system.constants, *part.constants)}
-        self._declared: dict[str, Constant] = declared
+        self.declared: dict[str, Constant] = declared
+        """Those of the subsystem hide those of the system."""
         self.computed = computed_constants(declared, parameters)
         arguments = Namespace(("self", "files", "name"))
         self.parameters = {name: arguments.new(name) for name in parameters}
         """Parameter of the specification -> argument of the class."""
         self._operators = {operator.name: operator for operator in system.operators}
-        self._names = Namespace((*OWN_NAMES, *types.names.values()))
-        self._aliases = {name: self._names.new(e.source_name(name)) for name in self._operators}
+        self.names = Namespace((*OWN_NAMES, *types.names.values()))
+        self._aliases = {name: self.names.new(e.source_name(name)) for name in self._operators}
         self.attributes = methods = Namespace(OWN_ATTRIBUTES)
-        self._constant_names = {
-            name: methods.new(name) if name in self.computed else self._names.new(name.upper())
+        self.constant_names = {
+            name: methods.new(name) if name in self.computed else self.names.new(name.upper())
             for name in declared
         }
         self.contracts = Contracts(
-            self.imports, self.annotations, self._names.new, stand_ins=stand_ins
+            self.imports, self.annotations, self.names.new, stand_ins=stand_ins
         )
         self.operators: dict[str, NamedPlan] = {}
-        self._functions = Functions(self.imports, self._names)
+        self._functions = Functions(self.imports, self.names)
         self.hoisted: dict[Term, str] = {}
         """Attributes for arrays that stay as they are once the first period is over."""
         self.memory = memory_names(part)
@@ -268,14 +268,6 @@ class Module:
         """Whether anything but imports was asked for."""
         return bool(self.constants or self.operators or self.uses_files or self.contracts.plans)
 
-    def local_names(self) -> Namespace:
-        """Names for the inside of a method."""
-        return self._names.inner()
-
-    def new_name(self, wanted: str) -> str:
-        """A name at the top of the module."""
-        return self._names.new(wanted)
-
     def input(self, source: e.Input) -> str:
         """`x.c_T_d`."""
         return f"x.{self.inputs[source.peer, source.element]}"
@@ -288,28 +280,18 @@ class Module:
     def operator(self, name: str) -> str:
         """What calls an operator, by the specification's name of it; its results are checked."""
         if name not in self.operators:
-            self.operators[name] = NamedPlan(self._aliases[name], self._checked(name))
+            operator = self._operators[name]
+            parts = [literal(e.source_name(name)), self._functions.use(operator.python)]
+            parts.append(self.contracts.of(operator.result))
+            parts += [literal(text) for text in (str(operator.result), str(operator.trace)) if text]
+            checked = call(self.imports.runtime_name("operator"), parts)
+            self.operators[name] = NamedPlan(self._aliases[name], checked)
         return self._aliases[name]
-
-    def _checked(self, name: str) -> str:
-        operator = self._operators[name]
-        function = self._functions.use(operator.python)
-        parts = [literal(e.source_name(name)), function, self.contracts.of(operator.result)]
-        parts += [literal(said) for said in (str(operator.result), str(operator.trace)) if said]
-        return f"{self.imports.runtime_name('operator')}({', '.join(parts)})"
 
     def file(self, name: str) -> str:
         """The path of a file of the specification."""
         self.uses_files = True
         return f"self._files[{name!r}]"
-
-    def declared(self, name: str) -> Constant:
-        """The constant of that name; parameters of the subsystem hide constants of the system."""
-        return self._declared[name]
-
-    def constant_name(self, name: str) -> str:
-        """What a declared constant is called, at the top of the module or in the class."""
-        return self._constant_names[name]
 
 
 def buffer_names(pairs: Collection[tuple[str, str]]) -> dict[tuple[str, str], str]:
@@ -396,11 +378,12 @@ def layouts_plan(system: System, types: PythonTypes) -> FilePlan:
 
 def _layout(system: System, subsystem: Subsystem, types: PythonTypes, forms: _Forms) -> _Layout:
     methods = Module(system, subsystem, types).state_methods
-    memory = memory_names(subsystem)
+    x, y, memory = subsystem.inputs, subsystem.outputs, memory_names(subsystem)
+    inputs, outputs = buffer_names(x), buffer_names(y)
     memory_elements = (((item.name,), memory[item.name], item) for item in subsystem.memory)
     groups = (
-        ("x", tuple(_elements(_buffer(subsystem.inputs), forms))),
-        ("y", tuple(_elements(_buffer(subsystem.outputs), forms))),
+        ("x", tuple(_elements(zip(inputs, inputs.values(), x.values(), strict=True), forms))),
+        ("y", tuple(_elements(zip(outputs, outputs.values(), y.values(), strict=True), forms))),
         ("memory", tuple(_elements(memory_elements, forms))),
     )
     ends = (
@@ -413,15 +396,9 @@ def _layout(system: System, subsystem: Subsystem, types: PythonTypes, forms: _Fo
     return _Layout(groups, tuple(ends))
 
 
-_NamedElement = tuple[tuple[str, ...], str, Element | Memory]
-
-
-def _buffer(elements: dict[tuple[str, str], Element]) -> Iterator[_NamedElement]:
-    attributes = buffer_names(elements)
-    return ((name, attributes[name], element) for name, element in elements.items())
-
-
-def _elements(named: Iterable[_NamedElement], forms: _Forms) -> Iterator[str]:
+def _elements(
+    named: Iterable[tuple[tuple[str, ...], str, Element | Memory]], forms: _Forms
+) -> Iterator[str]:
     for name, attribute, item in named:
         description = ", ".join(filter(None, (str(item.type), in_docstring(item.title))))
         texts = (literal(attribute), literal(name), forms.of(item.type), literal(description))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.functions import Form
@@ -132,16 +131,16 @@ def items(operands: list[Emitted]) -> Emitted:
 
 
 class Emitter:
-    """Spells terms for one method; `touched` has the buffers that it needs.
+    """Writes terms for one method; `used_buffers` are those that it needs.
 
-    `hoists`: literal arrays become constants of the module, settled ones attributes.
+    `hoists`: literal arrays become constants of the module, invariant ones attributes.
     """
 
     def __init__(self, module: Module, table: TermTable, *, hoists: bool = True) -> None:
         self.module = module
         self.table = table
         self.hoists = hoists
-        self.names: Namespace = module.local_names()
+        self.names: Namespace = module.names.inner()
         self.known: dict[Term, Emitted] = {}
         """Terms that need not be computed here, and what stands for them."""
         self.used_buffers: set[str] = set()
@@ -165,14 +164,19 @@ class Emitter:
             if term.is_constant and not isinstance(term.node, e.ConstantRef):
                 return Emitted(self.array(term))
             if term.is_invariant and term.args and self.may_hoist:
-                return Emitted(self.hoisted(term), PRIMARY)
+                hoisted = self.module.hoisted
+                if term not in hoisted:
+                    part = f"_{term.node.name}" if isinstance(term.node, e.Builtin) else ""
+                    hoisted[term] = f"_{self.module.attributes.new(self.name_hint + part)}"
+                return Emitted(f"self.{hoisted[term]}", PRIMARY)
         match term.node:
             case e.Quantifier() as node:
                 return self._quantifier(node, term)
             case e.Unary(op="not"):
                 return self._negation(term.args[0])
-        args = [self.emit(arg) for arg in term.args]
-        return _RULES[type(term.node)](self, term.node, args, term)
+        if not term.args:
+            return self._leaf(term.node)
+        return self._operation(term, [self.emit(arg) for arg in term.args])
 
     def _quantifier(self, node: e.Quantifier, term: Term) -> Emitted:
         over, body = term.args
@@ -210,10 +214,10 @@ class Emitter:
 
     def constant(self, name: str) -> str:
         """A declared constant; it and those it needs are added to the module or its class."""
-        own = self.module.constant_name(name)
+        own = self.module.constant_names[name]
         is_computed = name in self.module.computed
         if name not in self.module.constants:
-            constant = self.module.declared(name)
+            constant = self.module.declared[name]
             if name in self.module.parameters:
                 self._add_parameter(name, own, constant)
                 return f"self._{own}"
@@ -237,16 +241,9 @@ class Emitter:
         shared = literal_name(term.node)
         key = shared or term
         if key not in self.module.constants:
-            name = self.module.new_name(shared or self.name_hint.upper())
+            name = self.module.names.new(shared or self.name_hint.upper())
             self._add_constant(key, name, term, "")
         return self.module.constants[key].name
-
-    def hoisted(self, term: Term) -> str:
-        """An attribute for an array that stays as it is once the first period is over."""
-        if term not in self.module.hoisted:
-            part = f"_{term.node.name}" if isinstance(term.node, e.Builtin) else ""
-            self.module.hoisted[term] = f"_{self.module.attributes.new(self.name_hint + part)}"
-        return f"self.{self.module.hoisted[term]}"
 
     def hoisted_assignments(self) -> list[str]:
         """Statements that give those attributes their value."""
@@ -257,26 +254,85 @@ class Emitter:
             for term, name in self.module.hoisted.items()
         ]
 
-    def _input(self, node: e.Input | e.Fresh | e.Present | e.Lag) -> Emitted:
-        self.used_buffers.add("x")
-        if isinstance(node, e.Input):
-            return Emitted(self.module.input(node), PRIMARY)
-        kind = node.name if isinstance(node, e.Lag) else type(node).__name__.lower()
-        return Emitted(self.module.input_property(kind, node.input), PRIMARY)
+    def _leaf(self, node: e.Expr) -> Emitted:
+        match node:
+            case e.Number():
+                return number(node.value, node.type)
+            case e.Truth() | e.Nothing():
+                return Emitted(str(node.value) if isinstance(node, e.Truth) else "None")
+            case e.TextLiteral(value=text) | e.Member(name=text):
+                return Emitted(literal(text))
+            case e.Unused():
+                return Emitted(self.module.imports.runtime_name("nan"))
+            case e.Clock(name=name):
+                return self._clock(name)
+            case e.Input():
+                self.used_buffers.add("x")
+                text = self.module.input(node)
+            case e.Fresh() | e.Present() | e.Lag():
+                self.used_buffers.add("x")
+                kind = node.name if isinstance(node, e.Lag) else type(node).__name__.lower()
+                text = self.module.input_property(kind, node.input)
+            case e.MemoryRef(name=name):
+                self.used_buffers.add("memory")
+                text = f"memory.{self.module.memory[name]}"
+            case e.ConstantRef(name=name):
+                text = self.constant(name)
+            case e.FileRef(name=name):
+                text = self.module.file(name)
+            case e.BoundVariable(name=name):
+                text = self._bound[name]
+            case _:
+                return self._application(node, (), [])
+        return Emitted(text, PRIMARY)
 
-    def _memory(self, node: e.MemoryRef) -> Emitted:
-        self.used_buffers.add("memory")
-        return Emitted(f"memory.{self.module.memory[node.name]}", PRIMARY)
+    def _operation(self, term: Term, args: list[Emitted]) -> Emitted:
+        match term.node:
+            case e.Unary():
+                return sign(args[0])
+            case e.Binary(op="@", type=type_):
+                function = "moved" if isinstance(type_, Vector) else "composed"
+                return call(self.module.imports.runtime_name(function), *args)
+            case e.Binary(op=op):
+                return binary(op, *args)
+            case e.Compare(op=op):
+                return compare(op, *args)
+            case e.IsNone():
+                return compare("is", args[0], Emitted("None"))
+            case e.Unwrap(value=value):
+                is_optional = isinstance(value.type, OptionalOf)
+                some = self.module.imports.runtime_name("some") if is_optional else ""
+                return call(some, args[0]) if some else args[0]
+            case e.Logic(op=op):
+                return logic(op, args)
+            case e.Choice():
+                return choice(*args)
+        return self._application(term.node, term.args, args)
 
-    def _items(self, args: list[Emitted], term: Term) -> Emitted:
-        if is_tuple(term.type):
-            return items(args)
-        return call(self.module.imports.runtime_name("vector"), *args)
-
-    def _unwrap(self, args: list[Emitted], term: Term) -> Emitted:
-        if isinstance(term.args[0].type, OptionalOf):
-            return call(self.module.imports.runtime_name("some"), args[0])
-        return args[0]
+    def _application(self, node: e.Expr, terms: Sequence[Term], args: list[Emitted]) -> Emitted:
+        """An operator, a function of the language, items, or a part of a value."""
+        match node:
+            case e.Items() if is_tuple(node.type):
+                return items(args)
+            case e.Items():
+                return call(self.module.imports.runtime_name("vector"), *args)
+            case e.Call(operator=operator):
+                return call(self.module.operator(operator), *args)
+            case e.IsOneOf(members=members):
+                return member_test(args[0], members, terms[0].type, negated=False)
+            case e.FieldOf(name=name):
+                return Emitted(f"{args[0].bracketed(PRIMARY)}.{name}", PRIMARY)
+            case e.Component(index=index):
+                return component(args[0], index, terms[0].type)
+            case e.Builtin(name=e.FINITE) if not terms[0].may_overflow:
+                return call(self.module.imports.runtime_name("read_only"), *args)
+        assert isinstance(node, e.Builtin)
+        function = FUNCTIONS[node.name]
+        form = function.form(terms[0].type) if args else ""
+        if isinstance(form, Form):
+            return Emitted(form.text.format(*args), _RANKS[form.binding])
+        name = self.module.imports.runtime_name(form or node.name) if function.python else node.name
+        return call(name, *args)
 
     def _clock(self, name: str) -> Emitted:
         if name == "period":
@@ -288,23 +344,6 @@ class Emitter:
         rate = self.module.rate_hz
         times = f" * {rate.denominator}" if rate.denominator > 1 else ""
         return Emitted(f"{self.periods}{times} / {rate.numerator}", PRODUCT)
-
-    def _binary(self, node: e.Binary, args: list[Emitted]) -> Emitted:
-        if node.op == "@":
-            function = "moved" if isinstance(node.type, Vector) else "composed"
-            return call(self.module.imports.runtime_name(function), *args)
-        return binary(node.op, *args)
-
-    def _builtin(self, name: str, args: list[Emitted], term: Term) -> Emitted:
-        if name == e.FINITE and not term.args[0].may_overflow:
-            return call(self.module.imports.runtime_name("read_only"), *args)
-        function = FUNCTIONS[name]
-        form = function.form(term.args[0].type) if args else ""
-        if isinstance(form, Form):
-            return Emitted(form.text.format(*args), _RANKS[form.binding])
-        return call(
-            self.module.imports.runtime_name(form or name) if function.python else name, *args
-        )
 
     def _add_constant(
         self, key: object, name: str, term: Term, title: str, *, is_computed: bool = False
@@ -320,44 +359,6 @@ class Emitter:
             comment=comment("" if key == name else _unit(term.type), title),
             is_computed=is_computed,
         )
-
-
-_Rule = Callable[[Emitter, Any, list[Emitted], Term], Emitted]
-_RULES: dict[type[e.Node], _Rule] = {
-    e.Number: lambda nodes, node, args, term: number(node.value, node.type),
-    e.Truth: lambda nodes, node, args, term: Emitted(str(node.value)),
-    e.TextLiteral: lambda nodes, node, args, term: Emitted(literal(node.value)),
-    e.Member: lambda nodes, node, args, term: Emitted(literal(node.name)),
-    e.Unused: lambda nodes, node, args, term: Emitted(nodes.module.imports.runtime_name("nan")),
-    e.Nothing: lambda nodes, node, args, term: Emitted("None"),
-    e.Input: lambda nodes, node, args, term: nodes._input(node),
-    e.Fresh: lambda nodes, node, args, term: nodes._input(node),
-    e.Present: lambda nodes, node, args, term: nodes._input(node),
-    e.Lag: lambda nodes, node, args, term: nodes._input(node),
-    e.MemoryRef: lambda nodes, node, args, term: nodes._memory(node),
-    e.ConstantRef: lambda nodes, node, args, term: Emitted(nodes.constant(node.name), PRIMARY),
-    e.FileRef: lambda nodes, node, args, term: Emitted(nodes.module.file(node.name), PRIMARY),
-    e.BoundVariable: lambda nodes, node, args, term: Emitted(nodes._bound[node.name], PRIMARY),
-    e.Clock: lambda nodes, node, args, term: nodes._clock(node.name),
-    e.Call: lambda nodes, node, args, term: call(nodes.module.operator(node.operator), *args),
-    e.Builtin: lambda nodes, node, args, term: nodes._builtin(node.name, args, term),
-    e.Unary: lambda nodes, node, args, term: sign(args[0]),
-    e.Binary: lambda nodes, node, args, term: nodes._binary(node, args),
-    e.Compare: lambda nodes, node, args, term: compare(node.op, *args),
-    e.IsNone: lambda nodes, node, args, term: compare("is", args[0], Emitted("None")),
-    e.Unwrap: lambda nodes, node, args, term: nodes._unwrap(args, term),
-    e.IsOneOf: lambda nodes, node, args, term: member_test(
-        args[0], node.members, term.args[0].type, negated=False
-    ),
-    e.Logic: lambda nodes, node, args, term: logic(node.op, args),
-    e.Choice: lambda nodes, node, args, term: choice(*args),
-    e.Items: lambda nodes, node, args, term: nodes._items(args, term),
-    e.FieldOf: lambda nodes, node, args, term: Emitted(
-        f"{args[0].bracketed(PRIMARY)}.{node.name}", PRIMARY
-    ),
-    e.Component: lambda nodes, node, args, term: component(args[0], node.index, term.args[0].type),
-}
-"""How a node over spelled operands is spelled; quantifiers and `not` look at theirs first."""
 
 
 def _unit(type_: Type) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from specc.analysis.dataflow import Ages, InputNode, ReadEdge
+from specc.analysis.dataflow import Ages, InputNode
 from specc.analysis.reads import nodes
 from specc.lang import show
 from specc.lower.module import Module, PythonTypes, buffer_names, memory_names
@@ -81,7 +81,8 @@ def requirements_plan(
     elements = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
     device = Device("", "", "real_receptor", "", (), elements, Trace(), Place(""))
     module = Module(system, device, types)
-    module.memory = _attributes(readings)
+    names = Namespace()
+    module.memory = {name: names.new(name.replace("(", ".").rstrip(")")) for name in readings}
     writer = _FormulaWriter(module, term_table(system, device, module.computed), tick_s)
     plans = tuple(writer.plan(item) for item in required)
     values = tuple(_value(module, reading) for reading in readings.values())
@@ -99,11 +100,6 @@ def requirements_plan(
         **module.plan_parts(),
     }
     return FilePlan("requirements.py.j2", parts)
-
-
-def _attributes(readings: dict[str, Reading]) -> dict[str, str]:
-    names = Namespace()
-    return {name: names.new(name.replace("(", ".").rstrip(")")) for name in readings}
 
 
 def _value(module: Module, reading: Reading) -> AttributePlan:
@@ -238,7 +234,13 @@ def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[s
     """Calls of `Behind`, `MaxAge` and `MaxCommandAge`; nothing for a system that asks for none."""
     limits = list(_limits(system, ages, imports))
     commands = list(_commands(system, ages, imports))
-    inputs = {*_aged_inputs(system), *(node for node, _ in limits), *(node for node, _ in commands)}
+    inputs = {
+        InputNode(subsystem.qualified_name, part.input.peer, part.input.element)
+        for subsystem in system.subsystems
+        for part in nodes(subsystem)
+        if isinstance(part, Lag) and part.name == "age"
+    }
+    inputs.update(node for node, _ in (*limits, *commands))
     found = {
         "behind": tuple(_age_sources(system, ages, inputs, imports)),
         "limits": tuple(text for _, text in limits),
@@ -248,14 +250,6 @@ def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[s
         return {}
     imports.runtime_name("AgeRules")
     return found
-
-
-def _aged_inputs(system: System) -> Iterator[InputNode]:
-    """The inputs whose age is asked for."""
-    for subsystem in system.subsystems:
-        for part in nodes(subsystem):
-            if isinstance(part, Lag) and part.name == "age":
-                yield InputNode(subsystem.qualified_name, part.input.peer, part.input.element)
 
 
 def _limits(system: System, ages: Ages, imports: Imports) -> Iterator[tuple[InputNode, str]]:
@@ -326,25 +320,17 @@ def _age_sources(
             continue
         sender = subsystems[sent[0]]
         output = buffer_names(sender.outputs)[sent[1]]
-        for states, edges in _grouped_states(known[node]):
-            arguments = [literal(sender.qualified_name), literal(output), literal(states)]
-            arguments += _input_arguments(sender, edges, computed=not ages.is_measured(node))
-            found.append(
-                (sender.qualified_name, output, call(imports.runtime_name("Behind"), arguments))
+        names = buffer_names(sender.inputs)
+        # States in which the same is read come together.
+        groups = grouped((tuple(edges), state) for state, edges in known[node].items() if edges)
+        for edges, states in groups.items():
+            arguments = [literal(sender.qualified_name), literal(output), literal(tuple(states))]
+            held, fresh = (
+                tuple(names[n.peer, n.element] for n, is_fresh in edges if is_fresh is wanted)
+                for wanted in (False, True)
             )
+            computed = not ages.is_measured(node)
+            arguments += keyword_arguments({"held": held, "fresh": fresh, "computed": computed})
+            behind = call(imports.runtime_name("Behind"), arguments)
+            found.append((sender.qualified_name, output, behind))
     yield from (text for _, _, text in sorted(found))
-
-
-def _grouped_states(
-    by_state: dict[str, list[ReadEdge]],
-) -> Iterator[tuple[tuple[str, ...], list[ReadEdge]]]:
-    """The states with what is read there, those that read the same together."""
-    groups = grouped((tuple(edges), state) for state, edges in by_state.items())
-    return ((tuple(states), list(edges)) for edges, states in groups.items() if edges)
-
-
-def _input_arguments(sender: Subsystem, edges: list[ReadEdge], *, computed: bool) -> Iterator[str]:
-    names = buffer_names(sender.inputs)
-    not_fresh = tuple(names[node.peer, node.element] for node, fresh in edges if not fresh)
-    fresh = tuple(names[node.peer, node.element] for node, fresh in edges if fresh)
-    return keyword_arguments({"held": not_fresh, "fresh": fresh, "computed": computed})

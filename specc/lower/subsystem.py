@@ -21,7 +21,7 @@ from specc.lower.names import (
 from specc.lower.nodes import Emitter
 from specc.lower.terms import TermTable, TooLarge, term_table
 from specc.model import expr as e
-from specc.model.fsm import Behaviour, Condition, Trace, Transition
+from specc.model.fsm import Behaviour, Condition, Trace
 from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.types import Type
 
@@ -54,7 +54,10 @@ class Equations:
         """The tables that a generated class carries; none if nothing has a number."""
         states = self._subsystem.states
         behaviours = [(s, _numbers_of(s.trace) | self._of_behaviour(s.behaviour)) for s in states]
-        checks = [(s, self._of_checks(s.behaviour)) for s in states]
+        checks = []
+        for state in states:
+            endings = ((cause, self._of_condition(c)) for cause, c in state.behaviour.endings)
+            checks.append((state, [f"{literal(c)}: {_tuple(n)}" for c, n in endings if n]))
         rows = [
             _numbers_of(row.trace) | self._of_condition(row.condition)
             for row in self._subsystem.transitions
@@ -66,10 +69,6 @@ class Equations:
             "checks": tuple((literal(s.name), f"{{{', '.join(n)}}}") for s, n in checks if n),
             "rows": tuple(map(_tuple, rows)),
         }
-
-    def _of_checks(self, behaviour: Behaviour) -> list[str]:
-        numbers = ((cause, self._of_condition(when)) for cause, when in behaviour.endings)
-        return [f"{literal(cause)}: {_tuple(n)}" for cause, n in numbers if n]
 
     def _of_condition(self, condition: Condition) -> EquationNumbers:
         return _numbers_of(condition.trace) | self._of_expr(condition.when)
@@ -88,19 +87,19 @@ class Equations:
         return _numbers_of(item.trace) | self._of_type(item.type)
 
     def _of_expr(self, expr: e.Expr) -> EquationNumbers:
-        return NONE.union(*(self._of_type(n.type) | self._of_node(n) for n in e.walk(expr)))
-
-    def _of_node(self, node: e.Expr) -> EquationNumbers:
-        match node:
-            case e.LetRef(name=name):
-                return self._lets[name]
-            case e.Call(operator=operator):
-                return self._operators[operator]
-            case e.MemoryRef(name=name):
-                return self._memory.get(name, NONE)
-            case e.Input(peer=peer, element=element):
-                return self._inputs.get((peer, element), NONE)
-        return NONE
+        found = set[int]()
+        for node in e.walk(expr):
+            found |= self._of_type(node.type)
+            match node:
+                case e.LetRef(name=name):
+                    found |= self._lets[name]
+                case e.Call(operator=operator):
+                    found |= self._operators[operator]
+                case e.MemoryRef(name=name):
+                    found |= self._memory.get(name, NONE)
+                case e.Input(key=key):
+                    found |= self._inputs.get(key, NONE)
+        return frozenset(found)
 
     def _of_type(self, type_: Type) -> EquationNumbers:
         if type_ not in self._types:
@@ -124,9 +123,9 @@ def subsystem_plan(
     system: System,
     subsystem: Subsystem,
     family: Family,
-    proofs: Proofs,
     types: PythonTypes,
     class_name: str,
+    proofs: Proofs,
     *,
     stand_ins: bool = False,
 ) -> FilePlan:
@@ -183,7 +182,10 @@ def _parts(
         "period_s": literal(float(1 / subsystem.rate_hz)),
         "rate": f"{subsystem.rate_hz} Hz",
         "initial_state": literal(subsystem.initial_state),
-        "transitions": tuple(map(_transition, subsystem.transitions)),
+        "transitions": tuple(
+            (*map(literal, (t.source, t.cause, t.condition.name, t.target)), comment(str(t.trace)))
+            for t in subsystem.transitions
+        ),
         "sends": tuple(_sent_elements(subsystem, module)),
         "equations": Equations(system, subsystem).tables(),
         "axioms": tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
@@ -239,12 +241,6 @@ def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> I
             yield f"self.x.{name} = {value.text}"
             if ("present", peer, element.name) in module.input_properties:
                 yield f"self.x.present_{name} = True"
-
-
-def _transition(row: Transition) -> tuple[str, ...]:
-    """A row of the transition table as literals, with a comment."""
-    literals = map(literal, (row.source, row.cause, row.condition.name, row.target))
-    return (*literals, comment(str(row.trace)))
 
 
 def _sent_elements(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:

@@ -48,7 +48,7 @@ from specc.lower.names import (
 )
 from specc.lower.requirements import REQUIREMENTS, TRIGGERS, ages_plan, requirements_plan
 from specc.lower.subsystem import device_plan, subsystem_plan
-from specc.model.system import PLANT, Binding, Device, Plant, Published, Ros2, Subsystem, System
+from specc.model.system import PLANT, Binding, Device, Published, Ros2, Subsystem, System
 from specc.model.task import VERBS, DisturbanceAction, Draw, Task, Verb
 from specc.model.types import Enum, Pose, Real, Record, Type, Vector
 from specc.model.wires import Wires
@@ -139,9 +139,10 @@ def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str,
 def _arguments(system: System, task: Task, imports: Imports) -> Iterator[str]:
     """Arguments of `Task`, but for the disturbances."""
     names = ("subsystem", "source", "target", "scene", "judge")
-    yield from keyword_arguments(
-        {name: getattr(task, name) for name in names} | {"watch": _watched_memory(system, task)}
-    )
+    subsystem = next((s for s in system.subsystems if s.qualified_name == task.subsystem), None)
+    memory = memory_names(subsystem) if subsystem else {}
+    watched = tuple(memory[name] for name in task.watch if name in memory)
+    yield from keyword_arguments({name: getattr(task, name) for name in names} | {"watch": watched})
     if task.starts:
         yield f"starts=({_draws(task.starts, imports)})"
 
@@ -179,13 +180,6 @@ def _draw(draw: Draw, imports: Imports) -> str:
     return call(
         imports.runtime_name("Draw"), (*first, *keyword_arguments({"between": draw.is_range}))
     )
-
-
-def _watched_memory(system: System, task: Task) -> tuple[str, ...]:
-    """Attributes of the watched memory elements."""
-    subsystem = next((s for s in system.subsystems if s.qualified_name == task.subsystem), None)
-    names = memory_names(subsystem) if subsystem else {}
-    return tuple(names[name] for name in task.watch if name in names)
 
 
 # Connections between subsystems: which output element becomes which input element.
@@ -234,10 +228,15 @@ def _plant(
         return None
     imports.runtime_name("PlantSpec")
     contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
+    plant, made = system.plant, ""
+    if plant and not plant.ros2:
+        made = (
+            f"python={literal(plant.python)}" if plant.python else f"model={literal(plant.model)}"
+        )
     return {
         **_bindings_by_kind(system, imports, Functions(imports, names), contracts),
         "contracts": contracts.plans,
-        "made": _plant_argument(system.plant),
+        "made": made,
         "ros2": tuple(ros2_arguments(system, imports)),
         "inputs": tuple(_plant_ends(system, "x", imports)),
         "outputs": tuple(_plant_ends(system, "y", imports)),
@@ -258,16 +257,13 @@ def _bindings_by_kind(
             kind = "observed" if binding.device == PLANT else "sensors"
             found[kind].append(call(imports.runtime_name("SensorBinding"), arguments))
         else:
-            arguments = tuple(_actuator(binding, functions))
+            arguments = (
+                literal(f"{binding.device}.{binding.element}"),
+                *keyword_arguments({"actuators": binding.actuators, "joints": binding.joints}),
+                *_through(binding, functions),
+            )
             found["actuators"].append(call(imports.runtime_name("ActuatorBinding"), arguments))
     return found
-
-
-def _plant_argument(plant: Plant | None) -> str:
-    """The argument that says what makes the plant; empty if nothing does, or ROS 2 does."""
-    if plant is None or plant.ros2:
-        return ""
-    return f"python={literal(plant.python)}" if plant.python else f"model={literal(plant.model)}"
 
 
 def _all_bindings(system: System) -> Iterator[Binding]:
@@ -280,16 +276,16 @@ def _all_bindings(system: System) -> Iterator[Binding]:
             yield Binding(device, element.name, element.place)
 
 
-def _name(binding: Binding) -> str:
-    return f"{binding.device}.{binding.element}"
+def _through(binding: Binding, functions: Functions) -> Iterator[str]:
+    if binding.through:
+        yield f"through={functions.use(binding.through)}"
 
 
 def _sensor(binding: Binding, functions: Functions) -> Iterator[str]:
-    yield literal(_name(binding))
+    yield literal(f"{binding.device}.{binding.element}")
     parts = ("joints", "sensors", "actuators", "camera", "image")
     yield from keyword_arguments({part: getattr(binding, part) for part in parts})
-    if binding.through:
-        yield f"through={functions.use(binding.through)}"
+    yield from _through(binding, functions)
     yield from keyword_arguments(
         {
             "noise": binding.noise,
@@ -308,13 +304,6 @@ def _contract(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[s
         yield "is_vector=True"
     if isinstance(type_, Pose) and not binding.through and (binding.sensors or binding.joints):
         yield "is_pose=True"
-
-
-def _actuator(binding: Binding, functions: Functions) -> Iterator[str]:
-    yield literal(_name(binding))
-    yield from keyword_arguments({"actuators": binding.actuators, "joints": binding.joints})
-    if binding.through:
-        yield f"through={functions.use(binding.through)}"
 
 
 def _plant_ends(system: System, direction: str, imports: Imports) -> Iterator[str]:
@@ -353,13 +342,21 @@ def lower(
     anything.
     """
     types = PythonTypes(named_types(system))
-    families_ = _families(system, proofs or NOTHING_PROVED, types, stand_ins=stand_ins)
-    families_lowered = tuple(_name_families(families_, types))
+    known = proofs or NOTHING_PROVED
+    parts: list[Subsystem | Device] = [*system.subsystems, *(d for d in system.devices if d.safe)]
+    each_alone = (Family((part,)) for part in parts)
+    shared = each_alone if stand_ins else families(system, parts, known, types)
+    families_lowered = tuple(_name_families(shared, types))
     files = {"__init__.py": FilePlan("package.py.j2", {})}
     if types.declared:
         files["types.py"] = _types(system, types)
     for each in families_lowered:
-        files[f"{each.module}.py"] = _part_plan(system, each, proofs, types, stand_ins=stand_ins)
+        part, place = each.family.first, f"{each.module}.py"
+        own = each.family, types, each.class_name
+        if isinstance(part, Device):
+            files[place] = device_plan(system, part, *own, stand_ins=stand_ins)
+        else:
+            files[place] = subsystem_plan(system, part, *own, known, stand_ins=stand_ins)
     tick_s = base_tick(1 / s.rate_hz for s in system.subsystems)
     if not stand_ins:
         files["layouts.py"] = layouts_plan(system, types)
@@ -379,17 +376,6 @@ def lower(
     spec = PurePath(system.file).name  # without the directories of some machine
     texts = {"title": in_docstring(system.title or system.name), "spec": in_docstring(spec)}
     return {path: FilePlan(f.template, {**texts, **f.parts}) for path, f in files.items()}
-
-
-def _families(
-    system: System, proofs: Proofs, types: PythonTypes, *, stand_ins: bool
-) -> Iterator[Family]:
-    """The parts that become modules; each stand-in has one of its own."""
-    parts: list[Subsystem | Device] = [*system.subsystems, *(d for d in system.devices if d.safe)]
-    if stand_ins:
-        yield from (Family((part,)) for part in parts)
-    else:
-        yield from families(system, parts, proofs, types)
 
 
 @dataclass(frozen=True, slots=True)
@@ -421,21 +407,6 @@ def _name_families(found: Iterable[Family], types: PythonTypes) -> Iterator[Lowe
         yield LoweredFamily(family, classes.new(class_name(words)), modules.new(module))
 
 
-def _part_plan(
-    system: System,
-    lowered: LoweredFamily,
-    proofs: Proofs | None,
-    types: PythonTypes,
-    *,
-    stand_ins: bool,
-) -> FilePlan:
-    part, name = lowered.family.first, lowered.class_name
-    if isinstance(part, Device):
-        return device_plan(system, part, lowered.family, types, name, stand_ins=stand_ins)
-    known = proofs or NOTHING_PROVED
-    return subsystem_plan(system, part, lowered.family, known, types, name, stand_ins=stand_ins)
-
-
 def _types(system: System, types: PythonTypes) -> FilePlan:
     """The module of enums and records."""
     imports = Imports()
@@ -449,20 +420,17 @@ def _types(system: System, types: PythonTypes) -> FilePlan:
         elif isinstance(type_, Record):
             imports.runtime_name("dataclass")
             doc = docstring(f"Record {type_.name}", str(traces.get(type_.name) or ""))
-            records.append((name, doc, _fields(type_, annotations)))
+            fields = tuple(
+                AttributePlan(field, annotations.of(of), comment(str(of)))
+                for field, of in type_.fields
+            )
+            records.append((name, doc, fields))
     parts = {
         "imports": imports.lines,
         "literals": literals,
         "records": records,
     }
     return FilePlan("types.py.j2", parts)
-
-
-def _fields(record: Record, annotations: Annotations) -> tuple[AttributePlan, ...]:
-    return tuple(
-        AttributePlan(name, annotations.of(type_), comment(str(type_)))
-        for name, type_ in record.fields
-    )
 
 
 def _system_plan(
@@ -483,16 +451,19 @@ def _system_plan(
     plant = _plant(system, imports, names, types, safe, stand_ins=stand_ins)
     if system.files:
         imports.runtime_name("join")
-    scheduled = (
-        _scheduled(s, of[s.qualified_name].call(s, imports), tick_s, imports)
-        for s in system.subsystems
-    )
+    scheduled = []
+    for subsystem in system.subsystems:
+        arguments = [of[subsystem.qualified_name].call(subsystem, imports)]
+        arguments.append(f"ticks={int(1 / subsystem.rate_hz / tick_s)}")
+        if subsystem.budget_s is not None:
+            arguments.append(f"budget_s={literal(float(subsystem.budget_s))}")
+        scheduled.append(call(imports.runtime_name("Scheduled"), arguments))
     parts = {
         "spec_literal": literal(PurePath(system.file).name),
         "name": literal(system.name),
         "tick_s": literal(float(tick_s)),
         "files": tuple((literal(name), literal(path)) for name, path in system.files),
-        "subsystems": tuple(scheduled),
+        "subsystems": scheduled,
         "connections": tuple(_connections(system, imports)),
         "plant": plant,
         "tests_all_rows": tests_all_rows,
@@ -501,11 +472,3 @@ def _system_plan(
         "imports": imports.lines,  # when all of the others have asked for theirs
     }
     return FilePlan("system.py.j2", parts)
-
-
-def _scheduled(subsystem: Subsystem, constructor: str, tick_s: Fraction, imports: Imports) -> str:
-    """The call of `Scheduled` for the expression that makes a subsystem."""
-    arguments = [constructor, f"ticks={int(1 / subsystem.rate_hz / tick_s)}"]
-    if subsystem.budget_s is not None:
-        arguments.append(f"budget_s={literal(float(subsystem.budget_s))}")
-    return call(imports.runtime_name("Scheduled"), arguments)

@@ -6,13 +6,13 @@ computed once costs a look into a set, however deep the expressions are.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 
 from specc.lang import ranges
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.evaluate import range_of_parts
-from specc.lang.ranges import ANY, Range
+from specc.lang.ranges import Range
 from specc.lang.values import SIGNS
 from specc.model import expr as e
 from specc.model.system import Device, Let, Subsystem, System
@@ -32,31 +32,69 @@ class Term:
     """Terms have higher numbers than the terms they are made of."""
     node: e.Expr
     args: tuple[Term, ...]
-    bound: frozenset[str]
-    """Variables of quantifiers around this term that occur in it."""
     is_constant: bool
     """Made of literals and constants alone."""
     is_invariant: bool
     """Has one value from the end of the first period on, and computing it cannot fail."""
-    reads_clock: bool
-    memory: frozenset[str]
-    """Memory elements that its evaluation may read."""
-    maybe_evaluated: TermSet = field(repr=False)
-    """Terms worth keeping that an evaluation of this one may evaluate; itself among them."""
+    range: Range
+    """The bounds of all components."""
     let: Let | None = None
     """The let that names it; the first one if there are several."""
-    is_rounded: bool = False
+    bound: frozenset[str] = field(init=False)
+    """Variables of quantifiers around this term that occur in it."""
+    reads_clock: bool = field(init=False)
+    memory: frozenset[str] = field(init=False)
+    """Memory elements that its evaluation may read."""
+    maybe_evaluated: TermSet = field(init=False, repr=False)
+    """Terms worth keeping that an evaluation of this one may evaluate; itself among them."""
+    is_rounded: bool = field(init=False)
     """Whether its value comes from arithmetic of reals, which rounds."""
-    depends_on_rounding: bool = False
+    depends_on_rounding: bool = field(init=False)
     """Whether a comparison with such a value is in it."""
-    is_costly: bool = False
+    is_costly: bool = field(init=False)
     """Whether computing it again costs more than handing its value on."""
-    range: Range = ANY
-    """What all components lie between."""
-    may_overflow: bool = False
-    """A result of arithmetic that has not been looked at, and may not be finite."""
-    is_unchecked: bool = False
+    may_overflow: bool = field(init=False)
+    """A result of arithmetic that has not been checked, and may not be finite."""
+    is_unchecked: bool = field(init=False)
     """Such a result, or an array that was just made, which has to become read-only."""
+
+    def __post_init__(self) -> None:
+        node, args = self.node, self.args
+        self.bound = frozenset[str]().union(*(arg.bound for arg in args))
+        self.memory = frozenset[str]().union(*(arg.memory for arg in args))
+        self.reads_clock = any(arg.reads_clock for arg in args)
+        rounded = self.is_rounded = any(arg.is_rounded for arg in args)
+        self.depends_on_rounding = any(arg.depends_on_rounding for arg in args)
+        match node:
+            case e.BoundVariable(name=name):
+                self.bound = frozenset({name})
+            case e.Quantifier(variable=variable):
+                self.bound = args[0].bound | (args[1].bound - {variable})
+                self.depends_on_rounding |= rounded
+            case e.Compare():
+                self.depends_on_rounding |= rounded
+            case e.Binary(type=type_):
+                self.is_rounded = not isinstance(type_, Int)
+            case e.Builtin(name=name):
+                self.is_rounded |= FUNCTIONS[name].rounds
+                # A function that compares computes how far its arguments are apart.
+                self.depends_on_rounding |= FUNCTIONS[name].compares
+            case e.Call():
+                self.is_rounded = False
+            case e.MemoryRef(name=name):
+                self.memory = frozenset({name})
+            case e.Clock(name=name):
+                self.reads_clock = name != "period"
+        self.maybe_evaluated = NONE.union(*(arg.maybe_evaluated for arg in args))
+        self.may_overflow = self.is_unchecked = False
+        if _is_real(node.type) and not _is_pose_product(node):
+            self.may_overflow = _may_overflow(self)
+            self.is_unchecked = self.may_overflow or (node.type.is_array and _is_new_array(self))
+        self.is_costly = not (self.bound or self.is_invariant) and _is_costly(
+            node, self.maybe_evaluated
+        )
+        if self.is_costly:
+            self.mark_worth_local()
 
     @property
     def type(self) -> Type:
@@ -89,87 +127,6 @@ def unevaluated(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, No
 def by_order(terms: Iterable[Term]) -> list[Term]:
     """Terms after those that they are made of; lets in the order of the file."""
     return sorted(terms, key=lambda term: term.order)
-
-
-def new_term(
-    order: int, node: e.Expr, args: tuple[Term, ...], fixed: tuple[bool, bool], range: Range
-) -> Term:
-    """The term of a node over its operands. `fixed`: whether it is constant, and settled."""
-    is_constant, is_settled = fixed
-    perhaps = NONE.union(*(arg.maybe_evaluated for arg in args))
-    reads_clock = isinstance(node, e.Clock) and node.name != "period"
-    memory = frozenset({node.name} if isinstance(node, e.MemoryRef) else ())
-    made = Term(
-        order=order,
-        node=node,
-        args=args,
-        bound=_bound_variables(node, args),
-        is_constant=is_constant,
-        is_invariant=is_settled,
-        reads_clock=reads_clock or any(arg.reads_clock for arg in args),
-        memory=memory.union(*(arg.memory for arg in args)),
-        maybe_evaluated=perhaps,
-        is_rounded=_is_rounded(node, args),
-        depends_on_rounding=_compares_rounded(node, args),
-        range=range,
-    )
-    made.may_overflow = _may_overflow(made)
-    made.is_unchecked = made.may_overflow or _is_new_array(made)
-    made.is_costly = not made.bound and not is_settled and _is_costly(node, perhaps)
-    if made.is_costly:
-        made.mark_worth_local()
-    return made
-
-
-def _bound_variables(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
-    match node:
-        case e.BoundVariable(name=name):
-            return frozenset({name})
-        case e.Quantifier(variable=variable):
-            return args[0].bound | (args[1].bound - {variable})
-    return frozenset[str]().union(*(arg.bound for arg in args))
-
-
-def constness(node: e.Expr, args: Sequence[Term]) -> tuple[bool, bool]:
-    """Whether a node that is no name is constant, and settled, by its operands."""
-    is_constant, is_settled = (
-        all(arg.is_constant for arg in args),
-        all(arg.is_invariant for arg in args),
-    )
-    match node:
-        case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused() | e.Nothing():
-            return True, True
-        case e.Clock(name=name):
-            return name == "period", name == "period"
-        case e.Binary(op=op) if SIGNS[op].may_fail:
-            return False, False  # may fail, so only where it is needed
-        case e.Builtin(name=name):
-            may_fail = FUNCTIONS[name].may_fail
-            is_constant &= not may_fail or FUNCTIONS[name].constants_checked
-            return is_constant, is_settled and not may_fail
-        case e.Unary() | e.Binary() | e.Items() | e.Component() | e.FieldOf() if args:
-            return is_constant, is_settled
-    return False, False
-
-
-def _is_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
-    match node:
-        case e.Binary():
-            return not isinstance(node.type, Int)
-        case e.Builtin(name=name) if FUNCTIONS[name].rounds:
-            return True
-        case e.Call():
-            return False
-    return any(arg.is_rounded for arg in args)
-
-
-def _compares_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
-    match node:
-        case e.Compare() | e.Quantifier() if any(arg.is_rounded for arg in args):
-            return True
-        case e.Builtin(name=name) if FUNCTIONS[name].compares:
-            return True  # it computes how far the two are apart
-    return any(arg.depends_on_rounding for arg in args)
 
 
 def _is_costly(node: e.Expr, perhaps: TermSet) -> bool:
@@ -223,27 +180,26 @@ def propagating_operands(node: e.Expr) -> range:
 def _may_overflow(made: Term) -> bool:
     """Whether a term is the result of arithmetic that may not be finite.
 
-    Finite are results that stay below `FAR`, and those no larger than a finite term that they were
-    made from; where poses are composed, generated code looks at the result by itself.
+    Finite are results that stay below `SAFE_LIMIT`, and those no larger than a finite term that
+    they were made from; where poses are composed, generated code checks the result by itself.
     """
     node, args, largest = made.node, made.args, made.largest
-    if not _is_real(node.type) or _is_pose_product(node):
-        return False
     if any(args[place].may_overflow for place in propagating_operands(node)):
         return True
     match node:
         case e.Builtin(name=name):
             return FUNCTIONS[name].overflows and largest >= SAFE_LIMIT
         case e.Binary(op=op):
-            return largest >= SAFE_LIMIT and not _shrinks(op, args)
+            shrinks = (op == "*" and any(arg.largest <= 1.0 for arg in args)) or (
+                op == "/" and ranges.absolute(args[1].range)[0] >= 1.0
+            )
+            return largest >= SAFE_LIMIT and not shrinks
     return False
 
 
 def _is_new_array(term: Term) -> bool:
     """Whether a term is an array that arithmetic makes, and that is no constant of the module."""
     node = term.node
-    if not _is_real(node.type) or not node.type.is_array or _is_pose_product(node):
-        return False
     if any(term.args[place].is_unchecked for place in propagating_operands(node)):
         return True
     if term.largest < SAFE_LIMIT and all(arg.is_constant for arg in term.args):
@@ -257,33 +213,6 @@ def _is_new_array(term: Term) -> bool:
 
 def _is_pose_product(node: e.Expr) -> bool:
     return isinstance(node, e.Binary) and node.op == "@" and isinstance(node.type, Pose)
-
-
-def _shrinks(op: str, args: Sequence[Term]) -> bool:
-    """Whether the result is no larger than one of the operands."""
-    if op == "*":
-        return any(arg.largest <= 1.0 for arg in args)
-    return op == "/" and ranges.absolute(args[1].range)[0] >= 1.0
-
-
-def range_of(node: e.Expr, args: Sequence[Term]) -> Range:
-    """What the number, or all components, that a term stands for lie between."""
-    match node:
-        case e.Clock(name="elapsed") | e.Lag(name="age"):
-            return 0.0, MAX_DURATION_S
-    return range_of_parts(node, [arg.range for arg in args])
-
-
-def operand_type(node: e.Expr, place: int) -> Type | None:
-    """The type that an operand has to have; None where any number will do."""
-    match node:
-        case e.Choice() if place:
-            return node.type
-        case e.Builtin(name=name) if FUNCTIONS[name].chooses:
-            return node.type
-        case e.Items(type=ListOf(element=element)):
-            return element
-    return None
 
 
 def _is_real(type_: Type) -> bool:
@@ -318,8 +247,8 @@ class TermTable:
         constants: Mapping[str, e.Expr] | None = None,
         parameters: Mapping[str, tuple[Type, ...]] | None = None,
     ) -> None:
-        """`computed`: constants whose value an operator or a file gives; `settled`: memory that
-        keeps its initial value for ever; `constants`: the values of the others and of `period`;
+        """`computed`: constants whose value an operator or a file gives; `invariant_memory` keeps
+        its initial value for ever; `constants`: the values of the others and of `period`;
         `parameters`: the types of the parameters of every operator.
         """
         self._terms: dict[object, Term] = {}
@@ -329,13 +258,10 @@ class TermTable:
         self._constants = constants or {}
         self._parameters = parameters or {}
         for let in lets:
-            self._lets[let.name] = self._name_term(self.of(let.value), let)
-
-    def _name_term(self, term: Term, let: Let) -> Term:
-        if term.args and not term.is_invariant and term.let is None:
-            term.let = let
-            term.mark_worth_local()
-        return term
+            term = self._lets[let.name] = self.of(let.value)
+            if term.args and not term.is_invariant and term.let is None:
+                term.let = let
+                term.mark_worth_local()
 
     def of(self, node: e.Expr, as_type: Type | None = None) -> Term:
         """The term of an expression that is compared, written or handed on: a number is finite.
@@ -352,8 +278,10 @@ class TermTable:
         return term
 
     def _unchecked(self, node: e.Expr) -> Term:
-        """The term of an expression. What is not finite shows in all arithmetic that it enters, so
-        that one look at the end is enough; wherever it could hide, it is looked at before."""
+        """The term of an expression whose last result is not checked to be finite.
+
+        Infinity and NaN show in all arithmetic that they enter, so one check at the end is enough.
+        """
         if isinstance(node, e.LetRef):
             return self._lets[node.name]
         if isinstance(node, (e.Fresh, e.Present, e.Lag)):
@@ -368,9 +296,17 @@ class TermTable:
         return self.fold(node, tuple(args))
 
     def _operand_type(self, node: e.Expr, place: int) -> Type | None:
-        if isinstance(node, e.Call) and node.operator in self._parameters:
-            return self._parameters[node.operator][place]
-        return operand_type(node, place)
+        """The type that an operand has to have; None where any number will do."""
+        match node:
+            case e.Call(operator=name) if name in self._parameters:
+                return self._parameters[name][place]
+            case e.Choice() if place:
+                return node.type
+            case e.Builtin(name=name) if FUNCTIONS[name].chooses:
+                return node.type
+            case e.Items(type=ListOf(element=element)):
+                return element
+        return None
 
     def fold(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
         """The term of a node over given operands, after folding what is known."""
@@ -419,24 +355,41 @@ class TermTable:
     def _intern(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
         key = (type(node), node.type, _payload(node), tuple(arg.order for arg in args))
         if key not in self._terms:
-            self._terms[key] = self._new_term(node, args)
+            match node:
+                case e.ConstantRef(name=name) | e.Clock(name=name) if name in self._constants:
+                    range_ = self._unchecked(self._constants[name]).range
+                case e.Clock(name="elapsed") | e.Lag(name="age"):
+                    range_ = 0.0, MAX_DURATION_S
+                case _:
+                    range_ = range_of_parts(node, [arg.range for arg in args])
+            # The range may have made terms, which come before this one.
+            self._terms[key] = Term(
+                len(self._terms), node, args, *self._constness(node, args), range_
+            )
         return self._terms[key]
 
-    def _new_term(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+    def _constness(self, node: e.Expr, args: tuple[Term, ...]) -> tuple[bool, bool]:
+        """Whether a term is constant, and whether it is invariant."""
+        is_constant = all(arg.is_constant for arg in args)
+        is_invariant = all(arg.is_invariant for arg in args)
         match node:
+            case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused() | e.Nothing():
+                return True, True
             case e.ConstantRef(name=name):
-                is_constant, is_settled = name not in self._computed, True
+                return name not in self._computed, True
             case e.MemoryRef(name=name):
-                is_constant, is_settled = False, name in self._invariant_memory
-            case _:
-                is_constant, is_settled = constness(node, args)
-        range_ = self._range(node, args)  # may make terms, so before this one has its number
-        return new_term(len(self._terms), node, args, (is_constant, is_settled), range_)
-
-    def _range(self, node: e.Expr, args: tuple[Term, ...]) -> Range:
-        if isinstance(node, (e.ConstantRef, e.Clock)) and node.name in self._constants:
-            return self._unchecked(self._constants[node.name]).range
-        return range_of(node, args)
+                return False, name in self._invariant_memory
+            case e.Clock(name=name):
+                return name == "period", name == "period"
+            case e.Binary(op=op) if SIGNS[op].may_fail:
+                return False, False  # may fail, so only where it is needed
+            case e.Builtin(name=name):
+                may_fail = FUNCTIONS[name].may_fail
+                is_constant &= not may_fail or FUNCTIONS[name].constants_checked
+                return is_constant, is_invariant and not may_fail
+            case e.Unary() | e.Binary() | e.Items() | e.Component() | e.FieldOf() if args:
+                return is_constant, is_invariant
+        return False, False
 
 
 def term_table(system: System, part: Subsystem | Device, computed: Collection[str]) -> TermTable:

@@ -7,14 +7,12 @@ MJCF has none, and entities can make a short file endless.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from math import radians
 from xml.parsers import expat
 
-from specc.mjcf.actuator_names import ActuatorNames
-from specc.mjcf.assets import Assets
-from specc.mjcf.defaults import Defaults
-from specc.mjcf.model import Model, ModelError, ModelFiles, ModelObject, ModelPart
+from specc.mjcf.model import Model, ModelError, ModelFiles, ModelPart
 from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, digits, excess, number, step_s
 from specc.reachable import reachable
 from specc.read import ANYWHERE, AllowedPaths
@@ -53,9 +51,9 @@ _SENSOR_SIZES = {
 _SIZE_OF_SENSOR = {tag: size for size, tags in _SENSOR_SIZES.items() for tag in tags.split()}
 
 
-_DRIVES = "actuator"
-_DEPTH_OF_DRIVE = 3
-"""How many elements are open in one: `<mujoco><actuator><motor>`."""
+_ACTUATOR = "actuator"
+_ACTUATOR_DEPTH = 3
+"""How many elements are open in one: `<mujoco><actuator><motor>`; those below are its parts."""
 
 _FROM_URDF = (
     "let MuJoCo write it as MJCF and add drives, as docs/your_robot.md shows under `From URDF`"
@@ -70,119 +68,209 @@ def read_model(path: str, reach: AllowedPaths = ANYWHERE) -> Model:
         ModelError: a file is missing, unreadable, too large, not XML, or not MJCF, or the model
             names one outside.
     """
-    reader = _ModelReader(path, reach)
-    model = reader.read_whole(path)
+    reader = _ModelReader(reach)
+    model = reader.read_model(path)
     model.files, model.missing = reader.files_of(path)
     return model
 
 
+@dataclass(eq=False, slots=True)
+class _ModelText:
+    """What the texts of one model declare, with those that it includes."""
+
+    base: str
+    model: Model = field(default_factory=Model)
+    assets: Assets = field(default_factory=lambda: Assets())
+    attached: dict[tuple[str, str], None] = field(default_factory=dict)
+    """Names of models, and prefixes."""
+    attachments: set[str] = field(default_factory=set)
+    """Real paths of the models that it attaches."""
+    defaults: Defaults = field(default_factory=lambda: Defaults())
+    elements: list[tuple[str, str, str, dict[str, str]]] = field(default_factory=list)
+    """Section, tag, class and attributes of all that have names, and of all actuators."""
+    compiler: dict[str, str] = field(default_factory=dict)
+    clamps: bool = True
+    """Whether controls are cut to their ranges."""
+    root: str = "mujoco"
+    """The element that the root of the file stands for."""
+    tags: list[str] = field(default_factory=list)
+    """Of the open elements."""
+    classes: list[str] = field(default_factory=lambda: [""])
+    """The class of defaults inside each open element, and outside of all."""
+    copies: list[int] = field(default_factory=lambda: [1])
+    """How many copies are made of what stands in each open element, and outside of all."""
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        """An element begins."""
+        if len(self.tags) >= _DEEPEST:
+            raise ModelError(f"elements are nested more than {_DEEPEST} deep")
+        self.tags.append(tag)
+        depth, section = len(self.tags), self.tags[1] if len(self.tags) > 2 else ""
+        in_defaults, around = section == "default", self.classes[-1]
+        self.classes.append(self.defaults.class_inside(tag, attributes, around, in_defaults))
+        self.assets.add(tag, attributes)
+        if depth == 1:
+            self.model.name = attributes.get("model", "")
+        if tag == "include" and "file" in attributes:
+            return
+        if tag == "attach":
+            self.attached[attributes.get("model", ""), attributes.get("prefix", "")] = None
+        elif tag == "compiler":
+            self.compiler |= attributes
+        elif tag == "option" and depth == 2 and "timestep" in attributes:
+            self.model.timestep_s = step_s(attributes["timestep"])
+        elif tag == "flag" and "clampctrl" in attributes:
+            self.clamps = attributes["clampctrl"] != "disable"
+        elif tag in _GENERATING:
+            self.model.complete = False
+        elif in_defaults:
+            self.defaults.set(around, tag, attributes)
+        elif section and (
+            attributes.get("name") or (section, depth) == (_ACTUATOR, _ACTUATOR_DEPTH)
+        ):
+            self.elements.append((section, tag, attributes.get("class", around), attributes))
+
+    def count(self, tag: str, attributes: dict[str, str]) -> str:
+        """Count an element with its copies; what is too much of it."""
+        self.copies.append(self.copies[-1] * copies(tag, attributes))
+        self.model.size += self.copies[-1]
+        if self.model.size > MOST_ELEMENTS:
+            return f"with the copies of this the model has more than {_MOST}"
+        return excess(tag, attributes)
+
+    def end(self, _: str) -> None:
+        """The innermost open element ends."""
+        self.tags.pop()
+        self.classes.pop()
+        self.copies.pop()
+
+    def finish(self) -> None:
+        """Add all elements to the model: joints before actuators, wherever they stand."""
+        self.elements.sort(key=lambda each: each[0] == _ACTUATOR)
+        unnamed = ActuatorNames(e[3].get("name", "") for e in self.elements if e[0] == _ACTUATOR)
+        for section, tag, class_, own in self.elements:
+            attributes = self.defaults.applied(class_, tag, own)
+            if name := own.get("name") or unnamed.of(attributes):
+                self._add(section, tag, name, attributes)
+
+    def _add(self, section: str, tag: str, name: str, attributes: dict[str, str]) -> None:
+        model = self.model
+        if section == _ACTUATOR:
+            model.actuators[name] = 1
+            model.parts[section, name] = self._actuator(tag, attributes)
+        elif section == "sensor":
+            model.sensors[name] = _sensor_size(tag, attributes)
+            joint, actuator = attributes.get("joint", ""), attributes.get("actuator", "")
+            cutoff = _is_other(attributes.get("cutoff", ""), 0.0)
+            object_, reference = (
+                (attributes.get(f"{of}type", ""), attributes[f"{of}name"])
+                if attributes.get(f"{of}name")
+                else None
+                for of in ("obj", "ref")
+            )
+            model.parts[section, name] = ModelPart(
+                tag, joint, actuator, object_, reference, cutoff=cutoff
+            )
+        elif section == "worldbody" and tag in ("joint", "freejoint"):
+            kind = "free" if tag == "freejoint" else attributes.get("type", "hinge")
+            limits = _range(attributes, "", self.compiler) if kind in ("hinge", "slide") else None
+            if limits and kind == "hinge" and self.compiler.get("angle", "degree") == "degree":
+                limits = radians(limits[0]), radians(limits[1])
+            model.joints[name] = _JOINT_SIZES.get(kind)
+            model.parts["joint", name] = ModelPart(kind, range=limits)
+        elif section == "worldbody" and tag == "body":
+            model.bodies.add(name)
+        elif section == "worldbody" and tag == "camera":
+            size = [digits(each) for each in attributes.get("resolution", "").split()]
+            model.cameras[name] = (size[0], size[1]) if len(size) == 2 and all(size) else None
+
+    def _actuator(self, tag: str, attributes: Mapping[str, str]) -> ModelPart:
+        joint = attributes.get("joint", "")
+        geared = _is_other(attributes.get("gear", ""), 1.0)
+        control, force = (_range(attributes, of, self.compiler) for of in ("ctrl", "force"))
+        inherited = number(attributes.get("inheritrange", "")) if tag == "position" else None
+        if control is None and inherited and (limits := self.model.joint_range(joint)):
+            middle, half = (limits[0] + limits[1]) / 2, (limits[1] - limits[0]) / 2 * inherited
+            control = middle - half, middle + half
+        if not self.clamps:
+            control = None
+        return ModelPart(tag, joint, geared=geared, control_range=control, force_range=force)
+
+
 class _ModelReader:
-    def __init__(self, path: str, reach: AllowedPaths) -> None:
-        self._model = Model()
-        self._assets = Assets()
-        self._base = os.path.dirname(path)
+    """Reads a model and those that it attaches, all of them within one set of bounds."""
+
+    def __init__(self, reach: AllowedPaths) -> None:
         self._reach = reach
-        self._attached: list[tuple[str, str]] = []
-        self._times = [1]
-        """How many copies are made of what stands in each open element, and outside of all."""
-        self._copied = self._letters = 0
-        self._weight = 0
-        self._places = 0
-        self._models: dict[str, Model] = {}
-        self._files: list[str] = []
-        self._open: list[str] = []
-        self._classes = [""]
-        """The class of defaults inside each open element, and outside of all."""
-        self._compiler: dict[str, str] = {}
-        self._clamps = True
-        """Whether controls are cut to their ranges."""
-        self._defaults = Defaults()
-        self._elements: list[tuple[str, str, str, dict[str, str]]] = []
-        """Section, tag, class and attributes of all that have names, and of all actuators."""
-        self._bytes = 0
-        self._root = "mujoco"
-        self._texts: set[str] = set()
+        self._models: dict[str, _ModelText] = {}
+        """By real paths, in the order in which they are named."""
+        self._complete: set[str] = set()
+        self._files: set[str] = set()
+        self._paths: set[str] = set()
         self._weighed: set[str] = set()
-        self._named_by: dict[str, tuple[str, Assets]] = {}
-        """Real path of a model -> its folder, and the files that it names."""
-        self._attachments: dict[str, set[str]] = {}
-        """Real path of a model -> those that it attaches."""
+        self._bytes = self._weight = self._places = self._copied = self._letters = 0
 
     def files_of(self, path: str) -> tuple[ModelFiles, tuple[str, ...]]:
         """The files of a model with what it attaches, and what of them is not there, in words."""
-        attached = reachable([real_path(path)], lambda real: self._attachments.get(real, ()))
-        assets: dict[tuple[str, ...], None] = {}
+        attached = reachable([real_path(path)], lambda real: self._models[real].attachments)
+        assets: set[tuple[str, ...]] = set()
         missing: dict[str, None] = {}
-        unused: dict[str, None] = {}
-        for real, (base, named) in self._named_by.items():
+        unused: set[str] = set()
+        for real, text in self._models.items():
+            existing = text.assets.existing(text.base)
             if real in attached:
-                assets |= dict.fromkeys(named.there(base))
-                missing |= dict.fromkeys(named.missing(base))
+                assets.update(existing)
+                missing |= dict.fromkeys(text.assets.missing(text.base))
             else:  # MuJoCo reads its text and goes no further
-                unused |= dict.fromkeys(place for places in named.there(base) for place in places)
-            unused |= dict.fromkeys(named.unopened(base))
-        texts = tuple(sorted(self._texts))
+                unused.update(place for places in existing for place in places)
+            unused.update(text.assets.unopened(text.base))
+        texts = tuple(sorted(self._paths))
         return ModelFiles(texts, tuple(sorted(assets)), tuple(sorted(unused))), tuple(missing)
 
-    def read_whole(self, path: str) -> Model:
+    def read_model(self, path: str) -> Model:
         """A model with those that it attaches; all files that they name must lie inside."""
-        model, assets, base = Model(), Assets(), os.path.dirname(path)
-        attached: list[tuple[str, str]] = []
-        self._model, self._assets, self._base, self._attached = model, assets, base, attached
-        self._defaults, self._elements, self._compiler = Defaults(), [], {}
-        self._clamps = True
-        self.read(path)
-        self._elements.sort(key=lambda each: each[0] == _DRIVES)
-        unnamed = ActuatorNames(e[3].get("name", "") for e in self._elements if e[0] == _DRIVES)
-        for section, tag, class_, given in self._elements:
-            whole = self._defaults.applied(class_, tag, given)
-            if name := given.get("name") or unnamed.of(whole):
-                self._take(section, tag, name, whole)
-        for asset, is_opened in assets.paths(base):
+        text, shown = _ModelText(os.path.dirname(path)), os.path.basename(path)
+        self._read_file(path, text)
+        text.finish()
+        for asset, is_opened in text.assets.paths(text.base):
             self._places += 1
             if self._places > _MOST_PLACES:
-                shown = os.path.basename(path)
                 raise ModelError(f"files of {shown} may be at more than {_MOST_PLACES:,} places")
             if is_opened:
                 self._confine(asset)
                 self._weigh(asset)
-        real = real_path(path)
-        self._named_by[real] = base, assets
-        others = self._others(assets.models(base))
-        for name, prefix in dict.fromkeys(attached):
+        self._models[real_path(path)] = text
+        others = self._read_attachable(text)
+        for name, prefix in text.attached:
             if name in others:
-                other = self._models[others[name]]
-                self._count(path, model, other, prefix)
-                model.attach(other, prefix)
-                self._attachments.setdefault(real, set()).add(others[name])
+                self._attach(shown, text.model, self._models[others[name]].model, prefix)
+                text.attachments.add(others[name])
             else:
-                model.complete = False
-        self._models[real] = model
-        return model
+                text.model.complete = False
+        self._complete.add(real_path(path))
+        return text.model
 
-    def _count(self, path: str, model: Model, other: Model, prefix: str) -> None:
-        """Count what is about to be copied."""
+    def _attach(self, shown: str, model: Model, other: Model, prefix: str) -> None:
         self._copied += len(other) + 1
         self._letters += len(other) * len(prefix) + other.letters
         model.size += other.size
-        shown = os.path.basename(path)
         if self._copied > _MOST_NAMES:
             raise ModelError(f"what {shown} attaches has more than {_MOST_NAMES:,} names")
         if self._letters > _MOST_LETTERS:
             raise ModelError(f"what {shown} attaches has names of over {_MOST_LETTERS:,} letters")
         if model.size > MOST_ELEMENTS:
             raise ModelError(f"with what it attaches {shown} has more than {_MOST}")
+        model.attach(other, prefix)
 
-    def _others(self, named: Iterable[tuple[str, str]]) -> dict[str, str]:
+    def _read_attachable(self, text: _ModelText) -> dict[str, str]:
         """Name -> real path of the models that can be attached; one being read attaches itself."""
         found: dict[str, str] = {}
-        for name, path in named:
+        for name, path in text.assets.models(text.base):
             real = real_path(path)
             if os.path.isfile(path) and real not in self._files:
-                self.read_whole(path)
-            other = self._models.get(real)
-            if other is not None:
-                found[name or other.name] = real
+                self.read_model(path)
+            if real in self._complete:
+                found[name or self._models[real].model.name] = real
         return found
 
     def _weigh(self, asset: str) -> None:
@@ -199,27 +287,33 @@ class _ModelReader:
             shown = os.path.basename(path)
             raise ModelError(f"{shown} lies outside the project; {self._reach.hint_to_allow(path)}")
 
-    def read(self, path: str) -> None:
-        """Take in a file whose root stands for the element `self._root`."""
-        shown = os.path.basename(path)
+    def _read_file(self, path: str, text: _ModelText) -> None:
+        """Add a file to a model; its root stands for the element `text.root`."""
+        shown, real = os.path.basename(path), real_path(path)
         if len(self._files) >= _MOST_FILES:
             raise ModelError(f"more than {_MOST_FILES} files are included")
-        real = real_path(path)
         if real in self._files:
             raise ModelError(f"{shown} is included twice")
         self._confine(path)
-        self._files.append(real)
-        self._texts.add(path)
-        depth = len(self._open)
+        self._files.add(real)
+        self._paths.add(path)
+        depth = len(text.tags)
 
         def start(tag: str, attributes: dict[str, str]) -> None:
-            is_root = len(self._open) == depth
+            is_root = len(text.tags) == depth
             if is_root and tag == "robot":
                 raise ModelError(f"{shown} is URDF; {_FROM_URDF}")
             if is_root and tag not in ("mujoco", "mujocoinclude"):
                 raise ModelError(f"the root of {shown} is not <mujoco>")
-            self._start(self._root if is_root else tag, attributes)
-            if why := self._measure(tag, attributes):
+            tag_here = text.root if is_root else tag
+            text.start(tag_here, attributes)
+            if tag_here == "include" and "file" in attributes:
+                # What is included takes the place of the element: its root stands for the parent.
+                around, root = text.tags, text.root
+                text.tags, text.root = around[:-2], around[-2]
+                self._read_file(os.path.join(text.base, attributes["file"]), text)
+                text.tags, text.root = around, root
+            if why := text.count(tag, attributes):
                 raise ModelError(f"{shown}, line {parser.CurrentLineNumber}: {why}")
 
         def refuse(*_: object) -> None:
@@ -228,7 +322,7 @@ class _ModelReader:
         parser = expat.ParserCreate()
         parser.StartDoctypeDeclHandler = refuse
         parser.StartElementHandler = start
-        parser.EndElementHandler = self._end
+        parser.EndElementHandler = text.end
         try:
             content = _content(path, shown)
             self._bytes += len(content)
@@ -243,94 +337,6 @@ class _ModelReader:
                 f"the encoding that {shown} names cannot be read: save it as UTF-8, which MuJoCo "
                 "takes it for"
             ) from None
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        if len(self._open) >= _DEEPEST:
-            raise ModelError(f"elements are nested more than {_DEEPEST} deep")
-        self._open.append(tag)
-        section = self._open[1] if len(self._open) > 2 else ""
-        in_defaults, around = section == "default", self._classes[-1]
-        self._classes.append(self._defaults.entered(tag, attributes, around, inside=in_defaults))
-        self._assets.take(tag, attributes)
-        if len(self._open) == 1:
-            self._model.name = attributes.get("model", "")
-        if tag == "include" and "file" in attributes:
-            self._include(attributes["file"])
-        elif tag == "attach":
-            self._attached.append((attributes.get("model", ""), attributes.get("prefix", "")))
-        elif tag == "compiler":
-            self._compiler |= attributes
-        elif tag == "option" and len(self._open) == 2 and "timestep" in attributes:
-            self._model.timestep_s = step_s(attributes["timestep"])
-        elif tag == "flag" and "clampctrl" in attributes:
-            self._clamps = attributes["clampctrl"] != "disable"
-        elif tag in _GENERATING:
-            self._model.complete = False
-        elif in_defaults:
-            self._defaults.set(around, tag, attributes)
-        elif section and (attributes.get("name") or self._is_actuator(section)):
-            self._elements.append((section, tag, attributes.get("class", around), attributes))
-
-    def _is_actuator(self, section: str) -> bool:
-        """Whether the element that has just begun is an actuator, not a part of one."""
-        return section == _DRIVES and len(self._open) == _DEPTH_OF_DRIVE
-
-    def _measure(self, tag: str, attributes: dict[str, str]) -> str:
-        """Count an element with its copies; what is too much of it."""
-        self._times.append(self._times[-1] * copies(tag, attributes))
-        self._model.size += self._times[-1]
-        if self._model.size > MOST_ELEMENTS:
-            return f"with the copies of this the model has more than {_MOST}"
-        return excess(tag, attributes)
-
-    def _end(self, _: str) -> None:
-        self._open.pop()
-        self._classes.pop()
-        self._times.pop()
-
-    def _include(self, file: str) -> None:
-        # What is included takes the place of the element, so its root stands for the parent.
-        around, root = self._open, self._root
-        self._open, self._root = around[:-2], around[-2]
-        self.read(os.path.join(self._base, file))
-        self._open, self._root = around, root
-
-    def _take(self, section: str, tag: str, name: str, attributes: dict[str, str]) -> None:
-        model = self._model
-        if section == _DRIVES:
-            model.actuators[name] = 1
-            model.parts[section, name] = self._actuator(tag, attributes)
-        elif section == "sensor":
-            model.sensors[name] = _sensor_size(tag, attributes)
-            joint, actuator = attributes.get("joint", ""), attributes.get("actuator", "")
-            cutoff = _is_other(attributes.get("cutoff", ""), 0.0)
-            object_, reference = (_object(attributes, each) for each in ("obj", "ref"))
-            model.parts[section, name] = ModelPart(
-                tag, joint, actuator, object_, reference, cutoff=cutoff
-            )
-        elif section == "worldbody" and tag in ("joint", "freejoint"):
-            kind = "free" if tag == "freejoint" else attributes.get("type", "hinge")
-            model.joints[name] = _JOINT_SIZES.get(kind)
-            model.parts["joint", name] = ModelPart(
-                kind, range=_limits(kind, attributes, self._compiler)
-            )
-        elif section == "worldbody" and tag == "body":
-            model.bodies.add(name)
-        elif section == "worldbody" and tag == "camera":
-            model.cameras[name] = _resolution(attributes.get("resolution", ""))
-
-    def _actuator(self, tag: str, attributes: Mapping[str, str]) -> ModelPart:
-        """What is known of it; joints are read before actuators, wherever they stand."""
-        joint = attributes.get("joint", "")
-        geared = _is_other(attributes.get("gear", ""), 1.0)
-        control, force = (_range(attributes, of, self._compiler) for of in ("ctrl", "force"))
-        inherited = number(attributes.get("inheritrange", "")) if tag == "position" else None
-        if control is None and inherited and (reach := self._model.joint_range(joint)):
-            middle, half = (reach[0] + reach[1]) / 2, (reach[1] - reach[0]) / 2 * inherited
-            control = middle - half, middle + half
-        if not self._clamps:
-            control = None
-        return ModelPart(tag, joint, geared=geared, control_range=control, force_range=force)
 
 
 def _content(path: str, shown: str) -> bytes:
@@ -357,16 +363,6 @@ def _sensor_size(tag: str, attributes: dict[str, str]) -> int | None:
     return _SIZE_OF_SENSOR.get(tag)
 
 
-def _limits(
-    kind: str, attributes: Mapping[str, str], compiler: Mapping[str, str]
-) -> tuple[float, float] | None:
-    """The range of a hinge or a slide, rad or m, if it is limited."""
-    found = _range(attributes, "", compiler) if kind in ("hinge", "slide") else None
-    if found and kind == "hinge" and compiler.get("angle", "degree") == "degree":
-        return radians(found[0]), radians(found[1])
-    return found
-
-
 def _range(
     attributes: Mapping[str, str], of: str, compiler: Mapping[str, str]
 ) -> tuple[float, float] | None:
@@ -381,20 +377,189 @@ def _range(
     return (least, greatest) if limited == "true" and least < greatest else None
 
 
-def _object(attributes: Mapping[str, str], of: str) -> ModelObject | None:
-    name = attributes.get(f"{of}name", "")
-    return (attributes.get(f"{of}type", ""), name) if name else None
-
-
 def _is_other(text: str, usual: float) -> bool:
     """Whether an attribute begins with another number than the usual one."""
     return any(number(first) != usual for first in text.split()[:1])
 
 
-def _resolution(text: str) -> tuple[int, int] | None:
-    numbers = [digits(each) for each in text.split()]
-    return (numbers[0], numbers[1]) if len(numbers) == 2 and all(numbers) else None
-
-
 def _too_large(shown: str) -> ModelError:
     return ModelError(f"with {shown} the model is larger than {MAX_BYTES // 1_000_000} MB")
+
+
+# What actuators without a name are called.
+
+
+_ACTED_ON = ("joint", "jointinparent", "tendon", "cranksite", "site", "body")
+"""Attributes of an actuator that name the part it acts on."""
+
+
+class ActuatorNames:
+    """Names for the actuators of one file that have none; the simulator gets the same ones.
+
+    An actuator is called after the part that it acts on. Where an actuator has that name, `_2`,
+    `_3` and so on follows.
+    """
+
+    def __init__(self, named: Iterable[str]) -> None:
+        self._taken = set(named)
+        self._last: dict[str, int] = {}
+        """The number of the last one that acts on a part."""
+
+    def of(self, attributes: Mapping[str, str]) -> str:
+        """The name of the next one; empty if the file does not say what it acts on."""
+        part = next((attributes[key] for key in _ACTED_ON if attributes.get(key)), "")
+        if not part:
+            return ""
+        number = self._last.get(part, 0) + 1
+        while (name := part if number == 1 else f"{part}_{number}") in self._taken:
+            number += 1
+        self._last[part] = number
+        self._taken.add(name)
+        return name
+
+
+# Classes of defaults. The outermost class holds for every element without another one, and a class
+# has what the one around it has. An element belongs to its own `class`, else to the `childclass` of
+# the nearest body or frame.
+
+
+_OUTERMOST = ""
+_READ = (
+    "actuator camera class ctrllimited ctrlrange cutoff data dim forcelimited forcerange gear "
+    "inheritrange joint limited range resolution type"
+)
+"""All that anybody asks of the attributes of an element; a class may have any number of others."""
+_ACTUATORS = "general motor position velocity intvelocity damper cylinder muscle adhesion plugin"
+
+
+class Defaults:
+    """What elements have by their classes, once the whole model is read."""
+
+    def __init__(self) -> None:
+        self._own: dict[tuple[str, str], dict[str, str]] = {}
+        """Class and kind of element -> attributes that the class sets."""
+        self._outer: dict[str, str] = {}
+        self._inherited: dict[tuple[str, str], dict[str, str]] = {}
+        """What classes have with those around them; computed once."""
+
+    def class_inside(
+        self, tag: str, attributes: Mapping[str, str], around: str, in_defaults: bool
+    ) -> str:
+        """The class that holds inside an element, where another one holds around it."""
+        if tag != "default":
+            return attributes.get("childclass", around)
+        if not in_defaults:
+            self._outer.setdefault(attributes.get("class", "main"), _OUTERMOST)
+            return _OUTERMOST
+        name = attributes.get("class", around)
+        if name != around:
+            self._outer.setdefault(name, around)
+        return name
+
+    def set(self, name: str, tag: str, attributes: Mapping[str, str]) -> None:
+        """Elements of a class have attributes."""
+        own = self._own.setdefault((name, _kind(tag)), {})
+        own |= {key: value for key, value in attributes.items() if key in _READ.split()}
+
+    def applied(self, name: str, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
+        """The attributes of an element with those of its class."""
+        kind = _kind(tag)
+        if (name, kind) not in self._inherited:
+            found: dict[str, str] = {}
+            outer = name
+            for _ in range(len(self._outer) + 1):
+                found = {**self._own.get((outer, kind), {}), **found}
+                if outer == _OUTERMOST:
+                    break
+                outer = self._outer.get(outer, _OUTERMOST)
+            self._inherited[name, kind] = found
+        return {**self._inherited[name, kind], **attributes}
+
+
+def _kind(tag: str) -> str:
+    """Actuators of all kinds share what a class sets."""
+    return "actuator" if tag in _ACTUATORS.split() else tag
+
+
+# Files that a model names beside those that it includes.
+
+
+_FACES = ("fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
+_FILLED = ("mesh", "gmsh")
+"""Types of `<flexcomp>` that come from a file; the others count points."""
+_KINDS = {"hfield": "height field"} | {tag: tag for tag in ("mesh", "model", "skin", "texture")}
+
+
+@dataclass(eq=False, slots=True)
+class Assets:
+    """Meshes, height fields, textures, skins and models, and the folders where they are.
+
+    MuJoCo looks for a file in one folder, which depends on its version where sections contradict
+    one another; every folder that may be meant counts. Attributes that MuJoCo does not look at, as
+    the file of a texture that it draws itself, name nothing that the model uses.
+    """
+
+    _files: dict[tuple[str, str, bool], None] = field(default_factory=dict)
+    """Tag, file, and whether MuJoCo opens it."""
+    _models: list[tuple[str, str]] = field(default_factory=list)
+    _folders: dict[str, set[str]] = field(default_factory=dict)
+    _stripped: bool = False
+
+    def add(self, tag: str, attributes: Mapping[str, str]) -> None:
+        """Add the files or folders that an element names."""
+        if tag == "compiler":
+            for name in ("assetdir", "meshdir", "texturedir"):
+                if name in attributes:
+                    self._folders.setdefault(name, set()).add(attributes[name])
+            self._stripped |= attributes.get("strippath") == "true"
+        elif tag != "include":
+            opened = _opened(tag, attributes)
+            for name, value in attributes.items():
+                if value and name.startswith("file"):
+                    self._files[tag, value, name in opened] = None
+            if tag == "model":
+                self._models.append((attributes.get("name", ""), attributes.get("file", "")))
+
+    def paths(self, base: str) -> Iterator[tuple[str, bool]]:
+        """Where the files may be for a model in the folder `base`; whether MuJoCo opens them."""
+        for tag, file, is_opened in sorted(self._files, key=lambda each: not each[2]):
+            yield from ((place, is_opened) for place in self._places(base, tag, file))
+
+    def existing(self, base: str) -> list[tuple[str, ...]]:
+        """The places of each file where there is one."""
+        places = [self._places(base, tag, file) for tag, file, opened in self._files if opened]
+        return [found for each in places if (found := tuple(filter(os.path.isfile, each)))]
+
+    def unopened(self, base: str) -> Iterator[str]:
+        """Files that are there and that are named where MuJoCo does not look."""
+        for tag, file, is_opened in self._files:
+            if not is_opened:
+                yield from filter(os.path.isfile, self._places(base, tag, file))
+
+    def missing(self, base: str) -> Iterator[str]:
+        """What is in none of the places where it may be, in words."""
+        for tag, file, is_opened in self._files:
+            if is_opened and not any(map(os.path.isfile, self._places(base, tag, file))):
+                yield f"the {_KINDS.get(tag, 'file')} {file}"
+
+    def models(self, base: str) -> Iterator[tuple[str, str]]:
+        """The models to attach: a name, which may be empty, and where the file may be."""
+        for name, file in self._models:
+            yield from ((name, path) for path in self._places(base, "model", file))
+
+    def _places(self, base: str, tag: str, file: str) -> list[str]:
+        name = os.path.basename(file) if self._stripped else file
+        own = self._folders.get("texturedir" if tag == "texture" else "meshdir", set())
+        folders = own | self._folders.get("assetdir", set())
+        if tag not in ("mesh", "hfield", "texture") or not folders:
+            folders = folders | {""}
+        return [os.path.join(base, folder, name) for folder in sorted(folders)]
+
+
+def _opened(tag: str, attributes: Mapping[str, str]) -> Collection[str]:
+    """The attributes of an element that name a file which MuJoCo opens."""
+    if tag == "flexcomp":
+        return ("file",) if attributes.get("type") in _FILLED else ()
+    if tag not in _KINDS or attributes.get("builtin", "none") != "none":
+        return ()
+    return _FACES if tag == "texture" and not attributes.get("file") else ("file",)

@@ -83,18 +83,16 @@ class Unit:
 
     def __str__(self) -> str:
         """The coherent unit of this kind, in a spelling that `parse_unit` reads."""
-        return _NAMES.get(self.dimensions) or _spell(self.dimensions)
+        if name := _NAMES.get(self.dimensions):
+            return name
+        above = [_power(b, e) for b, e in self.dimensions if e > 0]
+        below = [_power(b, -e) for b, e in self.dimensions if e < 0]
+        return "/".join(["*".join(above) or "1", *below])
 
 
 def _unit(exponents: dict[str, Fraction], scale: float) -> Unit:
     powers = tuple(sorted((b, e) for b, e in exponents.items() if e))
     return Unit(powers, 1.0 if math.isclose(scale, 1.0) else scale)
-
-
-def _spell(dimensions: Dimensions) -> str:
-    above = [_power(b, e) for b, e in dimensions if e > 0]
-    below = [_power(b, -e) for b, e in dimensions if e < 0]
-    return "/".join(["*".join(above) or "1", *below])
 
 
 def _power(base: str, exponent: Fraction) -> str:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cache
@@ -37,7 +36,6 @@ _EXAMPLES = {
     "exclude": '["drafts/*"]',
     "allow": '["../shared"]',
 }
-_ENCODING = "save the file with the encoding UTF-8"
 
 # Bounds of a file that a stranger may have written.
 MAX_BYTES = 200_000
@@ -109,9 +107,9 @@ class Overrides:
 
     def applied_to(self, settings: Settings) -> Settings:
         """The settings with what the command line says in place of theirs."""
-        said = {"select": self.select, "ignore": self.ignore, "strict": self.strict}
-        given: dict[str, Any] = {key: value for key, value in said.items() if value is not None}
-        return replace(settings, **given)
+        every = {"select": self.select, "ignore": self.ignore, "strict": self.strict}
+        values: dict[str, Any] = {key: value for key, value in every.items() if value is not None}
+        return replace(settings, **values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,45 +167,62 @@ def _settings_in(directory: Path) -> FoundSettings | None:
             content = file.read(MAX_BYTES + 1)
     except (OSError, ValueError):
         return None
+    place = Place(str(path))
     if len(content) > MAX_BYTES:
-        return _too_large(str(path))
+        message = f"the file has more than {MAX_BYTES:,} bytes"
+        return _invalid(message, place, "keep settings in a smaller file")
+    # Most projects have no settings, and a start of the command need not read TOML for them.
     if b"specc" not in content:
         return None
     try:
-        return _parsed(str(path), content.decode())
+        source = SourceFile(str(path), content.decode())
     except UnicodeDecodeError:
-        fault = Diagnostic("E0905", "the file is not UTF-8 text", Place(str(path)), help=_ENCODING)
-        return FoundSettings(Settings(), None, (fault,))
+        hint = "save the file with the encoding UTF-8"
+        return _invalid("the file is not UTF-8 text", place, hint)
+    return _excess(source) or _parsed(source)
 
 
-def _parsed(path: str, text: str) -> FoundSettings | None:
-    # Most projects have no settings, and a start of the command need not read TOML for them.
+def _invalid(
+    message: str, place: Place, hint: str, source: SourceFile | None = None
+) -> FoundSettings:
+    """No settings, and the finding about a file that has none which can be used."""
+    return FoundSettings(Settings(), source, (Diagnostic("E0905", message, place, help=hint),))
+
+
+def _text(source: SourceFile, start: int, end: int) -> Place:
+    return Place(source.path, (), "text", start, end)
+
+
+def _parsed(source: SourceFile) -> FoundSettings | None:
     import tomllib
 
-    source = SourceFile(path, text)
-    if excess := _excess(source):
-        return FoundSettings(Settings(), source, (excess,))
     try:
-        tool = tomllib.loads(text).get("tool", {})
+        tool = tomllib.loads(source.text).get("tool", {})
     except tomllib.TOMLDecodeError as error:
-        return FoundSettings(Settings(), source, (_not_toml(source, str(error)),))
+        return _not_toml(source, str(error))
     table = tool.get("specc") if isinstance(tool, dict) else None
     if table is None:
         return None
     if not isinstance(table, dict):
-        place = Place(path, (), "text", 0, 0)
-        fault = Diagnostic("E0905", "`tool.specc` is not a table", place, help="write [tool.specc]")
-        return FoundSettings(Settings(), source, (fault,))
-    return _checked(source, table)
+        message = "`tool.specc` is not a table"
+        return _invalid(message, _text(source, 0, 0), "write [tool.specc]", source)
+    if len(table) > MAX_KEYS:
+        message = f"the section has more than {MAX_KEYS} keys"
+        return _invalid(message, _key_place(source, next(iter(table))), _KNOWN_KEYS, source)
+    faults = {key: _fault(_key_place(source, key), key, value) for key, value in table.items()}
+    values: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value
+        for key, value in table.items()
+        if faults[key] is None
+    }
+    settings = Settings(**values, base=str(Path(source.path).parent))
+    return FoundSettings(settings, source, tuple(filter(None, faults.values())))
 
 
-def _too_large(path: str) -> FoundSettings:
-    message = f"the file has more than {MAX_BYTES:,} bytes"
-    fault = Diagnostic("E0905", message, Place(path), help="keep settings in a smaller file")
-    return FoundSettings(Settings(), None, (fault,))
+_WITHOUT_EFFECT = "until then no setting takes effect"
 
 
-def _excess(source: SourceFile) -> Diagnostic | None:
+def _excess(source: SourceFile) -> FoundSettings | None:
     """What of a text would take the reader of TOML too many steps, or too much memory."""
     # Texts and comments become words and blanks of the same length.
     bare = _TEXT_OR_COMMENT.sub(
@@ -217,28 +232,20 @@ def _excess(source: SourceFile) -> Diagnostic | None:
         message, span = f"a key has more than {MAX_NESTING} parts", found.span()
     elif found := _LONG_NUMBER.search(bare):
         message, span = f"a number has more than {MAX_DIGITS:,} digits", found.span()
-    elif (deep := _too_deep(bare)) is not None:
-        message, span = f"brackets are nested more than {MAX_NESTING} deep", (deep, deep + 1)
     else:
-        return None
-    place = Place(source.path, (), "text", *span)
-    return Diagnostic("E0905", message, place, help=f"shorten it; {_WITHOUT_EFFECT}")
+        depth = 0
+        for bracket in re.finditer(r"[\[\]{}]", bare):
+            depth += 1 if bracket[0] in "[{" else -1
+            if depth > MAX_NESTING:
+                message = f"brackets are nested more than {MAX_NESTING} deep"
+                span = bracket.span()
+                break
+        else:
+            return None
+    return _invalid(message, _text(source, *span), f"shorten it; {_WITHOUT_EFFECT}", source)
 
 
-def _too_deep(text: str) -> int | None:
-    """Where brackets are nested too deep."""
-    depth = 0
-    for bracket in re.finditer(r"[\[\]{}]", text):
-        depth += 1 if bracket[0] in "[{" else -1
-        if depth > MAX_NESTING:
-            return bracket.start()
-    return None
-
-
-_WITHOUT_EFFECT = "until then no setting takes effect"
-
-
-def _not_toml(source: SourceFile, error: str) -> Diagnostic:
+def _not_toml(source: SourceFile, error: str) -> FoundSettings:
     """The finding about a text that is not TOML, where its reader says that it is not."""
     at = _AT.search(error)
     line, column = (int(at["line"]), int(at["column"])) if at else (len(source.lines), 1)
@@ -246,40 +253,33 @@ def _not_toml(source: SourceFile, error: str) -> Diagnostic:
     offset = min(starts[min(line, len(starts)) - 1] + column - 1, len(source.text))
     what = error[: at.start()] if at else error.removesuffix(" (at end of document)")
     message = f"this is not TOML: {what[:1].lower()}{what[1:]}"
-    place = Place(source.path, (), "text", offset, offset)
-    return Diagnostic("E0905", message, place, help=f"correct the line; {_WITHOUT_EFFECT}")
+    hint = f"correct the line; {_WITHOUT_EFFECT}"
+    return _invalid(message, _text(source, offset, offset), hint, source)
 
 
-def _checked(source: SourceFile, table: Mapping[str, Any]) -> FoundSettings:
-    values: dict[str, Any] = {}
-    findings: list[Diagnostic] = []
-    if len(table) > MAX_KEYS:
-        message = f"the section has more than {MAX_KEYS} keys"
-        place = _key_place(source, next(iter(table)))
-        fault = Diagnostic("E0905", message, place, help=_KNOWN_KEYS)
-        return FoundSettings(Settings(), source, (fault,))
-    for key, value in table.items():
-        if wrong := _fault(source, key, value):
-            findings.append(wrong)
-        else:
-            values[key] = tuple(value) if isinstance(value, list) else value
-    settings = Settings(**values, base=str(Path(source.path).parent))
-    return FoundSettings(settings, source, tuple(findings))
-
-
-def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
-    place = _key_place(source, key)
+def _fault(place: Place, key: str, value: Any) -> Diagnostic | None:
+    """What is wrong with a setting."""
     if key not in KEYS:
-        return _unknown(key, place)
+        close = nearest(key, KEYS)
+        hint = f"did you mean `{close[0]}`?" if close else _KNOWN_KEYS
+        fix = rename_fix(place, key, sole_correction(key, close))
+        return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint, fix=fix)
+    wrong = hint = ""
     if KEYS[key] is bool:
-        wrong = f"`{key}` takes true or false"
         hint = f"write `{key} = true` or `{key} = false`"
-        return None if isinstance(value, bool) else Diagnostic("E0905", wrong, place, help=hint)
-    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        wrong = "" if isinstance(value, bool) else "takes true or false"
+    else:
         hint = f"write e.g. `{key} = {_EXAMPLES[key]}`"
-        return Diagnostic("E0905", f"`{key}` takes a list of texts", place, help=hint)
-    if wrong := _bad_item(value):
-        hint = f"write e.g. `{key} = {_EXAMPLES[key]}`"
+        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+            wrong = "takes a list of texts"
+        elif len(value) > MAX_ITEMS:
+            wrong = f"has more than {MAX_ITEMS} items"
+        elif any(len(item) > MAX_LETTERS for item in value):
+            wrong = f"has an item of more than {MAX_LETTERS:,} letters"
+        elif any("\0" in item for item in value):
+            # Neither a path nor a pattern of paths nor a code has one.
+            wrong = "has an item with a NUL character"
+    if wrong:
         return Diagnostic("E0905", f"`{key}` {wrong}", place, help=hint)
     for code in value if key in ("select", "ignore") else ():
         if wrong := code_fault(code):
@@ -291,30 +291,10 @@ def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
     return None
 
 
-def _bad_item(items: list[str]) -> str:
-    """What no list of settings has; empty if this one does not either."""
-    if len(items) > MAX_ITEMS:
-        return f"has more than {MAX_ITEMS} items"
-    if any(len(item) > MAX_LETTERS for item in items):
-        return f"has an item of more than {MAX_LETTERS:,} letters"
-    # Neither a path nor a pattern of paths nor a code has one.
-    return "has an item with a NUL character" if any("\0" in item for item in items) else ""
-
-
-def _unknown(key: str, place: Place) -> Diagnostic:
-    close = nearest(key, KEYS)
-    hint = f"did you mean `{close[0]}`?" if close else _KNOWN_KEYS
-    meant = sole_correction(key, close)
-    fix = rename_fix(place, key, meant)
-    return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint, fix=fix)
-
-
 def _key_place(source: SourceFile, key: str) -> Place:
     """Where a key stands in the section; tomllib does not give places."""
     section = _SECTION.search(source.text)
-    start = section.end() if section else 0
-    found = re.compile(rf"^[ \t]*({re.escape(key)})[ \t]*=", re.MULTILINE).search(
-        source.text, start
-    )
-    span = found.span(1) if found else (section.span() if section else (0, 0))
-    return Place(source.path, (), "text", *span)
+    pattern = re.compile(rf"^[ \t]*({re.escape(key)})[ \t]*=", re.MULTILINE)
+    if found := pattern.search(source.text, section.end() if section else 0):
+        return _text(source, *found.span(1))
+    return _text(source, *(section.span() if section else (0, 0)))

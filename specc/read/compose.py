@@ -73,19 +73,13 @@ def is_null(text: str) -> bool:
 def _number(text: str) -> str | int | float:
     for pattern, convert in _FORMS:
         if pattern.fullmatch(text):
-            if len(text) > _MOST_DIGITS:
+            number = convert(text) if len(text) <= _MOST_DIGITS else math.inf
+            if abs(number) > _LARGEST_INT if isinstance(number, int) else math.isinf(number):
                 raise NumberRangeError(text)
-            return _in_range(convert(text), text)
+            return number
     if _INFINITY.fullmatch(text):
         return -math.inf if text.startswith("-") else math.inf
     return math.nan if text in _NOT_A_NUMBER else text
-
-
-def _in_range(number: int | float, text: str) -> int | float:
-    too_large = abs(number) > _LARGEST_INT if isinstance(number, int) else math.isinf(number)
-    if too_large:
-        raise NumberRangeError(text)
-    return number
 
 
 # From parse events to plain data and a tree of places, in one pass, within limits.
@@ -130,7 +124,7 @@ class _GiveUpError(Exception):
 
 
 class _Composer:
-    """Gives every event its meaning; what cannot be kept becomes a finding."""
+    """Gives every event its meaning; what a specification may not have becomes a finding."""
 
     def __init__(self, path: str, text: str) -> None:
         self.findings = Faults()
@@ -153,10 +147,14 @@ class _Composer:
                 root = self._value(event, 0, None)
         return ComposedValue(*root, self._nodes) if root else None
 
-    def report(self, code: str, message: str, start: int, end: int, hint: str) -> None:
+    def report(
+        self, code: str, message: str, start: int, end: int, hint: str, *related: Related
+    ) -> None:
         """Add a finding about a stretch of the text."""
-        place = Place(self._path, (), "text", start, end)
-        self.findings.add(Diagnostic(code, message, place, help=hint))
+        self.findings.add(Diagnostic(code, message, self._text_at(start, end), "", related, hint))
+
+    def _text_at(self, start: int, end: int) -> Place:
+        return Place(self._path, (), "text", start, end)
 
     def _value(self, event: Any, depth: int, key: TextNode | None) -> tuple[Any, TextNode]:
         """The value that begins with an event, below `depth` collections and perhaps a key."""
@@ -197,8 +195,14 @@ class _Composer:
             self._anchors[event.anchor] = None
         start = self._start_of(event)
         node = TextNode(start, start)
-        compose_parts = self._mapping if type(event) is MappingStartEvent else self._sequence
-        data, last = compose_parts(node, depth + 1)
+        if type(event) is MappingStartEvent:
+            data, last = self._mapping(node, depth + 1)
+        else:
+            data = []
+            while type(last := next(self._events)) is not SequenceEndEvent:
+                self._count(1, last)
+                item, node.values[len(data)] = self._value(last, depth + 1, None)
+                data.append(item)
         # A block collection "ends" where the next token starts, often lines below.
         if last.start_mark.index < last.end_mark.index:
             node.end = last.end_mark.index
@@ -206,59 +210,46 @@ class _Composer:
             node.end = max(part.end for part in node.values.values())
         return data, node
 
-    def _sequence(self, whole: TextNode, depth: int) -> tuple[Any, Any]:
-        found: list[Any] = []
-        while type(event := next(self._events)) is not SequenceEndEvent:
-            self._count(1, event)
-            data, whole.values[len(found)] = self._value(event, depth, None)
-            found.append(data)
-        return found, event
-
-    def _mapping(self, whole: TextNode, depth: int) -> tuple[Any, Any]:
-        found: dict[str, Any] = {}
+    def _mapping(self, mapping: TextNode, depth: int) -> tuple[Any, Any]:
+        data: dict[str, Any] = {}
         while type(event := next(self._events)) is not MappingEndEvent:
             self._count(2, event)
-            key = self._key(event)
+            if type(event) is not ScalarEvent:
+                hint = "a key is a name or a text in quotes"
+                self._abort("E0012", "this cannot be a key", event, hint)
+            if event.ctag is not None:
+                self._refuse_tag(event)
+            key = self._node(event)
             name = key.scalar or ""
-            keep = self._accepts_key(key, name, whole)
-            data, node = self._value(next(self._events), depth, key)
-            if keep:
-                found[name], whole.keys[name], whole.values[name] = data, key, node
-        return found, event
+            is_accepted = self._accepts_key(key, name, mapping)
+            value, node = self._value(next(self._events), depth, key)
+            if is_accepted:
+                data[name], mapping.keys[name], mapping.values[name] = value, key, node
+        return data, event
 
-    def _key(self, event: Any) -> TextNode:
-        if type(event) is not ScalarEvent:
-            hint = "a key is a name or a text in quotes"
-            self._abort("E0012", "this cannot be a key", event, hint)
-        if event.ctag is not None:
-            self._refuse_tag(event)
-        return self._node(event)
-
-    def _accepts_key(self, key: TextNode, name: str, whole: TextNode) -> bool:
+    def _accepts_key(self, key: TextNode, name: str, mapping: TextNode) -> bool:
         """Whether a mapping can have the key, which is reported if not."""
+        first = mapping.keys.get(name)
+        related: tuple[Related, ...] = ()
         if not key.style and name in _NULLS:
+            code, message = "E0012", "a key is missing here"
             hint = "write the key before the colon, in quotes if it is meant as text"
-            self.report("E0012", "a key is missing here", key.start, key.end, hint)
         elif not key.style and name == "<<":
+            code, message = "E0013", "merge keys are not supported"
             hint = "write the keys out, or use a description from another file with parameters"
-            self.report("E0013", "merge keys are not supported", key.start, key.end, hint)
-        elif (first := whole.keys.get(name)) is not None:
-            self._repeated(name, key, first)
-        elif len(whole.keys) >= MAX_KEYS:
+        elif first is not None:
+            code, message = "E0011", f"the key `{name}` is given twice"
+            related = (Related(self._text_at(first.start, first.end), "first given here"),)
+            hint = "give it once: rename or delete one of the two"
+        elif len(mapping.keys) >= MAX_KEYS:
+            code, message = "E0017", "the mapping has too many keys"
             hint = f"a mapping may have {MAX_KEYS} keys"
-            self.report("E0017", "the mapping has too many keys", key.start, key.end, hint)
-            raise _GiveUpError
         else:
             return True
+        self.report(code, message, key.start, key.end, hint, *related)
+        if code == "E0017":
+            raise _GiveUpError
         return False
-
-    def _repeated(self, key: str, node: TextNode, first: TextNode) -> None:
-        place = Place(self._path, (), "text", node.start, node.end)
-        earlier = Place(self._path, (), "text", first.start, first.end)
-        related = (Related(earlier, "first given here"),)
-        hint = "give it once: rename or delete one of the two"
-        message = f"the key `{key}` is given twice"
-        self.findings.add(Diagnostic("E0011", message, place, "", related, hint))
 
     def _alias(self, event: Any, depth: int) -> tuple[Any, TextNode]:
         if event.anchor not in self._anchors:

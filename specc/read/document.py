@@ -6,42 +6,18 @@ import os
 import re
 import stat
 import unicodedata
+from bisect import bisect_right
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from specc.diagnostics import Diagnostic, nearest
-from specc.limits import MAX_BYTES
+from specc.limits import MAX_BYTES, MAX_ENTRIES
+from specc.reachable import reachable
 from specc.read.compose import compose
-from specc.read.permitted import claims_to_be_specification
 from specc.refusal import reason_of
 from specc.resources import is_library_part, library_parts, on_disk
 from specc.source import Place, SourceFile
-
-# Characters that a specification may not contain, found before a parser sees them.
-
-
-# What YAML 1.2 forbids (5.1), and the line breaks of YAML 1.1 that editors do not show as lines.
-_FORBIDDEN = re.compile(
-    "[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]"
-)
-
-
-def forbidden_characters(path: str, text: str) -> tuple[Diagnostic, ...]:
-    """One finding, at the first forbidden character, or none."""
-    found = _FORBIDDEN.search(text)
-    if found is None:
-        return ()
-    char = found.group()
-    name = "NUL" if char == "\0" else unicodedata.name(char, "a control character")
-    return (
-        Diagnostic(
-            "E0006",
-            f"the file contains U+{ord(char):04X} ({name})",
-            Place(path, (), "text", found.start(), found.end()),
-            help=f'delete it, or write "\\U{ord(char):08X}" inside double quotes',
-        ),
-    )
-
 
 # From a path to characters: existence, permission, size and encoding.
 
@@ -67,22 +43,34 @@ def load_text(path: str) -> tuple[str, bool]:
     """
     raw = _load_bytes(path)
     marked = raw.startswith(_UTF8_MARK)
-    if marked:
-        raw = raw[len(_UTF8_MARK) :]
+    raw = raw.removeprefix(_UTF8_MARK)
     try:
         return raw.decode("utf-8"), marked
     except UnicodeDecodeError as error:
-        raise _not_utf8(path, raw, error) from None
+        text = raw[: error.start].decode("utf-8")
+        message = f"byte 0x{raw[error.start]:02x} is not UTF-8 text"
+        if encoding := _OTHER_MARKS.get(raw[:2]):
+            message += f" (the file looks like {encoding})"
+        place = Place(path, (), "text", len(text), len(text))
+        hint = "save the file with the encoding UTF-8"
+        raise UnreadableFileError(Diagnostic("E0005", message, place, help=hint), text) from None
 
 
 def _load_bytes(path: str) -> bytes:
     if is_library_part(path) and path not in library_parts():
-        raise _no_part(path)
+        close = nearest(path.removesuffix(".yaml"), library_parts())
+        meant = f"did you mean {' or '.join(f'`{name}`' for name in close)}? " if close else ""
+        hint = f"{meant}`specc lib` lists all parts"
+        raise _refusal("E0001", path, "the library has no such part", hint)
     place = on_disk(path)
     try:
         # A FIFO would block in open() and a device may never end.
         if not stat.S_ISREG(os.stat(place).st_mode):
-            raise _no_file(path)
+            message, hint = "this is not a regular file", "save the text in a file first"
+            if os.path.isdir(path):
+                message = "this is a directory"
+                hint = "name a file in it: specc reads one specification file at a time"
+            raise _refusal("E0002", path, message, hint)
         with open(place, "rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
@@ -99,31 +87,6 @@ def _load_bytes(path: str) -> bytes:
         hint = "a specification is text of some hundred lines; is this the right file?"
         raise _refusal("E0004", path, message, hint)
     return raw
-
-
-def _no_part(path: str) -> UnreadableFileError:
-    close = nearest(path.removesuffix(".yaml"), library_parts())
-    meant = f"did you mean {' or '.join(f'`{name}`' for name in close)}? " if close else ""
-    message = "the library has no such part"
-    return _refusal("E0001", path, message, f"{meant}`specc lib` lists all parts")
-
-
-def _no_file(path: str) -> UnreadableFileError:
-    if os.path.isdir(path):
-        hint = "name a file in it: specc reads one specification file at a time"
-        return _refusal("E0002", path, "this is a directory", hint)
-    return _refusal("E0002", path, "this is not a regular file", "save the text in a file first")
-
-
-def _not_utf8(path: str, raw: bytes, error: UnicodeDecodeError) -> UnreadableFileError:
-    text = raw[: error.start].decode("utf-8")
-    encoding = _OTHER_MARKS.get(raw[:2])
-    message = f"byte 0x{raw[error.start]:02x} is not UTF-8 text"
-    if encoding:
-        message += f" (the file looks like {encoding})"
-    place = Place(path, (), "text", len(text), len(text))
-    hint = "save the file with the encoding UTF-8"
-    return UnreadableFileError(Diagnostic("E0005", message, place, help=hint), text)
 
 
 def _refusal(code: str, path: str, message: str, hint: str) -> UnreadableFileError:
@@ -184,13 +147,154 @@ def specification(document: Document) -> Document:
     return Document(None, SourceFile(source.path, ""), (finding,))
 
 
+# What YAML 1.2 forbids (5.1), and the line breaks of YAML 1.1 that editors do not show as lines.
+_FORBIDDEN = re.compile(
+    "[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]"
+)
+
+
 def read_text(path: str, text: str, row_keys: tuple[str, ...] = ()) -> Document:
     """Read the text of a file; `path` only names it."""
-    forbidden = forbidden_characters(path, text)
-    if forbidden:
-        return Document(None, SourceFile(path, text), forbidden)
+    if found := _FORBIDDEN.search(text):
+        char = found.group()
+        name = "NUL" if char == "\0" else unicodedata.name(char, "a control character")
+        message = f"the file contains U+{ord(char):04X} ({name})"
+        place = Place(path, (), "text", *found.span())
+        hint = f'delete it, or write "\\U{ord(char):08X}" inside double quotes'
+        finding = Diagnostic("E0006", message, place, help=hint)
+        return Document(None, SourceFile(path, text), (finding,))
     root, diagnostics = compose(path, text)
     if root is None:
         return Document(None, SourceFile(path, text), diagnostics)
     source = SourceFile(path, text, root.node, row_keys)
     return Document(root.data, source, diagnostics, root.size)
+
+
+# Which files a specification may name: those inside its project.
+
+
+_CLAIM = re.compile(r"""(?:^|[\r{,])\ufeff?[ \t]*(["']?)specc\1[ \t]*:""", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class AllowedPaths:
+    """Folders, by their real paths, of which the first is the project; without any, everything."""
+
+    folders: tuple[str, ...] = ()
+
+    def contains(self, path: str) -> bool:
+        """Whether a file lies inside, wherever links lead, or is a part of the library."""
+        if is_library_part(path):
+            return True
+        try:
+            real = os.path.realpath(path)
+        except ValueError:  # not a valid file name, which reading it will report
+            return True
+        return not self.folders or any(
+            os.path.commonpath((real, folder)) == folder for folder in self.folders
+        )
+
+    def hint_to_allow(self, path: str) -> str:
+        """What to do about a file that lies outside."""
+        real = os.path.realpath(path)
+        folder = real if os.path.isdir(real) else os.path.dirname(real)
+        beyond = os.path.relpath(folder, self.folders[0])
+        return (
+            "move it below the folder of the specification or of the pyproject.toml above it, or "
+            f'allow its folder in that file: `[tool.specc]` with `allow = ["{beyond}"]`'
+        )
+
+    def escaping_link(self, folder: str) -> str | None:
+        """A link below a folder that leads outside; None if there is none.
+
+        Raises:
+            OverflowError: there is more below it than `MAX_ENTRIES`.
+        """
+        seen, waiting = {os.path.realpath(folder)}, [folder]
+        count = 0
+        while waiting and self.folders:
+            current = waiting.pop()
+            try:
+                names = sorted(os.listdir(current))
+            except OSError:  # a folder that cannot be listed is not read either
+                continue
+            for path in (os.path.join(current, name) for name in names):
+                count += 1
+                if count > MAX_ENTRIES:
+                    raise OverflowError(f"the folder has more than {MAX_ENTRIES} files")
+                if os.path.islink(path) and not self.contains(path):
+                    return path
+                if os.path.isdir(path) and (real := os.path.realpath(path)) not in seen:
+                    seen.add(real)
+                    waiting.append(path)
+        return None
+
+    def link_finding(self, path: str) -> Diagnostic:
+        """The finding about a path that the command line gives, and that lies outside."""
+        message = "a symbolic link leads out of the project"
+        return Diagnostic("E0021", message, Place(path), help=self.hint_to_allow(path))
+
+
+ANYWHERE = AllowedPaths()
+
+
+def claims_to_be_specification(text: str) -> bool:
+    """Whether a text says that it is a specification; any other must not be shown."""
+    return _CLAIM.search(text) is not None
+
+
+# The comments of a YAML text: what follows a `#` that stands outside all scalars.
+
+
+_MARK = re.compile(r"(?:^|(?<=[ \t]))#[^\r\n]*", re.MULTILINE)
+_LINE_END = re.compile(r"\r|\n|$")
+
+
+@dataclass(frozen=True, slots=True)
+class Comment:
+    """A comment with its `#`, by offsets into the text.
+
+    `alone` says that nothing but white space stands before it on its line.
+    """
+
+    start: int
+    end: int
+    text: str
+    is_whole_line: bool
+
+
+def comments_of(source: SourceFile) -> list[Comment]:
+    """The comments of a file that was understood, in order; none of any other."""
+    if source.spans is None:
+        return []
+    # What an alias stands for is the same node again.
+    nodes = reachable([source.spans], lambda node: (*node.keys.values(), *node.values.values()))
+    scalars = ((node.start, node.end) for node in nodes if node.scalar is not None)
+    return comments_in(source.text, scalars)
+
+
+def comments_in(text: str, scalars: Iterable[tuple[int, int]]) -> list[Comment]:
+    """The comments of a text whose scalars stand at these offsets."""
+    spans = []
+    for start, end in scalars:
+        # The header of a block scalar may still be followed by a comment.
+        if text[start:end][:1] in ("|", ">") and (line_end := _LINE_END.search(text, start)):
+            start = min(line_end.start(), end)
+        spans.append((start, end))
+    spans.sort()
+    starts = [start for start, _ in spans]
+    found = []
+    mark = _MARK.search(text)
+    while mark is not None:
+        before = bisect_right(starts, mark.start()) - 1
+        end = mark.end()
+        if before >= 0 and mark.start() < spans[before][1]:
+            end = spans[before][1]
+        else:
+            start = mark.start()
+            while start > 0 and text[start - 1] in " \t":
+                start -= 1
+            is_whole_line = start == 0 or text[start - 1] in "\r\n"
+            found.append(Comment(mark.start(), end, mark[0].rstrip(), is_whole_line))
+        mark = _MARK.search(text, end)
+    return found

@@ -63,19 +63,15 @@ def events(text: str) -> Iterator[Event]:
         while (event := parser.get_event()) is not None:
             yield event
     except MarkedYAMLError as error:
-        raise _fault(error) from None
+        mark, context_mark = error.problem_mark, error.context_mark
+        raise YamlSyntaxError(
+            error.problem or "this is not YAML",
+            mark.index if mark is not None else 0,
+            error.context or "",
+            context_mark.index if context_mark is not None else None,
+        ) from None
     except YAMLError as error:
         raise YamlSyntaxError(str(error), 0) from None
-
-
-def _fault(error: MarkedYAMLError) -> YamlSyntaxError:
-    mark, context_mark = error.problem_mark, error.context_mark
-    return YamlSyntaxError(
-        error.problem or "this is not YAML",
-        mark.index if mark is not None else 0,
-        error.context or "",
-        context_mark.index if context_mark is not None else None,
-    )
 
 
 # Words for texts that are not YAML: what the parser stumbled over and what usually mends it.
@@ -143,44 +139,30 @@ _CONTEXTS = (
     ("anchor", "the anchor is here"),
     ("alias", "the alias is here"),
 )
+_UNFINISHED = "the unfinished part starts here"
 _TAB_INDENT = re.compile(r"^ *\t[ \t]*", re.MULTILINE)
 
 
 def syntax_error(path: str, text: str, fault: YamlSyntaxError) -> Diagnostic:
     """The finding for a text that the parser refused."""
-    return _tab_error(path, text, fault.at) or _parse_error(path, fault)
-
-
-def _tab_error(path: str, text: str, at: int) -> Diagnostic | None:
-    """A tab in the indentation of the line at fault; the parser may blame what follows it."""
-    line_start = max(text.rfind("\n", 0, at), text.rfind("\r", 0, at)) + 1
+    # A tab in the indentation of the line at fault; the parser may blame what follows it.
+    line_start = max(text.rfind("\n", 0, fault.at), text.rfind("\r", 0, fault.at)) + 1
     tab = _TAB_INDENT.match(text, line_start)
-    if tab is None or at > tab.end():
-        return None
-    start = text.index("\t", tab.start())
-    return Diagnostic(
-        "E0010",
-        "a tab indents this line",
-        Place(path, (), "text", start, tab.end()),
-        help="indent with spaces: YAML does not allow tabs there",
-    )
-
-
-def _parse_error(path: str, fault: YamlSyntaxError) -> Diagnostic:
+    if tab is not None and fault.at <= tab.end():
+        place = Place(path, (), "text", text.index("\t", tab.start()), tab.end())
+        hint = "indent with spaces: YAML does not allow tabs there"
+        return Diagnostic("E0010", "a tab indents this line", place, help=hint)
     message, hint = fault.problem, "check quotes, brackets and indentation near this place"
     for words, ours, way_out in _PROBLEMS:
         if words in fault.problem:
             message, hint = ours, way_out
             break
+    related: tuple[Related, ...] = ()
+    if fault.context_at is not None and fault.context_at != fault.at:
+        # Where the construct starts that the parser could not finish.
+        ours = next((ours for words, ours in _CONTEXTS if words in fault.context), _UNFINISHED)
+        begin = Place(path, (), "text", fault.context_at, fault.context_at)
+        related = (Related(begin, ours),)
     place = Place(path, (), "text", fault.at, fault.at)
     message = f"this is not YAML: {message}"
-    return Diagnostic("E0009", message, place, related=_context(path, fault), help=hint)
-
-
-def _context(path: str, fault: YamlSyntaxError) -> tuple[Related, ...]:
-    """Where the construct starts that the parser could not finish."""
-    if fault.context_at is None or fault.context_at == fault.at:
-        return ()
-    place = Place(path, (), "text", fault.context_at, fault.context_at)
-    ours = [readable for words, readable in _CONTEXTS if words in fault.context]
-    return (Related(place, ours[0] if ours else "the unfinished part starts here"),)
+    return Diagnostic("E0009", message, place, related=related, help=hint)

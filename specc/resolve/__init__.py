@@ -82,7 +82,10 @@ def resolve(
     observed = {item.name for item in plant.observed} if plant else set()
     faulty = set(spec.plant.observe) - observed if spec.plant else set()
     expressions = Expressions(findings, definitions, broken=faulty)
-    world = _world(file, agents, plant, resolver)
+    lost = set(spec.agents) - {agent.name for agent in agents}
+    uncertain = frozenset({*resolver.broken, *resolver.faulty, *lost})
+    values = groups_of(spec.plant.observe, file.top["plant"]["observe"]) if spec.plant else {}
+    world = World(agents, Wires(agents), plant, {"": groups, PLANT: values}, uncertain)
     formulas = FormulaResolver(world, expressions, Lets()).with_lets(spec.let, file.top["let"])
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
@@ -112,8 +115,8 @@ def resolve(
         None if stop_when is None else _stop(formulas, stop_when),
     )
     given.report_unknown(findings)
-    broken, unsure = frozenset(resolver.broken), frozenset(resolver.faulty)
-    return Resolved(system, broken, unsure, given.units)
+    broken, faulty_names = frozenset(resolver.broken), frozenset(resolver.faulty)
+    return Resolved(system, broken, faulty_names, given.units)
 
 
 def _report_lacking(file: Loaded, findings: Findings) -> None:
@@ -150,19 +153,6 @@ def _plant(file: Loaded, library: Library, definitions: Definitions) -> Plant | 
     return plant
 
 
-def _world(
-    file: Loaded, agents: tuple[Agent, ...], plant: Plant | None, resolver: AgentResolver
-) -> World:
-    """What formulas of requirements and disturbances speak of."""
-    lost = set(file.spec.agents) - {agent.name for agent in agents}
-    uncertain = frozenset({*resolver.broken, *resolver.faulty, *lost})
-    plant_def, at = file.spec.plant, file.top["plant"]["observe"]
-    seen = groups_of(plant_def.observe, at) if plant_def else {}
-    return World(
-        agents, Wires(agents), plant, {"": resolver.library.groups, PLANT: seen}, uncertain
-    )
-
-
 def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> Task | None:
     """The task, if there is one, with the disturbances and the `formulas` that they wait for."""
     definition = file.spec.task
@@ -175,7 +165,7 @@ def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> T
         tuple(formulas.world.agents),
         resolver.broken | resolver.faulty,
         Expressions(known.findings, known.definitions),
-        resolver.library.given,
+        resolver.library.set_values,
         lambda text, at: formulas.requirement(text, "", at),
     )
 

@@ -163,7 +163,7 @@ class AgentResolver:
             title=next((level.title for level, _ in levels if level.title), ""),
             rate_hz=rate or Fraction(1),
             ports=tuple(port for port in ports if port.other_end),
-            constants=inside.given,
+            constants=inside.parameters,
             memory=memory,
             lets=lets,
             **machine.resolve(),
@@ -251,10 +251,9 @@ class AgentResolver:
                 x, commands = all_elements(item.x, here["x"], "x", expressions)
                 y, reports = all_elements(item.y, here["y"], "y", expressions)
                 x = with_safe(x, item, here["x"], y, expressions)
-                device = Device(
-                    *(agent, name, kind, item.title, x, y, trace_of(item), here.key, inside.given),
-                    duration_in(item, here, "silence", self.findings),
-                )
+                trace, silence = trace_of(item), duration_in(item, here, "silence", self.findings)
+                parts = item.title, x, y, trace, here.key, inside.parameters, silence
+                device = Device(agent, name, kind, *parts)
                 for found, buffer, shared in ((x, item.x, commands), (y, item.y, reports)):
                     if len(found) < len(buffer.elements) or (buffer.interface and not shared):
                         self.broken.add(device.qualified_name)
@@ -262,7 +261,7 @@ class AgentResolver:
 
     def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: YamlNode) -> None:
         """Report parts beside `use`, which would be described twice."""
-        what, parts = "subsystem", definition.given - _BESIDE_USE
+        what, parts = "subsystem", definition.given_keys - _BESIDE_USE
         help = "only title, `rate`, `budget` and `uses` may be others; say the rest in that file"
         if isinstance(definition, AgentDef):
             what, parts = "agent", frozenset(k for k in _DESCRIBED if getattr(definition, k))

@@ -40,9 +40,9 @@ class OpenSize(int):
 
     def __new__(cls, mark: int, name: str) -> OpenSize:
         """The size that the parameter of that name stands for."""
-        made = super().__new__(cls, 11 + mark % 7)
-        made.mark, made.name = mark, name
-        return made
+        size = super().__new__(cls, 11 + mark % 7)
+        size.mark, size.name = mark, name
+        return size
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, OpenSize) and self.mark == other.mark
@@ -62,8 +62,8 @@ class OpenSize(int):
 # Constants of a described file stand for their values: only those of the main file are shared.
 
 
-def inlined(expr: Expr, constants: Mapping[str, Constant], kept: Collection[str] = ()) -> Expr:
-    """`expr` with the values of constants in the place of their names, but for those that are kept.
+def inlined(expr: Expr, constants: Mapping[str, Constant], skip: Collection[str] = ()) -> Expr:
+    """`expr` with the values of constants in the place of their names, but for those in `skip`.
 
     Raises:
         ExprError: the values have too many parts; constants of constants can stand for billions.
@@ -82,7 +82,7 @@ def inlined(expr: Expr, constants: Mapping[str, Constant], kept: Collection[str]
                 raise ExprError(message, *part.span, "compute the value in an operator", "E0017")
         if not isinstance(part, ConstantRef):
             return map_children(part, written_out)
-        if part.name in kept or part.name not in constants:
+        if part.name in skip or part.name not in constants:
             return part
         inside += 1
         value = replace(written_out(constants[part.name].value), span=part.span)
@@ -181,7 +181,7 @@ class Definitions:
     """Parameters that stand for agents, each with the name of the agent."""
     groups: Groups = field(default_factory=dict)
     """Parameters that stand for all agents of a `for`; `agents` has each of them."""
-    given: dict[str, Constant] | None = None
+    parameters: dict[str, Constant] | None = None
     """The parameters of a described file with their values; None for any other file."""
     has_points: bool = True
     """As `Scope.has_points`."""
@@ -197,16 +197,16 @@ class Definitions:
 
     def inlined(self, expr: Expr) -> Expr:
         """The expression without constants of descriptions; see `inlining` for the error."""
-        kept = self.given is None or self.in_place
-        return expr if kept else inlined(expr, self.constants, self.given or ())
+        keeps_names = self.parameters is None or self.in_place
+        return expr if keeps_names else inlined(expr, self.constants, self.parameters or ())
 
     def indexed(self, indices: tuple[Constant, ...], findings: Findings) -> Definitions:
         """The same definitions with the indices of a `for`, which are like parameters."""
         found = replace(
             self,
             constants=dict(self.constants),
-            given=(self.given or {}) | {index.name: index for index in indices},
-            in_place=self.given is None or self.in_place,
+            parameters=(self.parameters or {}) | {index.name: index for index in indices},
+            in_place=self.parameters is None or self.in_place,
             declared=dict(self.declared),
         )
         for index in indices:
@@ -256,7 +256,7 @@ class Definitions:
 
 
 def types_in(several: Iterable[Definitions]) -> tuple[NamedType, ...]:
-    """The named types of some files; of those of one name, one."""
+    """Named types of these files, without duplicates."""
     found = {
         name: NamedType(name, trace, known.places[f"type {name}"])
         for known in several
@@ -274,16 +274,15 @@ class TypeMaker:
     where: YamlNode
     definitions: Definitions
     findings: Findings
-    _made: dict[tuple[Frame, ...], Type] = field(default_factory=dict)
-    _making: bool = False
+    _types: dict[tuple[Frame, ...], Type] = field(default_factory=dict)
+    _is_open: bool = False
     _broken: bool = False
-    _enum: Type | None = None
 
     def __call__(self, frames: tuple[Frame, ...]) -> Type:
         """The type with these frames; raises `ExprError` if they do not suit it."""
-        if frames not in self._made:
-            self._made[frames] = self._bounded(frames)
-        return self._made[frames]
+        if frames not in self._types:
+            self._types[frames] = self._bounded(frames)
+        return self._types[frames]
 
     def _bounded(self, frames: tuple[Frame, ...]) -> Type:
         if len(frames) != len(self.definition.frames):
@@ -297,35 +296,35 @@ class TypeMaker:
                 else f"write `{self.name}`",
                 "E0306",
             )
-        if self._making:
+        if self._is_open:
             message, help_text = f"type `{self.name}` contains itself", "break the circle"
             raise ExprError(message, 0, 0, help_text, "E0306")
-        self._making = True
+        self._is_open = True
         self.findings.depth += 1
         try:
             if self.findings.depth > MAX_DEPTH:
                 message = f"types are more than {MAX_DEPTH} levels deep"
                 raise ExprError(message, 0, 0, _TOO_LARGE, "E0016")
-            made = self._make(frames)
+            type_ = self._make(frames)
         finally:
-            self._making = False
+            self._is_open = False
             self.findings.depth -= 1
-        parts, levels = made.extent
+        parts, levels = type_.extent
         whole = f"with the types in it written out, `{self.name}`"
         if levels > MAX_DEPTH:
             raise self._refused(f"{whole} is more than {MAX_DEPTH} levels deep", "E0016")
         if parts > MAX_TYPE_PARTS:
             raise self._refused(f"{whole} has more than {MAX_TYPE_PARTS} parts", "E0017")
-        return made
+        return type_
 
     def enum(self) -> Type | None:
-        """The type if it is an enum; made once."""
-        if self._enum is None and (self.definition.type or "").lstrip().startswith("enum"):
-            try:
-                self._enum = self(())
-            except ExprError:
-                return None
-        return self._enum
+        """The type if it is an enum without errors."""
+        if not (self.definition.type or "").lstrip().startswith("enum"):
+            return None
+        try:
+            return self(())
+        except ExprError:
+            return None
 
     def check(self, frames: tuple[Frame, ...]) -> None:
         """Report what is wrong with the definition, once, at its own place."""
@@ -339,21 +338,18 @@ class TypeMaker:
             message = f"type `{self.name}` has a codec and is not opaque"
             help_text = "remove `codec`: values of all other types are recorded as they are"
             self.findings.report("E0104", message, self.where["codec"].place, help=help_text)
-        self._note(frames)
+        known = self.definitions
+        local = known.frames | dict(zip(self.definition.frames, frames, strict=True))
+        names = TypeNames(local, known.types, known.sizes)
+        fields = (self.definition.fields or {}).items()
+        texts = [(self.where["fields"][name], text) for name, text in fields]
+        texts += [(self.where["type"], self.definition.type)] if self.definition.type else []
+        for at, text in texts:
+            self.findings.types.append(TypeText(at, "type", text, names, known.places))
         try:
             self(frames)
         except ExprError as error:
             self.findings.expression_error(self.where["type"], error)
-
-    def _note(self, frames: tuple[Frame, ...]) -> None:
-        """Note for editors which texts of types the definition has."""
-        given, known = self.definition, self.definitions
-        local = known.frames | dict(zip(given.frames, frames, strict=True))
-        names = TypeNames(local, known.types, known.sizes)
-        texts = [(self.where["fields"][n], text) for n, text in (given.fields or {}).items()]
-        texts += [(self.where["type"], given.type)] if given.type else []
-        notes = (TypeText(at, "type", text, names, known.places) for at, text in texts)
-        self.findings.types.extend(notes)
 
     def _refused(self, message: str, code: str) -> ExprError:
         """Report that the type is too large, here and nowhere else."""
@@ -385,8 +381,8 @@ class TypeMaker:
             texts, at = definition.fields.items(), self.where["fields"]
             fields = tuple((n, self._parsed(at[n], t, names)) for n, t in texts)
             return Record(self.name, frames, fields, definition.python or "")
-        made = self._parsed(self.where["type"], definition.type or "", names)
-        return Enum(self.name, made.members) if isinstance(made, Enum) else made
+        parsed = self._parsed(self.where["type"], definition.type or "", names)
+        return Enum(self.name, parsed.members) if isinstance(parsed, Enum) else parsed
 
 
 _TOO_LARGE = "use an opaque type for a part"

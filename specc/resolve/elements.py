@@ -18,7 +18,7 @@ from specc.resolve.definitions import Definitions, Interface
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
-from specc.schema.subsystem import BufferDef, ElementDef, InputDef, ReceivedDef, SafeDef
+from specc.schema.subsystem import BufferDef, ElementDef, InputDef, ReceivedDef
 
 
 def resolve_elements(
@@ -58,43 +58,32 @@ def with_safe(
     expressions: Expressions,
 ) -> tuple[Element, ...]:
     """What the device accepts, with the safe values that are declared in `where`, its `x`."""
-    found = []
+    found, findings = [], expressions.findings
+    constants = constant_scope(expressions.definitions)
+    scope = replace(constants, memory={e.name: Declaration(e.type, e.place) for e in reported})
     for element in accepted:
         own = definition.x.elements.get(element.name)
-        declared = own.safe if own else None
-        if declared is None:
+        safe = own.safe if own else None
+        if safe is None:
             found.append(element)
             continue
         at = where[element.name]["safe"]
-        found.append(replace(element, safe=_safe(declared, at, element, reported, expressions)))
+        here, wanted, otherwise = at["is"], (element.type, element.place), None
+        value = expressions.value(here, safe.value, scope, *wanted)
+        if safe.otherwise is not None:
+            there = at["otherwise"]
+            otherwise = expressions.value(there, safe.otherwise, constants, *wanted)
+            if otherwise is not None and _may_fail(otherwise, expressions):
+                message = "this is sent if `safe` fails, so it must not be able to fail itself"
+                help_text = "write numbers, or constants that no operator computes"
+                findings.report("E0412", message, there.place, help=help_text)
+        elif value is not None and _may_fail(value, expressions):
+            message = f"`safe` of `{element.name}` may fail, and nothing says what is sent then"
+            help_text = "add `otherwise:` with a constant: `safe: {is: ..., otherwise: ...}`"
+            findings.report("E0412", message, here.place, help=help_text)
+        output = SafeOutput(value, otherwise, at.key) if value is not None else None
+        found.append(replace(element, safe=output))
     return tuple(found)
-
-
-def _safe(
-    declared: SafeDef,
-    at: YamlNode,
-    element: Element,
-    reported: tuple[Element, ...],
-    expressions: Expressions,
-) -> SafeOutput | None:
-    constants = constant_scope(expressions.definitions)
-    scope = replace(constants, memory={e.name: Declaration(e.type, e.place) for e in reported})
-    here = at["is"]
-    value = expressions.value(here, declared.value, scope, element.type, element.place)
-    otherwise = None
-    if declared.otherwise is not None:
-        there = at["otherwise"]
-        wanted = element.type, element.place
-        otherwise = expressions.value(there, declared.otherwise, constants, *wanted)
-        if otherwise is not None and _may_fail(otherwise, expressions):
-            message = "this is sent if `safe` fails, so it must not be able to fail itself"
-            help_text = "write numbers, or constants that no operator computes"
-            expressions.findings.report("E0412", message, there.place, help=help_text)
-    elif value is not None and _may_fail(value, expressions):
-        message = f"`safe` of `{element.name}` may fail, and nothing says what is sent then"
-        help_text = "add `otherwise:` with a constant: `safe: {is: ..., otherwise: ...}`"
-        expressions.findings.report("E0412", message, here.place, help=help_text)
-    return SafeOutput(value, otherwise, at.key) if value is not None else None
 
 
 def _may_fail(value: Expr, expressions: Expressions) -> bool:
@@ -123,11 +112,11 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
                     place = interface.where[key][index].place
                     help_text = "it stands for something else already: choose another name"
                     findings.report("E0221", message, place, help=help_text)
-        alone = _alone(interface)
-        findings.diagnostics += alone.diagnostics
-        findings.meanings += alone.meanings
-        findings.types += alone.types
-        findings.uses += alone.uses
+        own = _check(interface)
+        findings.diagnostics += own.diagnostics
+        findings.meanings += own.meanings
+        findings.types += own.types
+        findings.uses += own.uses
 
 
 def all_elements(
@@ -169,7 +158,7 @@ def _elements_of(
     interface = known[used.name]
     scratch = Findings()
     found = _elements(interface, used.frames, used.types, scratch, expressions.broken)
-    if scratch.diagnostics and not _alone(interface).diagnostics:
+    if scratch.diagnostics and not _check(interface).diagnostics:
         first = scratch.diagnostics[0]
         findings.report(
             "E0237",
@@ -183,12 +172,12 @@ def _elements_of(
     return interface, found
 
 
-def _alone(interface: Interface) -> Findings:
+def _check(interface: Interface) -> Findings:
     """What is found in an interface whatever types it is given."""
-    definition, alone = interface.definition, Findings()
+    definition, found = interface.definition, Findings()
     frames = tuple(f"?{name}" for name in definition.frames)
-    _elements(interface, frames, (None,) * len(definition.types), alone, set())
-    return alone
+    _elements(interface, frames, (None,) * len(definition.types), found, set())
+    return found
 
 
 def _elements(

@@ -109,35 +109,28 @@ class Neighbours:
 
         Peers that may not be talked to are reported as well.
         """
-        letter = word_of(self.kind)[0].upper()
-        reported = {*devices, *(letter for _ in devices)}
+        reported = {*devices, word_of(self.kind)[0].upper()} if devices else set()
         for direction, buffers in (("x", definition.x), ("y", definition.y)):
             for peer, buffer in buffers.items():
-                if peer not in peers and (
-                    peer in reported
-                    or self._may_come(peer, buffer.elements, where[direction], peers)
-                ):
+                place = where[direction][peer].key
+                if peer in peers:
+                    continue
+                if peer in reported:
+                    yield peer
+                elif part := self._undeclared(peer, buffer.elements):
+                    self.findings.report_missing(part, place, "add it to the agent")
+                    yield peer
+                elif rule := self._broken_rule(peer):
+                    self.findings.report("E0401", rule[0], place, help=rule[1])
+                elif self.findings.unknown("E0218", "peer", peer, peers, place):
                     yield peer
 
-    def _may_come(
-        self, peer: str, elements: Collection[str], where: YamlNode, peers: Mapping[str, str]
-    ) -> bool:
-        """Whether a peer that does not exist may be to come; reports it in any case."""
-        place = where[peer].key
-        if part := self._absent(peer, elements):
-            self.findings.report_missing(part, place, "add it to the agent")
-            return True
-        if rule := self._broken_rule(peer):
-            self.findings.report("E0401", rule[0], place, help=rule[1])
-            return False
-        return self.findings.unknown("E0218", "peer", peer, peers, place)
-
-    def _absent(self, peer: str, elements: Collection[str]) -> str:
+    def _undeclared(self, peer: str, elements: Collection[str]) -> str:
         """The device, or the virtual part of a device, that a buffer names but nobody declares."""
         word, around = word_of(self.kind), self.around
         if self.kind != "control":
-            is_absent = peer == word[0].upper() and self.name not in devices_of(around, word)
-            return f"real {word} `{self.name}`" if is_absent else ""
+            is_missing = peer == word[0].upper() and self.name not in devices_of(around, word)
+            return f"real {word} `{self.name}`" if is_missing else ""
         device = around.real_effectors.get(peer)
         if device and {*device.x.elements, *device.y.elements}.isdisjoint(elements):
             return f"virtual effector `{peer}`"

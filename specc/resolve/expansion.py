@@ -202,7 +202,7 @@ def with_machine(
     if through is None:
         return definition, where
     for key in _MACHINE_KEYS:
-        if key in definition.given:
+        if key in definition.given_keys:
             message = f"`{key}` has no effect: `{NAME}` says all that the subsystem does"
             help_text = f"delete one of the two; `{NAME}` is for a subsystem with one state"
             findings.report("E0104", message, where[key].key, help=help_text)

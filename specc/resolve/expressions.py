@@ -48,17 +48,13 @@ _HELP = "` #` begins a comment in YAML: leave it out, or put the whole text in q
 def add_comment_hints(found: Iterable[Diagnostic], sources: Sources) -> Iterator[Diagnostic]:
     """The findings; those of expressions that end too early and before a comment say so."""
     for finding in found:
-        cut = finding.code == "E0301" and finding.message in CUT_SHORT
-        yield replace(finding, help=_HELP) if cut and _before_comment(finding, sources) else finding
-
-
-def _before_comment(finding: Diagnostic, sources: Sources) -> bool:
-    place = finding.primary
-    source = sources.get(place.file)
-    if source is None or place.part != "value":
-        return False
-    end = source.offsets(Place(place.file, place.route))[1]
-    return _COMMENT.match(source.text, end) is not None
+        place = finding.primary
+        source = sources.get(place.file)
+        is_cut = finding.code == "E0301" and finding.message in CUT_SHORT and place.part == "value"
+        if source is not None and is_cut:
+            end = source.offsets(Place(place.file, place.route))[1]
+            is_cut = _COMMENT.match(source.text, end) is not None
+        yield replace(finding, help=_HELP) if source is not None and is_cut else finding
 
 
 _OF_A_DECLARATION = 4
@@ -188,10 +184,9 @@ class Expressions:
             return check(tree, text, scope, expected)
         except ExprErrors as errors:
             for error in errors.errors:
-                meant = declared is not None and error.expected == expected
-                target = (
-                    Related(declared, f"declared as `{expected}`") if declared and meant else None
-                )
+                target = None
+                if declared is not None and error.expected == expected:
+                    target = Related(declared, f"declared as `{expected}`")
                 self.report(where, text, error, target)
             return errors.expr
 
@@ -270,11 +265,11 @@ def rate_of(text: str, where: YamlNode, findings: Findings) -> Fraction | None:
     if unit and unit.same_kind(parse_unit("s")) and scaled > 0:
         return 1 / scaled
     plain = _RATE_SLIP.fullmatch(text.strip())
-    meant = f"`{plain[1]} Hz`" if plain and float(plain[1]) > 0 else "`500 Hz`"
+    example = f"`{plain[1]} Hz`" if plain and float(plain[1]) > 0 else "`500 Hz`"
     findings.report(
         "E0106",
         f"`{text}` is not a rate",
         where.place,
-        help=f"write periods per second, e.g. {meant}, or the period, e.g. `10 ms`",
+        help=f"write periods per second, e.g. {example}, or the period, e.g. `10 ms`",
     )
     return None

@@ -69,13 +69,13 @@ class Library:
     base: str
     findings: Findings
     reach: AllowedPaths = ANYWHERE
-    given: SetValues = field(default_factory=SetValues)
+    set_values: SetValues = field(default_factory=SetValues)
     shared: bool = False
     agents: tuple[str, ...] = ()
     """Names of all agents of the system, some of which are `groups`."""
     groups: Groups = field(default_factory=dict)
     _using: tuple[str, ...] = ()
-    _known: dict[str, Definitions] = field(default_factory=dict)
+    _built: dict[str, Definitions] = field(default_factory=dict)
     """Of files that others use, by path: what two use is built once."""
     _names_by_meaning: dict[str, dict[object, str]] = field(default_factory=dict)
     """Operator or file, as it is written -> what it means and where -> its name in the system."""
@@ -121,7 +121,7 @@ class Library:
     ) -> None:
         """Add what else is in force in `file`, whose value parameters are `given`."""
         if given is not None:
-            own.given = {c.name: c for c in given}
+            own.parameters = {c.name: c for c in given}
             for constant in given:
                 if constant.name not in own.constants:
                     own.add(constant)
@@ -148,10 +148,10 @@ class Library:
             if other is None:
                 self.findings.has_unread_file = True
                 continue
-            if other.path not in self._known:
+            if other.path not in self._built:
                 inner = replace(self, _using=(*self._using, file.path))
-                self._known[other.path] = inner.definitions(other)
-            known = self._known[other.path]
+                self._built[other.path] = inner.definitions(other)
+            known = self._built[other.path]
             if self._is_allowed(1 + len(known.places) // _NAMES_OF_A_PART, where.place):
                 own.absorb(known, self.findings)
             else:
@@ -192,7 +192,7 @@ class Library:
         for name, relative, where in self._unclashing("files", file, own):
             path = beside(file.path, relative)
             own.files[name] = (
-                self._unique_name("file", name, path, where.key, own),
+                self._unique_name("file", name, path, where.key),
                 relative_path(path, self.base),
             )
             if not self.reach.contains(path):
@@ -228,7 +228,7 @@ class Library:
             met = sizes_in(text, file.spec.types) if own.sizes else ()
             sizes = ",".join(f"{n}={size}" for n, size in own.sizes.items() if n in met)
             own.operators[name] = Operator(
-                self._unique_name("operator", name, means, where.key, own, sizes),
+                self._unique_name("operator", name, means, where.key, sizes),
                 *signature,
                 definition.python or "",
                 definition.title,
@@ -245,9 +245,7 @@ class Library:
             self.findings.report("E0017", OUT_OF_PARTS, where, help=DESCRIBE_LESS)
         return False
 
-    def _unique_name(
-        self, kind: str, name: str, means: object, at: Place, own: Definitions, sizes: str = ""
-    ) -> str:
+    def _unique_name(self, kind: str, name: str, means: object, at: Place, sizes: str = "") -> str:
         """The name of an operator or file in the whole system, where names may be used again.
 
         An operator with `sizes` has a name of its own for each of these.
@@ -268,7 +266,7 @@ class Library:
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
             value = expressions.value(where["is"], definition.value, around, wanted)
             place = where.key
-            other = self.given.of(name, definition.value, wanted) if self.shared else None
+            other = self.set_values.of(name, definition.value, wanted) if self.shared else None
             if value is not None and other is not None:
                 value = expressions.value(other, str(other.raw), around, value.type, place)
                 place = other.key
@@ -277,8 +275,8 @@ class Library:
                 own.broken.add(name)
                 continue
             # A file that is used for its definitions, too, has what the command line gives.
-            is_set = not self.shared and name in self.given.texts
-            known = self._known.get(file.path) if is_set else None
+            is_set = not self.shared and name in self.set_values.texts
+            known = self._built.get(file.path) if is_set else None
             constant = known.constants.get(name) if known else None
             own.add(constant or Constant(name, value, definition.title, place))
 

@@ -41,7 +41,7 @@ class Loader:
     sources: Sources = field(default_factory=Sources)
     _files: dict[str, Loaded | None] = field(default_factory=dict)
     _values: int = 0
-    _full: bool = False
+    _is_full: bool = False
 
     def load(self, path: str, named_at: YamlNode | None = None) -> Loaded | None:
         """The file at `path`; `named_at` is where another file names it."""
@@ -50,13 +50,13 @@ class Loader:
             self._files[real] = self._load(path, named_at)
         return self._files[real]
 
-    def given(self, values: Mapping[str, str]) -> dict[str, YamlNode]:
+    def set_values(self, values: Mapping[str, str]) -> dict[str, YamlNode]:
         """Texts of the command line that stand in place of those of constants, by name."""
         if values:
             self.sources.add(on_command_line(values))
         return {name: YamlNode(SET, (name,), text) for name, text in values.items()}
 
-    def stop(self, formula: str | None) -> YamlNode | None:
+    def stop_formula(self, formula: str | None) -> YamlNode | None:
         """The formula of the command line that ends a run."""
         if formula is None:
             return None
@@ -70,9 +70,13 @@ class Loader:
         return tuple(Published(name, Place(PUBLISH)) for name in names)
 
     @property
-    def complete(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether every file that was asked for has its shape."""
         return all(file is not None for file in self._files.values())
+
+    def is_understood(self, path: str) -> bool:
+        """Whether a file was asked for and has its shape."""
+        return self._files.get(real_path(path)) is not None
 
     def _load(self, path: str, named_at: YamlNode | None) -> Loaded | None:
         if not self.reach.contains(path):
@@ -91,7 +95,9 @@ class Loader:
             message = f"with this file there are more than {MAX_VALUES} values"
             self._refuse(message, named_at)
             return None
-        self.findings.diagnostics += [_at(finding, named_at) for finding in document.diagnostics]
+        self.findings.diagnostics += [
+            _at_use(finding, named_at) for finding in document.diagnostics
+        ]
         if not document.ok:
             return None
         data, faults = desugar(document.data, path)
@@ -116,13 +122,13 @@ class Loader:
 
     def _refuse(self, message: str, named_at: YamlNode | None) -> None:
         """Report, once, that there is too much to read."""
-        if not self._full and named_at is not None:
+        if not self._is_full and named_at is not None:
             hint = "move a part of the system into a specification of its own"
             self.findings.report("E0017", message, named_at.place, help=hint)
-        self._full = True
+        self._is_full = True
 
 
-def _at(finding: Diagnostic, named_at: YamlNode | None) -> Diagnostic:
+def _at_use(finding: Diagnostic, named_at: YamlNode | None) -> Diagnostic:
     """A file that gives no text is best shown where it is named."""
     if named_at is None:
         return finding

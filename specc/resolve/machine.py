@@ -131,12 +131,12 @@ class MachineResolver:
         return _unknown_condition(name, kind, where, where)
 
     def _function(self, name: str, item: FunctionDef, at: YamlNode) -> Function:
-        made = [
+        assignments = [
             self._assignment(target, value, at[named])
             for named, value in item.targets.items()
             for target in targets_of(named, self.expressions.groups)
         ]
-        if not made:
+        if not assignments:
             message, help_text = (
                 f"function `{name}` assigns nothing yet",
                 "add a target, e.g. `y.c.T_c: ...`",
@@ -144,8 +144,8 @@ class MachineResolver:
             if (through := self.definition.through) and through.rule is not None:
                 message, help_text = f"`through: {through.rule}` passes nothing on yet", _NO_PASSING
             self._open("O0204", message, at, help_text)
-        found = tuple(filter(None, made))
-        whole = bool(found) and len(found) == len(made)
+        found = tuple(filter(None, assignments))
+        whole = bool(found) and len(found) == len(assignments)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
 
     def _assignment(self, target: str, item: AssignmentDef, at: YamlNode) -> Assignment | None:
@@ -157,9 +157,9 @@ class MachineResolver:
         if found is None:
             self.expressions.inside(at["is"], item.value, scope)
             return None
-        peer, name, of = found
-        value = self.expressions.value(at["is"], item.value, scope, of.type, of.place)
-        value = inlined(unknown_at(at, of.type) if value is None else value, indices)
+        peer, name, declared = found
+        value = self.expressions.value(at["is"], item.value, scope, declared.type, declared.place)
+        value = inlined(unknown_at(at, declared.type) if value is None else value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
     def _no_target(self, target: str, at: YamlNode) -> None:
@@ -191,9 +191,9 @@ class MachineResolver:
             )
             end = _unknown_condition(name, "terminal", terminal, at)
         error = self._ending("error", name, item.error or _NO_ERROR, at["error"])
-        whole = len(functions) == len(used) and all(f.is_complete for f in functions)
+        is_complete = len(functions) == len(used) and all(f.is_complete for f in functions)
         trace = trace_of(item)
-        return Behaviour(name, functions, end, error, item.title, trace, at.key, whole)
+        return Behaviour(name, functions, end, error, item.title, trace, at.key, is_complete)
 
     def _used(
         self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode
@@ -249,9 +249,10 @@ class MachineResolver:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
             else:
                 self._findings.use(behaviour.place, at, "behaviour")
-            ignored = self._elements(item.ignores, at["ignores"], self._events, "E0223", "event")
-            held = self._elements(item.holds, at["holds"], self._outputs, "E0214", "output")
-            states.append(State(name, behaviour, item.title, trace_of(item), at.key, ignored, held))
+            events = self._elements(item.ignores, at["ignores"], self._events, "E0223", "event")
+            outputs = self._elements(item.holds, at["holds"], self._outputs, "E0214", "output")
+            trace = trace_of(item)
+            states.append(State(name, behaviour, item.title, trace, at.key, events, outputs))
         return tuple(states)
 
     def _elements(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import ast
 import copy
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 from specc.diagnostics import Related
 from specc.lang import (
@@ -74,10 +74,10 @@ class Lets:
             self.places[name] = where[name].key
         for name in self._ordered(items, where, findings):
             text, at = items[name].value, where[name]["is"]
-            made = read(name, text, at)
+            let = read(name, text, at)
             self._trees[name] = None
-            if made is not None:
-                self.found.append(made)
+            if let is not None:
+                self.found.append(let)
                 try:
                     tree = self.written_out(parse_formula(text))
                     self._trees[name], self._sizes[name] = tree, len(nodes_of(tree))
@@ -173,44 +173,6 @@ class _Writer(ast.NodeTransformer):
         return written
 
 
-# A name means one thing.
-
-
-def refuse_names(
-    lets: Collection[str],
-    above: Mapping[str, Place],
-    known: Mapping[str, Place],
-    members: Collection[str],
-    world: World,
-) -> Iterator[tuple[str, str, tuple[Related, ...]]]:
-    """Lets that may not have their names: each with the message, and what has that name.
-
-    `known` are constants, `members` those of enums.
-    """
-    agents = {agent.name: agent.place for agent in world.agents}
-    states = {s.name: s.place for a in world.agents for m in a.subsystems for s in m.states}
-    named = (
-        ("another let", above),
-        ("a constant", known),
-        ("an agent", agents),
-        ("a state", states),
-    )
-    for name in lets:
-        if name in RESERVED or name in USAGE or name in ("state", "plant"):
-            yield name, f"`{name}` is a word of formulas and cannot name a let", ()
-        for kind, others in named:
-            if name in others:
-                related = (Related(others[name], kind),)
-                yield name, f"`{name}` names a let and {kind}", related
-        if name in members and name not in states:
-            yield name, f"`{name}` names a let and a member of an enum", ()
-        if any(name in groups for groups in world.groups.values()):
-            yield name, f"`{name}` names a let and a group", ()
-
-
-T = TypeVar("T")
-
-
 @dataclass(frozen=True, slots=True)
 class FormulaResolver:
     """Resolves formulas in a world; `lets` are the names that all formulas may use."""
@@ -240,16 +202,33 @@ class FormulaResolver:
     def with_lets(self, items: Mapping[str, FormulaLetDef], where: YamlNode) -> FormulaResolver:
         """A copy that knows these names as well."""
         lets, findings = Lets(self.lets), self.expressions.findings
-        constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
-        places = {name: where[name].key for name in items}
-        members = constant_scope(self.expressions.definitions).enums
-        refused = set[str]()
-        for name, message, related in refuse_names(
-            items, self.lets.places, constants, members, self.world
-        ):
+        definitions, refused = self.expressions.definitions, set[str]()
+        subsystems = [s for agent in self.world.agents for s in agent.subsystems]
+        states = {state.name: state.place for s in subsystems for state in s.states}
+        defined: tuple[tuple[str, Mapping[str, Place]], ...] = (
+            ("another let", self.lets.places),
+            ("a constant", {c.name: c.place for c in definitions.constants.values()}),
+            ("an agent", {agent.name: agent.place for agent in self.world.agents}),
+            ("a state", states),
+        )
+        members = constant_scope(definitions).enums
+
+        def refuse(name: str, message: str, related: tuple[Related, ...] = ()) -> None:
             refused.add(name)
-            help = "choose another name"
-            findings.report("E0221", message, places[name], related=related, help=help)
+            place, help = where[name].key, "choose another name"
+            findings.report("E0221", message, place, related=related, help=help)
+
+        for name in items:
+            if name in RESERVED or name in USAGE or name in ("state", "plant"):
+                refuse(name, f"`{name}` is a word of formulas and cannot name a let")
+            for kind, others in defined:
+                if name in others:
+                    related = (Related(others[name], kind),)
+                    refuse(name, f"`{name}` names a let and {kind}", related)
+            if name in members and name not in states:
+                refuse(name, f"`{name}` names a let and a member of an enum")
+            if any(name in groups for groups in self.world.groups.values()):
+                refuse(name, f"`{name}` names a let and a group")
         known = {name: item for name, item in items.items() if name not in refused}
         inside = FormulaResolver(self.world, self.expressions, lets)
         lets.define(known, where, findings, inside._named)
@@ -260,55 +239,49 @@ class FormulaResolver:
     ) -> Requirement | None:
         """The requirement of a text; None after reporting an error."""
         reader = _RequirementReader(text, self)
-        found = self._resolved(reader, at, reader.requirement)
-        if found is None:
+        found = self._read(reader, at, reader.requirement)
+        if not isinstance(found, TickCondition | BoolOp | Temporal):
             return None
-        formula, lasts = found
-        self._note(reader, at, formula)
         readings, names = tuple(reader.readings.values()), reader.names
-        return Requirement(text, because, formula, lasts, readings, at.place, name, names)
+        return Requirement(text, because, found, reader.lasts, readings, at.place, name, names)
 
     def _named(self, name: str, text: str, at: YamlNode) -> FormulaLet | None:
         """What a let stands for; None after reporting an error."""
         reader = _RequirementReader(text, self)
-        found = self._resolved(reader, at, reader.named)
+        found = self._read(reader, at, reader.named)
         if found is None:
             return None
-        self._note(reader, at, found)
         names, place = reader.names, self.lets.places[name]
         if not isinstance(found, TickCondition | BoolOp | Temporal):
             return FormulaLet(name, None, found, names, place)
         readings = tuple(reader.readings.values())
-        said = Requirement(text, "", found, True, readings, at.place, name, names)
-        return FormulaLet(name, said, None, names, place)
+        formula = Requirement(text, "", found, True, readings, at.place, name, names)
+        return FormulaLet(name, formula, None, names, place)
 
-    def _resolved(
-        self, reader: _RequirementReader, at: YamlNode, read: Callable[[], T]
-    ) -> T | None:
+    def _read(
+        self,
+        reader: _RequirementReader,
+        at: YamlNode,
+        read: Callable[[], TemporalFormula | Expr],
+    ) -> TemporalFormula | Expr | None:
+        """What a text means, noted for editors; None after reporting."""
+        found, expr = None, None
         try:
-            return read()
+            found = read()
         except ExprErrors as failure:
             reader.note_others()
-            self._meaning(reader, at, None)
             for error in failure.errors:
                 self.expressions.report(at, reader.text, error)
-        return None
-
-    def _note(
-        self, reader: _RequirementReader, at: YamlNode, found: TemporalFormula | Expr
-    ) -> None:
-        """Note the meaning of a text, for editors."""
-        if isinstance(found, TickCondition | BoolOp | Temporal):
-            parts = tuple(dict.fromkeys(expressions_in(found)))
         else:
-            parts = (found,)
-        whole = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
-        self._meaning(reader, at, whole)
-
-    def _meaning(self, reader: _RequirementReader, at: YamlNode, expr: Expr | None) -> None:
+            if isinstance(found, TickCondition | BoolOp | Temporal):
+                parts = tuple(dict.fromkeys(expressions_in(found)))
+            else:
+                parts = (found,)
+            expr = Logic("and", parts, type=Bool(), span=(0, len(reader.text)))
         findings, places = self.expressions.findings, self.expressions.definitions.places
         findings.meanings.append(Meaning(at, reader.text, reader.scope, expr, places))
         findings.uses += [Use(at.place.within(*s), of) for s, of in reader.uses.items()]
+        return found
 
 
 class _RequirementReader:
@@ -318,6 +291,7 @@ class _RequirementReader:
         world, expressions = known.world, known.expressions
         self.readings: dict[str, Reading] = {}
         self.text = text
+        self.lasts = False
         self._lets = known.lets
         self._many = world.groups
         self._read: list[ast.expr] = []
@@ -326,21 +300,21 @@ class _RequirementReader:
         self._names = Names(text, world, self.readings, self.scope.names())
         self.uses = self._names.uses
 
-    def requirement(self) -> tuple[TemporalFormula, bool]:
-        """The formula, without an outer `always(...)`, and whether there was one.
+    def requirement(self) -> TemporalFormula:
+        """The formula, without an outer `always(...)`; `lasts` is whether there was one.
 
         Raises:
             ExprErrors: the errors in the text.
         """
         tree = self._tree()
-        lasts = _operator(tree) == "always"
-        inner = self._arguments(tree, 1)[0] if lasts else tree
+        self.lasts = _operator(tree) == "always"
+        inner = self._arguments(tree, 1)[0] if self.lasts else tree
         formula = self._formula(inner)
         if (reach := horizon_s(formula)) > MAX_SPAN_S:
             message = f"it is known {float(reach):g} s later what this formula says of a moment"
             help = f"let it look ahead over at most {MAX_SPAN_S} s, all in all"
             raise formula_error(inner, message, help)
-        return formula, lasts
+        return formula
 
     def named(self) -> TemporalFormula | Expr:
         """The meaning of a `let`: a formula, or a value.

@@ -37,7 +37,7 @@ class Setting:
 
     file: Loaded
     definitions: Definitions
-    given: tuple[Constant, ...] = ()
+    parameters: tuple[Constant, ...] = ()
     groups: Groups = field(default_factory=dict)
     """Of peers: those in the same agent, then only those that the part names."""
     using: tuple[str, ...] = ()
@@ -86,7 +86,7 @@ def indexed(at: Setting, each: Mapping[str, str], where: YamlNode, findings: Fin
         return at
     indices = tuple(indices_of(each, where).values())
     definitions = at.definitions.indexed(indices, findings)
-    return replace(at, definitions=definitions, given=(*at.given, *indices))
+    return replace(at, definitions=definitions, parameters=(*at.parameters, *indices))
 
 
 def agent_in(file: Loaded, name: str) -> tuple[AgentDef | None, YamlNode]:
@@ -125,14 +125,14 @@ class _Binder:
 
     def check_names(self) -> None:
         """Report unknown arguments, and parameters without one."""
-        parameters, meant = self.file.spec.parameters, set[str]()
+        parameters, mistyped = self.file.spec.parameters, set[str]()
         for name in self.arguments:
             if name not in parameters:
                 self.complete = False
                 self.findings.unknown("E0210", "parameter", name, parameters, self.where[name].key)
-                meant |= set(nearest(name, parameters))
+                mistyped |= set(nearest(name, parameters))
         for name in parameters:
-            if name not in self.arguments and name not in meant:
+            if name not in self.arguments and name not in mistyped:
                 self.complete = False
                 message = f"parameter `{name}` has no value"
                 help_text = f"add `{name}: ...` under `with:`"
@@ -213,7 +213,7 @@ class _Binder:
     def _argument(self, name: str, expected: Type) -> YamlNode:
         """Where the argument for a parameter stands: in the file or on the command line."""
         text = self.arguments[name]
-        other = self.library.given.of(f"{self.user}.{name}", text, expected)
+        other = self.library.set_values.of(f"{self.user}.{name}", text, expected)
         return other or replace(self.where[name], raw=text)
 
     def _constant(self, name: str, where: YamlNode, expected: Type) -> Constant | None:
@@ -232,22 +232,22 @@ class _Binder:
     def agents(self, inner: Definitions) -> tuple[dict[str, str], Groups]:
         """Parameter that stands for an agent -> its name, and parameters that stand for many."""
         known = {name: name for name in self.library.agents} | self.outer.agents
-        many = self.library.groups | self.outer.groups
+        groups_known = self.library.groups | self.outer.groups
         bound: dict[str, str] = {}
         groups: Groups = {}
         for name, kind, actual in self._bound():
             if not is_agent(kind, inner):
                 continue
             self._note("agent", actual, self.where[name])
-            if actual in many:
-                own = {at: "_".join((name, *map(str, at))) for at in many[actual]}
+            if actual in groups_known:
+                own = {at: "_".join((name, *map(str, at))) for at in groups_known[actual]}
                 groups[name] = own
-                bound |= {own[at]: known[other] for at, other in many[actual].items()}
+                bound |= {own[at]: known[other] for at, other in groups_known[actual].items()}
             elif actual in known:
                 bound[name] = known[actual]
             else:
                 self.complete = False
-                names = [*known, *many]
+                names = [*known, *groups_known]
                 self.findings.unknown("E0218", "agent", actual, names, self.where[name].place)
         return bound, groups
 
@@ -292,7 +292,7 @@ def _closed(value: Expr, outer: Definitions, used: SpecFile) -> Expr:
 
     What an agent is given goes on into its subsystems, so it keeps no names at all.
     """
-    if outer.given is not None or used.agent is not None:
+    if outer.parameters is not None or used.agent is not None:
         return inlined(value, outer.constants)
     met = reachable(constant_names(value), lambda name: constant_names(outer.constants[name].value))
     return inlined(value, outer.constants) if met.keys() & used.parameters.keys() else value

@@ -58,7 +58,7 @@ def resolve_task(
         cycle.of,
         cycle.source,
         cycle.target,
-        scene.made or "",
+        scene.scene_class or "",
         definition.judge or "",
         tuple(definition.watch),
         where.key,
@@ -145,7 +145,7 @@ def _starts(
 def draw_of(name: str, item: DrawDef, at: YamlNode, expressions: Expressions) -> Draw | None:
     """A number that is drawn, with what it is of; None after reporting."""
     findings, texts = expressions.findings, list(_texts(item, at))
-    if not texts or item.given - {"for"} not in _GIVEN:
+    if not texts or item.given_keys - {"for"} not in _GIVEN:
         findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
         return None
     found = [_number(text, place, expressions) for text, place in texts]
@@ -272,37 +272,34 @@ class _DisturbanceReader:
             part = f".{'xyz'[index]}" if verb.numbers == "force" else f"[{index}]"
             called = name + part if len(several) > 1 else name
             place = at[index] if several is given else at
-            draw = draw_of(called, item, place, self.expressions)
+            draw = self._draw(called, item, verb.unit, place)
             if draw is not None:
-                if verb.unit is not None:
-                    self._expect(draw, verb.unit, place)
                 yield draw
 
     def _time(self, key: str, item: DrawDef | None, at: YamlNode) -> Draw | None:
-        found = self._quantity(key, item, SECOND, at)
+        found = self._draw(key, item, SECOND, at[key])
         if found is not None and any(value < 0 for value, _ in found.values):
             self._report(at[key], "a time is not negative", "a run begins at 0[s]")
         return found
 
     def _probability(self, item: DrawDef | None, at: YamlNode) -> Draw | None:
-        found = self._quantity("probability", item, DIMENSIONLESS, at)
+        found = self._draw("probability", item, DIMENSIONLESS, at["probability"])
         if found is not None and not all(0 <= value <= 1 for value, _ in found.values):
             way = "0.5 is every second time, on average"
             self._report(at["probability"], "a probability is a number from 0 to 1", way)
         return found
 
-    def _quantity(self, key: str, item: DrawDef | None, unit: Unit, at: YamlNode) -> Draw | None:
-        found = None if item is None else draw_of(key, item, at[key], self.expressions)
-        if found is not None:
-            self._expect(found, unit, at[key])
-        return found
-
-    def _expect(self, found: Draw, wanted: Unit, at: YamlNode) -> None:
-        if unit := found.invalid_unit(wanted):
+    def _draw(
+        self, name: str, item: DrawDef | None, wanted: Unit | None, at: YamlNode
+    ) -> Draw | None:
+        """A number in the wanted unit, if there is one; None after reporting."""
+        found = None if item is None else draw_of(name, item, at, self.expressions)
+        if found is not None and wanted is not None and (unit := found.invalid_unit(wanted)):
             way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
             if wanted == DIMENSIONLESS:
                 way, needed = "write it without a unit, e.g. `0.5`", "without a unit"
             self._report(at, f"a number {needed} is needed here, not in {unit}", way)
+        return found
 
     def _report(self, at: YamlNode, message: str, help: str) -> None:
         self.expressions.findings.report("E0517", message, at.place, help=help)
@@ -343,8 +340,13 @@ def resolve_plant(
             observed.append(Element(name, type_, None, "", Trace(), at.key))
             bindings.append(Binding(PLANT, name, at.key, *read, through=seen.through or ""))
     kinds = [kind for kind in ("model", "python", "ros2") if getattr(definition, kind)]
-    if len(kinds) != 1:
-        _report_kind(kinds, where, expressions.findings)
+    if not kinds:
+        message = "missing key `model` in `plant`"
+        expressions.findings.report("E0102", message, where.key, help=_KINDS)
+    elif len(kinds) > 1:
+        message = f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both"
+        help = "keep the one that this system runs with"
+        expressions.findings.report("E0104", message, where[kinds[1]].key, help=help)
     ros2 = None
     if definition.ros2 is not None:
         ros2 = _ros2(definition.ros2, where["ros2"], expressions)
@@ -357,25 +359,10 @@ def resolve_plant(
     return Plant(model, python, tuple(bindings), place, tuple(observed), ros2, published)
 
 
-def _report_kind(kinds: list[str], where: YamlNode, findings: Findings) -> None:
-    """A plant that nothing makes, or more than one of `kinds`."""
-    if kinds:
-        findings.report(
-            "E0104",
-            f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both",
-            where[kinds[1]].key,
-            help="keep the one that this system runs with",
-        )
-        return
-    findings.report(
-        "E0102",
-        "missing key `model` in `plant`",
-        where.key,
-        help="add `model: FILE.xml` for MuJoCo, `python: package.module:factory` for a plant "
-        "of your own, or `ros2: {node: NAME}` for topics of ROS 2",
-    )
-
-
+_KINDS = (
+    "add `model: FILE.xml` for MuJoCo, `python: package.module:factory` for a plant of your own, "
+    "or `ros2: {node: NAME}` for topics of ROS 2"
+)
 _WAIT_S = Fraction(5)
 
 

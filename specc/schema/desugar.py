@@ -59,11 +59,12 @@ def desugar(
     """The data of a part at `route` written in full, and what is wrong with each `for` in it."""
     desugaring = _Desugaring(file)
     try:
-        made = desugaring.value(SchemaNode(model), data, route, {})
+        full = desugaring.value(SchemaNode(model), data, route, {})
     except _TooManyError as error:
-        desugaring.report("E0017", str(error), error.route, _FEWER)
-        made = data
-    return made, list(dict.fromkeys(desugaring.findings))
+        message, at = error.args
+        desugaring.report("E0017", message, at, _FEWER)
+        full = data
+    return full, list(dict.fromkeys(desugaring.findings))
 
 
 def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
@@ -81,9 +82,7 @@ def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
 
 
 class _TooManyError(Exception):
-    def __init__(self, message: str, route: Route) -> None:
-        super().__init__(message)
-        self.route = route
+    """Message and route: more values than are read."""
 
 
 class _IndexFault(Exception):
@@ -135,7 +134,7 @@ class _Desugaring:
     def _mapping(
         self, here: SchemaNode, value: dict[Any, Any], route: Route, indices: Indices
     ) -> Any:
-        made: dict[Any, Any] = {}
+        copied: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
         for key, one in value.items():
             inner = here.below(key)
@@ -154,13 +153,13 @@ class _Desugaring:
                 name = self._name(key, indices, at) if indices and inner.is_chosen else key
                 copies = iter([(name, self.value(inner, one, at, indices))])
             for name, copy in copies:
-                if name in made and not _BRACES.search(str(name)):
+                if name in copied and not _BRACES.search(str(name)):
                     help = "let the name have all indices in braces, or choose another one"
                     self.report("E0205", f"`{name}` is defined twice", at, help)
-                made[name] = copy
+                copied[name] = copy
                 if at != (*route, name):
                     routes[name] = at
-        return Desugared(made, routes) if routes else made
+        return Desugared(copied, routes) if routes else copied
 
     def _copies(
         self, here: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
@@ -228,19 +227,13 @@ class _Desugaring:
         return filled
 
     def _substituted(
-        self,
-        text: str,
-        indices: Indices,
-        route: Route,
-        *,
-        padded: bool = False,
-        is_key: bool = False,
+        self, text: str, indices: Indices, route: Route, padded: bool = False, is_key: bool = False
     ) -> str:
         """A text with the values of braces that name indices and nothing else.
 
         Where it is `padded`, blanks behind the word fill the room that the braces had.
         """
-        made, end, room = "", 0, 0
+        done, end, blanks = "", 0, 0
         padded = padded and '"' not in text and "'" not in text
         for braces in _BRACES.finditer(text):
             try:
@@ -250,12 +243,12 @@ class _Desugaring:
                 number = None
             if number is None:
                 continue
-            between, room = _padded(text[end : braces.start()], room, is_last=False)
-            made, end = f"{made}{between}{number}", braces.end()
-            room += len(braces[0]) - len(str(number)) if padded else 0
+            between, blanks = _padded(text[end : braces.start()], blanks, is_last=False)
+            done, end = f"{done}{between}{number}", braces.end()
+            blanks += len(braces[0]) - len(str(number)) if padded else 0
         if end == len(text):
-            return made
-        return made + _padded(text[end:], room, is_last=True)[0]
+            return done
+        return done + _padded(text[end:], blanks, is_last=True)[0]
 
     def report(self, code: str, words: str, route: Route, help: str, is_key: bool = False) -> None:
         """Report a fault."""

@@ -231,7 +231,7 @@ class DrawDef(SpecModel, short="is", row="from to"):
 class SceneDef(SpecModel, short="is"):
     """What the plant is like when a run begins; what is drawn follows from the seed."""
 
-    made: PythonPath | None = key(None, "Class that sets the scene up.", alias="is")
+    scene_class: PythonPath | None = key(None, "Class that sets the scene up.", alias="is")
     starts: dict[str, DrawDef] = key({}, "Where joints of the model are.", alias=OTHERS)
 
 
@@ -368,7 +368,7 @@ class SpecFile(
     @property
     def is_part(self) -> bool:
         """Whether the file has definitions or a description for systems to use, and no system."""
-        return not self.given & _OF_SYSTEMS and not self.given <= _OF_ALL
+        return not self.given_keys & _OF_SYSTEMS and not self.given_keys <= _OF_ALL
 
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -393,23 +393,20 @@ def _tidied(schema: Any) -> Any:
         return [_tidied(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
-    kept = {
+    tidied = {
         name: _tidied(value)
         for name, value in schema.items()
         if not name.startswith("x-")
         and not (name == "title" and isinstance(value, str))
         and not (name == "default" and (value in _EMPTY or isinstance(value, dict)))
     }
-    if others := kept.get("properties", {}).pop(OTHERS, None):
-        kept["additionalProperties"] = others["additionalProperties"]
-    return _without_null(kept) if isinstance(kept.get("anyOf"), list) else kept
-
-
-def _without_null(schema: Schema) -> Schema:
-    """Editors report what is wrong inside a value only if the value has one meaning."""
-    members = [member for member in schema["anyOf"] if member != {"type": "null"}]
-    rest = {name: value for name, value in schema.items() if name != "anyOf"}
-    return {**members[0], **rest} if len(members) == 1 else {**rest, "anyOf": members}
+    if others := tidied.get("properties", {}).pop(OTHERS, None):
+        tidied["additionalProperties"] = others["additionalProperties"]
+    if not isinstance(tidied.get("anyOf"), list):
+        return tidied
+    # Editors report what is wrong inside a value only if the value has one meaning.
+    members = [member for member in tidied.pop("anyOf") if member != {"type": "null"}]
+    return {**members[0], **tidied} if len(members) == 1 else {**tidied, "anyOf": members}
 
 
 def _short_forms(part: type[SpecModel], schema: Schema) -> list[Schema]:

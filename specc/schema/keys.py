@@ -251,7 +251,7 @@ class SpecModel(BaseModel):
         cls.keys = {key.name: key for key in keys}
 
     @property
-    def given(self) -> frozenset[str]:
+    def given_keys(self) -> frozenset[str]:
         """The keys that the file gives."""
         given = self.model_fields_set
         return frozenset(key.name for key in self.keys.values() if key.attribute in given)
@@ -326,8 +326,8 @@ def _of_name(value: str) -> Fault | None:
     if value.isidentifier() and unicodedata.normalize("NFKC", value) == value:
         return None
     plain = re.sub(r"\W+", "_", unicodedata.normalize("NFKC", value)).strip("_")
-    meant = plain if plain.isidentifier() else f"n{plain}"
-    return "is not a valid name", f"{_LETTERS}, e.g. `{meant}`" if plain else _LETTERS
+    valid = plain if plain.isidentifier() else f"n{plain}"
+    return "is not a valid name", f"{_LETTERS}, e.g. `{valid}`" if plain else _LETTERS
 
 
 def _of_readable_name(value: str) -> Fault | None:

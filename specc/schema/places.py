@@ -15,7 +15,6 @@ from specc.schema.keys import (
     LiteralKind,
     MappingKind,
     Role,
-    SpecModel,
     SymbolKind,
     Text,
     Traced,
@@ -41,7 +40,13 @@ class SchemaNode:
         """What stands one step below."""
         kind = self.kind
         if is_model(kind):
-            return _of_key(kind, _item_of_row(kind, step))
+            name = str(step)
+            if isinstance(step, int) and step < len(kind.row):
+                name = kind.row[step]
+            if key := kind.keys.get(name):
+                return SchemaNode(key.kind, key, key.defines if is_model(key.kind) else None)
+            others = kind.keys.get(OTHERS)
+            return SchemaNode(others.kind, others).below(name) if others else UNKNOWN
         if isinstance(kind, ListKind):
             return SchemaNode(kind.item, self.key)
         if isinstance(kind, MappingKind):
@@ -72,17 +77,6 @@ class SchemaNode:
 FILE, UNKNOWN = SchemaNode(SpecFile), SchemaNode(None)
 TRACED = tuple(Traced.keys)
 """Keys that nearly every mapping takes."""
-
-
-def _item_of_row(model: type[SpecModel], step: str | int) -> str:
-    return model.row[step] if isinstance(step, int) and step < len(model.row) else str(step)
-
-
-def _of_key(model: type[SpecModel], step: str) -> SchemaNode:
-    if key := model.keys.get(step):
-        return SchemaNode(key.kind, key, key.defines if is_model(key.kind) else None)
-    others = model.keys.get(OTHERS)
-    return SchemaNode(others.kind, others).below(step) if others else UNKNOWN
 
 
 def walk(route: Route) -> Iterator[SchemaNode]:

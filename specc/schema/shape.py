@@ -103,12 +103,18 @@ class _Translation:
             self._list(kind, value, route)
         elif isinstance(kind, MappingKind):
             self._mismatch("a mapping", value, route)
+        elif is_model(kind) and kind.row and isinstance(data, list):
+            words = f"a row has {len(kind.row)} items, this one has {len(data)}"
+            self._refuse(f"{_name(route)}{words}", _form(kind), route)
         elif is_model(kind):
-            self._mapping(kind, data, route)
+            hint = _form(kind) if route and data is not None else ""
+            self._mismatch("a mapping", data, route, hint)
         elif kind is bool:
             self._mismatch("true or false", value, route)
+        elif isinstance(value, float) and not math.isfinite(value):
+            self._refuse(f"{_name(route)}{_shown(value)} must be a finite number", "", route)
         else:
-            self._whole_number(value, route)
+            self._mismatch("a whole number", value, route)
 
     def _walk(self, loc: tuple[str | int, ...]) -> tuple[ValueKind, Any, Route]:
         """The kind, the value and the route of what pydantic has at a location."""
@@ -139,7 +145,9 @@ class _Translation:
     def _list(self, kind: ListKind, value: Any, route: Route) -> None:
         least, most = kind.form.min_length, kind.form.max_length
         if not isinstance(value, list):
-            self._mismatch("a list", value, route, kind.form.help or _list_form(kind.item))
+            row = kind.item.row if is_model(kind.item) else ()
+            rows = f"write a list of rows, each on a line of its own: `- [{', '.join(row)}]`"
+            self._mismatch("a list", value, route, kind.form.help or (rows if row else ""))
         elif most is not None and len(value) > most:
             self._refuse(f"{_name(route)}a list must have at most {most} items", "", route)
         else:
@@ -183,32 +191,16 @@ class _Translation:
                 words = f"missing key `{name}`{_inside(route)}"
                 self._report("E0102", words, route, f"add `{name}: {value}`", "key")
         for name, names in close.items():
-            self._unknown_key(name, names, [*known], route)
-
-    def _unknown_key(self, name: str, close: list[str], known: list[str], route: Route) -> None:
-        hint = f"did you mean {' or '.join(f'`{one}`' for one in close)}?"
-        if not close:
-            rest = ", ..." if len(known) > _LISTED_KEYS else ""
-            hint = f"known keys: {', '.join(f'`{one}`' for one in known[:_LISTED_KEYS])}{rest}"
-        place = Place(self._file, (*route, name), "key")
-        meant = sole_correction(name, close)
-        fix = rename_fix(place, name, meant)
-        words = f"unknown key `{name}`{_inside(route)}"
-        self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
-
-    def _mapping(self, model: type[SpecModel], value: Any, route: Route) -> None:
-        if model.row and isinstance(value, list):
-            words = f"{_name(route)}a row has {len(model.row)} items, this one has {len(value)}"
-            self._refuse(words, _form(model), route)
-        else:
-            hint = _form(model) if route and value is not None else ""
-            self._mismatch("a mapping", value, route, hint)
-
-    def _whole_number(self, value: Any, route: Route) -> None:
-        if isinstance(value, float) and not math.isfinite(value):
-            self._refuse(f"{_name(route)}{_shown(value)} must be a finite number", "", route)
-        else:
-            self._mismatch("a whole number", value, route)
+            hint = f"did you mean {' or '.join(f'`{one}`' for one in names)}?"
+            if not names:
+                rest = ", ..." if len(known) > _LISTED_KEYS else ""
+                hint = (
+                    f"known keys: {', '.join(f'`{one}`' for one in [*known][:_LISTED_KEYS])}{rest}"
+                )
+            place = Place(self._file, (*route, name), "key")
+            fix = rename_fix(place, name, sole_correction(name, names))
+            words = f"unknown key `{name}`{_inside(route)}"
+            self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
 
     def _mismatch(self, expected: str, value: Any, route: Route, help: str = "") -> None:
         """Report a value of another kind than expected."""
@@ -246,12 +238,6 @@ def _way_to(expected: str, value: Any) -> str:
     if expected == "a list" and isinstance(value, str) and _PLAIN.fullmatch(value):
         return f"write `[{value}]`"
     return _WRITTEN[expected]
-
-
-def _list_form(item: ValueKind) -> str:
-    """How a list of such items is written, if they have rows."""
-    row = item.row if is_model(item) else ()
-    return f"write a list of rows, each on a line of its own: `- [{', '.join(row)}]`" if row else ""
 
 
 def _form(model: type[SpecModel]) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from specc.model.system import Element
 from specc.pipeline import check_spec
-from specc.read.comments import comments_of
+from specc.read.document import comments_of
 from specc.source import SourceFile
 
 

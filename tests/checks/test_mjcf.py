@@ -11,7 +11,7 @@ from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import load_model
 
 from specc.mjcf import Model, ModelError, ModelFiles, read_model
-from specc.mjcf.actuator_names import ActuatorNames
+from specc.mjcf.reader import ActuatorNames
 from tests.scenarios.runs import INSTALLED, SPECS
 
 PLANTS = [

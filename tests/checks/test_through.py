@@ -8,7 +8,7 @@ import pytest
 
 from specc.model.system import System
 from specc.pipeline import compile_spec
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.rename import apply
 from tests.tools.lsp.workspace import edited, place
 
@@ -114,14 +114,14 @@ def test_targets_stand_beside_lets_and_memory(tmp_path: Path) -> None:
 def test_an_element_is_renamed_at_all_ends_that_are_written(tmp_path: Path) -> None:
     written = text()
     project, path = edited(tmp_path / "demo.yaml", written)
-    edits = answers.rename_at(project, path, place(written, "x: {|h_d: {type"), "height")
+    edits = features.rename_at(project, path, place(written, "x: {|h_d: {type"), "height")
     assert apply(written, edits) == written.replace("h_d", "height")
 
 
 def test_targets_below_through_are_known_to_the_editor(tmp_path: Path) -> None:
     written = text(lift="{title: Lift, rate: 50 Hz, through: {rule: identity, y.c.h: 2 * x.E.h}}")
     project, path = edited(tmp_path / "demo.yaml", written)
-    hover = answers.hover(project, path, place(written, "2 * x.E.|h}"))
+    hover = features.hover(project, path, place(written, "2 * x.E.|h}"))
     assert hover is not None
     assert "real[m]" in hover.text
 

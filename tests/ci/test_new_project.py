@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from specc.cli.init import names
+from specc.cli.init import skeletons
 from specc.read import read_file
 from tests.cli.robots import SERVOS, arm
 from tests.commands import ROOT, specc
@@ -60,7 +60,7 @@ def project(tmp_path: Path) -> Iterator[Path]:
 
 
 def test_all_skeletons_in_one_project(project: Path, tmp_path: Path) -> None:
-    for name in names():
+    for name in skeletons():
         assert specc("init", name, "--skeleton", name, cwd=project).returncode == 0
     used = (project / "arm/arm.yaml").read_text(encoding="utf-8")
     assert "use: specc:joint_arm" in used

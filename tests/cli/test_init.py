@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from specc.cli import main
-from specc.cli.init import names
+from specc.cli.init import skeletons
 
 
 def spec_in(folder: Path) -> Path:
@@ -15,10 +15,10 @@ def spec_in(folder: Path) -> Path:
 
 
 def test_there_is_a_choice() -> None:
-    assert {"joint", "sense-act", "two-agents"} <= set(names())
+    assert {"joint", "sense-act", "two-agents"} <= set(skeletons())
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", skeletons())
 def test_a_skeleton_runs(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "robots" / name
     assert main(["init", str(folder), "--skeleton", name]) == 0
@@ -33,7 +33,7 @@ def test_a_skeleton_runs(name: str, tmp_path: Path, capsys: pytest.CaptureFixtur
     assert [cycle["ended"] for cycle in told["cycles"]] == ["completed", "completed"]
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", skeletons())
 def test_every_step_of_a_skeleton_is_done(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -20,9 +20,9 @@ from specc_runtime.plants.mujoco import posture
 from specc_runtime.plants.mujoco.describing import described
 
 from bench.harness import held
-from specc.cli import init_robot, main
+from specc.cli import init, main
 from specc.pipeline import check_spec
-from specc.tools.starting import ModelFacts, NoFacts, NoGroup, facts, facts_of, grouped
+from specc.tools.starting import ModelFacts, NoFacts, NoGroup, actuator_groups, facts, read_facts
 from tests.cli import robots
 from tests.cli.robots import JOINTS, MOTORS, SERVOS, SPEEDS, arm
 from tests.seeds import short
@@ -34,7 +34,7 @@ SERVICES = (
     "parts/services_messages.yaml",
     "parts/carrier.yaml",
 )
-ASKED = facts._asked
+ASKED = facts._describe
 UNUSABLE = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
 KNOWN: dict[tuple[str, float], ModelFacts] = {}
 """What the simulator has said of models, by their texts and rehearsals: it says the same again."""
@@ -49,10 +49,10 @@ def asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
     def known(path: str) -> ModelFacts:
         key = Path(path).read_text(encoding="utf-8"), posture.HELD_S
         if key not in KNOWN:
-            KNOWN[key] = facts_of(path)
+            KNOWN[key] = read_facts(path)
         return KNOWN[key]
 
-    monkeypatch.setattr(init_robot, "facts_of", known)
+    monkeypatch.setattr(init, "read_facts", known)
 
 
 @pytest.fixture(autouse=True)
@@ -66,7 +66,7 @@ def asked_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             except PlantError as error:
                 return {"error": str(error)}
 
-    monkeypatch.setattr(facts, "_asked", asked)
+    monkeypatch.setattr(facts, "_describe", asked)
 
 
 @pytest.fixture(autouse=True)
@@ -153,7 +153,7 @@ def test_a_robot_holds_its_pose_at_once(
 @pytest.mark.parametrize("name", ROBOTS)
 def test_groups_are_named_after_what_they_move(name: str, tmp_path: Path) -> None:
     model, groups = ROBOTS[name]
-    found = grouped(init_robot.facts_of(str(at(tmp_path / "robot.xml", model))), {})
+    found = actuator_groups(init.read_facts(str(at(tmp_path / "robot.xml", model))), {})
     assert [group.wish for group in found] == groups
 
 
@@ -207,13 +207,13 @@ def test_it_is_the_same_each_time_and_in_another_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model, bad = at(tmp_path / "robot.xml", arm(MOTORS)), at(tmp_path / "bad.xml", UNUSABLE)
-    here = facts_of(str(model))
+    here = read_facts(str(model))
     with pytest.raises(NoFacts) as refused:
-        facts_of(str(bad))
-    monkeypatch.setattr(facts, "_asked", ASKED)
-    assert facts_of(str(model)) == here
+        read_facts(str(bad))
+    monkeypatch.setattr(facts, "_describe", ASKED)
+    assert read_facts(str(model)) == here
     with pytest.raises(NoFacts) as again:
-        facts_of(str(bad))
+        read_facts(str(bad))
     assert str(again.value) == str(refused.value)
     assert str(tmp_path) not in started(arm(MOTORS), tmp_path).read_text()
 
@@ -557,7 +557,7 @@ def test_a_machine_without_the_simulator_is_told_its_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The process that reads models finds no MuJoCo."""
-    monkeypatch.setattr(facts, "_asked", ASKED)
+    monkeypatch.setattr(facts, "_describe", ASKED)
     missing = "raise ModuleNotFoundError(\"No module named 'mujoco'\", name='mujoco')"
     at(tmp_path / "path/mujoco.py", missing)
     monkeypatch.syspath_prepend(str(tmp_path / "path"))
@@ -758,7 +758,7 @@ def test_nothing_stays_after_an_interrupt(tmp_path: Path, monkeypatch: pytest.Mo
         assert (tmp_path / "new/cell/plants/robot.xml").is_file()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(init_robot, "_checked", interrupted)
+    monkeypatch.setattr(init, "_checked", interrupted)
     assert main(["init", str(tmp_path / "new/cell"), "--model", str(model)]) == 130
     assert files_below(tmp_path) == before
 
@@ -819,12 +819,12 @@ MIXED = "".join(
     ],
 )
 def test_what_a_group_names(text: str, found: list[str] | None, tmp_path: Path) -> None:
-    facts = init_robot.facts_of(str(at(tmp_path / "robot.xml", arm(MIXED))))
+    facts = init.read_facts(str(at(tmp_path / "robot.xml", arm(MIXED))))
     if found is None:
         with pytest.raises(NoGroup, match="is called a"):
-            grouped(facts, {"g": text}, guess=False)
+            actuator_groups(facts, {"g": text}, guess=False)
     else:
-        (group,) = grouped(facts, {"g": text}, guess=False)
+        (group,) = actuator_groups(facts, {"g": text}, guess=False)
         assert [each.name for each in group.actuators] == found
 
 
@@ -832,25 +832,25 @@ def test_joints_that_one_actuator_moves_with_others_are_no_group(tmp_path: Path)
     tendon = '<fixed name="t"><joint joint="j1" coef="1"/><joint joint="j3" coef="1"/></fixed>'
     text = arm('<motor name="m" tendon="t"/>', ("j1", "j2", "j3"))
     text = text.replace("</mujoco>", f"<tendon>{tendon}</tendon></mujoco>")
-    facts = init_robot.facts_of(str(at(tmp_path / "robot.xml", text)))
+    facts = init.read_facts(str(at(tmp_path / "robot.xml", text)))
     with pytest.raises(NoGroup, match="no actuator moves only joints from j1 to j1"):
-        grouped(facts, {"g": "j1..j1"})
-    assert len(grouped(facts, {"g": "j1..j3"})) == 1
+        actuator_groups(facts, {"g": "j1..j1"})
+    assert len(actuator_groups(facts, {"g": "j1..j3"})) == 1
 
 
 @pytest.mark.parametrize("text", ["j2", "j2..j2", "j1..j2"])
 def test_a_joint_without_an_actuator_is_no_group(text: str, tmp_path: Path) -> None:
     model = arm('<motor name="m" joint="j1"/>', ("j1", "j2", "j3"))
-    facts = init_robot.facts_of(str(at(tmp_path / "robot.xml", model)))
+    facts = init.read_facts(str(at(tmp_path / "robot.xml", model)))
     with pytest.raises(NoGroup, match=r"no actuator moves joint j2$"):
-        grouped(facts, {"g": text})
+        actuator_groups(facts, {"g": text})
 
 
 def test_actuators_of_one_joint_are_no_chain(tmp_path: Path) -> None:
     motors = "".join(f'<motor name="m{i}" joint="j1"/>' for i in range(3))
     text = arm(motors, ("j1", "j2", "j3"))
-    facts = init_robot.facts_of(str(at(tmp_path / "robot.xml", text)))
-    assert [group.kind for group in grouped(facts, {})] == ["joints"]
+    facts = init.read_facts(str(at(tmp_path / "robot.xml", text)))
+    assert [group.kind for group in actuator_groups(facts, {})] == ["joints"]
 
 
 UNNAMED = (

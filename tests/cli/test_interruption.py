@@ -143,10 +143,10 @@ def test_other_signals_end_a_command_alike(
     code = (
         "import os, signal, sys\n"
         f"if {is_ignored}: signal.signal({int(sign)}, signal.SIG_IGN)\n"
-        "from specc.cli import main, rewrite\n"
+        "from specc.cli import inspect, main\n"
         "kill = os.kill\n"
         f"signs = {int(sign)}, 15, 1\n"
-        "rewrite.find_targets = lambda _: [kill(os.getpid(), sign) for sign in signs]\n"
+        "inspect.find_targets = lambda _: [kill(os.getpid(), sign) for sign in signs]\n"
         "sys.exit(main())\n"
     )
     process = subprocess.run(

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from specc.cli.main import main
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from tests.recording.forged import forged
 from tests.recording.runs import ROOT
@@ -144,7 +144,7 @@ def test_the_editor_runs_nothing() -> None:
     project = Project()
     for file in ("cell.yaml", "talk.yaml", "wrong.yaml"):
         project.analyse(str(Path(file).resolve()))
-    assert answers.notes(project)
+    assert features.notes(project)
     assert not MARKER.exists() and "arm" not in sys.modules
 
 

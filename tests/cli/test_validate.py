@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from specc import __version__
-from specc.cli.arguments import FORMATS
 from specc.cli.main import main
+from specc.cli.streams import FORMATS
 from tests.seeds import short
 
 ROOT = Path(__file__).parents[2]
@@ -67,7 +67,7 @@ def test_a_finding_shows_its_line(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
-@pytest.mark.parametrize("form", [form for form in FORMATS if form != "text"])
+@pytest.mark.parametrize("form", [form for form in FORMATS["validate"] if form != "text"])
 def test_data_goes_to_standard_output(form: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["validate", "wrong.yaml", "--format", form]) == 1
     printed = capsys.readouterr()
@@ -205,7 +205,7 @@ def test_the_module_is_the_command() -> None:
 
 
 def test_a_file_name_that_is_no_text(capsys: pytest.CaptureFixture[str]) -> None:
-    for form in FORMATS:
+    for form in FORMATS["validate"]:
         assert main(["validate", "\udcff\x1b none.yaml", "--format", form]) == 2
         printed = capsys.readouterr()
         shown = printed.err if form == "text" else printed.out

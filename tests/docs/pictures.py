@@ -9,7 +9,7 @@ from pathlib import Path
 
 from specc.pipeline import read_spec
 from specc.tools.graph import PictureKind, as_dot, picture
-from specc.tools.graph.drawing import drawn
+from specc.tools.graph.drawing import render
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs/pictures/graph"
@@ -41,7 +41,7 @@ def renew() -> None:
     for name in PICTURES:
         text = dot(name)
         (FOLDER / f"{name}.dot").write_text(text, encoding="utf-8")
-        (FOLDER / f"{name}.svg").write_bytes(drawn(text, "svg"))
+        (FOLDER / f"{name}.svg").write_bytes(render(text, "svg"))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ PAGE = (ROOT / "docs" / "compiler.md").read_text(encoding="utf-8")
 PATH = re.compile(r"`((?:specc|tests|runtime|templates|specs)/[\w./-]*)`")
 NAMED = set(PATH.findall(PAGE))
 DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
-INSIDE = {"specc/tools/importers/fabric", "specc/tools/importers/scxml", "specc/tools"}
+INSIDE = {"specc/tools"}
 """Packages that belong to one that is named."""
 
 

@@ -36,7 +36,7 @@ FACTS = {
     "analysis/reaching.py": "which definitions give it its value",
     "checks/usage.py": "whether it is used",
     "checks/states.py": "which arrivals make it true",
-    "tools/graph/flow.py": "its box in a drawing",
+    "tools/graph/machine.py": "its box in a drawing",
 }
 """Which other modules look through lets, and for what."""
 

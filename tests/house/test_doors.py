@@ -12,7 +12,7 @@ RUNTIME = modules("runtime", "specc_runtime")
 DOORS = {
     "OpenGL": {"specc_runtime.plants.mujoco.gl"},
     "_ruamel_yaml": {"specc.read"},
-    "argcomplete": {"specc.cli.parsing"},
+    "argcomplete": {"specc.cli.arguments"},
     "cv2": {
         "specc_runtime.operators.vision.opencv",
         "specc_runtime.recording.pictures",
@@ -33,7 +33,10 @@ DOORS = {
     "orjson": {"specc_runtime.recording.text"},
     "pinocchio": {"specc_runtime.operators.dynamics"},
     "pydantic": {"specc.schema"},
-    "pygls": {"specc.tools.lsp.protocol", "specc.tools.lsp.server"},
+    "pygls": {
+        "specc.tools.lsp.server",
+        "specc.tools.lsp.session",
+    },
     "pygraphviz": {"specc.tools.graph.drawing"},
     "rclpy": {"specc_runtime.ros2.host"},
     "rich": {"specc_runtime.progress"},

@@ -40,7 +40,7 @@ OTHER_WORDS = {
         "tools/starting/ros2.py": {"position", "pose"},
     },
     "fields of other formats and protocols": {
-        "tools/importers/fabric/reader.py": {"min"},
+        "tools/importers/fabric_reader.py": {"min"},
         "tools/lsp/server.py": {"position"},
     },
 }

@@ -6,7 +6,10 @@ from pathlib import Path
 
 SPECC = Path(__file__).resolve().parents[2] / "specc"
 TELLS = "cli/main.py"
-GOES_ON = {"cli/explore.py": "a trace that cannot be recorded is told with its reason"}
+GOES_ON = {
+    "cli/explore.py": "a trace that cannot be recorded is told with its reason",
+    "cli/recordings.py": "a recorded specification that cannot be run is told with its reason",
+}
 
 
 def _caught(text: str) -> Iterator[str]:

@@ -13,16 +13,13 @@ READING = {
     "parse_syntax": {
         "resolve/expansion.py": "the elements that go through",
         "schema/desugar.py": "the indices of a `for`",
-        "tools/lsp/symbols.py": "the members that a type declares",
+        "tools/lsp/index.py": "the members that a type declares",
     },
     "names_of": {
         "resolve/uses.py": "what they name",
         "resolve/reuse.py": "parameters that stand for sizes",
     },
     "names_of_type": {"resolve/definitions.py": "the sizes that make an operator another one"},
-    "in_force": {
-        "tools/lsp/index.py": "to propose it, and to refuse a new name that is taken",
-    },
     "visible": {"tools/lsp/completion.py": "proposals", "tools/lsp/rename.py": "a name is free"},
 }
 """Who reads a text for the names in it, or lists names that are in force, and what for."""

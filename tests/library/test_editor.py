@@ -8,10 +8,10 @@ import pytest
 from pygls import uris
 
 from specc.resources import library_parts, on_disk
-from specc.tools.lsp import answers
-from specc.tools.lsp.desk import Desk
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError
+from specc.tools.lsp.session import EditorSession
 from tests.commands import ROOT
 from tests.tools.lsp.workspace import edited, place
 
@@ -29,7 +29,7 @@ def labels(project: Project, path: str, old: str, new: str) -> dict[str, int]:
     start = TEXT.index(old)
     project.put(path, TEXT[:start] + before + after + TEXT[start + len(old) :])
     project.analyse(path)
-    found = answers.completions(project, path, start + len(before))
+    found = features.completions(project, path, start + len(before))
     return {completion.label: completion.replaces for completion in found}
 
 
@@ -51,7 +51,7 @@ def test_parameters_of_a_part_are_proposed(editor: tuple[Project, str]) -> None:
 
 
 def test_a_hover_tells_what_a_part_takes(editor: tuple[Project, str]) -> None:
-    hover = answers.hover(*editor, place(TEXT, "use: specc:jo|int_arm"))
+    hover = features.hover(*editor, place(TEXT, "use: specc:jo|int_arm"))
     assert hover is not None
     assert "Arm of n joints" in hover.text
     assert "- parameter `v_max: vector[n, rad/s]`, largest velocities" in hover.text
@@ -60,28 +60,28 @@ def test_a_hover_tells_what_a_part_takes(editor: tuple[Project, str]) -> None:
 def test_the_definition_is_in_the_installation(tmp_path: Path) -> None:
     (tmp_path / "arm.yaml").write_text(TEXT, encoding="utf-8")
     project, path = edited(tmp_path / "arm.yaml", TEXT)
-    (found,) = answers.definition(project, path, place(TEXT, "use: specc:jo|int_arm"))
+    (found,) = features.definition(project, path, place(TEXT, "use: specc:jo|int_arm"))
     assert found.path == "specc:joint_arm"
-    desk = Desk(uris.to_fs_path, uris.from_fs_path)
-    uri = desk._uri(found.path)
+    session = EditorSession()
+    uri = session.uri(found.path)
     assert uris.to_fs_path(uri) == on_disk("specc:joint_arm")
     # The editor opens that file: it is the same part.
-    assert desk._path(uri) == "specc:joint_arm"
+    assert session.path(uri) == "specc:joint_arm"
 
 
 def test_parameters_of_a_part_are_not_renamed(editor: tuple[Project, str]) -> None:
     with pytest.raises(RenameError, match="the library of specc"):
-        answers.rename_at(*editor, place(TEXT, '          v_|max: "[1.5'), "fastest")
+        features.rename_at(*editor, place(TEXT, '          v_|max: "[1.5'), "fastest")
 
 
 def test_elements_of_a_part_are_not_renamed(editor: tuple[Project, str]) -> None:
     with pytest.raises(RenameError, match="the library of specc"):
-        answers.rename_at(*editor, place(TEXT, "mov|ing: {type: bool"), "busy")
+        features.rename_at(*editor, place(TEXT, "mov|ing: {type: bool"), "busy")
 
 
 def test_what_is_no_part_is_said_where_it_is_used(editor: tuple[Project, str]) -> None:
     project, path = editor
     project.put(path, TEXT.replace("specc:joint_arm", "specc:jiont_arm"))
     project.analyse(path)
-    codes = {note.diagnostic.code for note in answers.notes(project)[path]}
+    codes = {note.diagnostic.code for note in features.notes(project)[path]}
     assert codes == {"E0001", "E0501"}  # there is no model in this folder

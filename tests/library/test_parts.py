@@ -13,7 +13,7 @@ from specc import resources
 from specc.cli import main
 from specc.pipeline import check_spec, compile_spec
 from specc.read import read_file
-from specc.read.permitted import AllowedPaths
+from specc.read.document import AllowedPaths
 from specc.resources import library_name, library_parts, on_disk
 from specc.source import beside, real_path, relative_path
 from specc.tools.parts import summary_of

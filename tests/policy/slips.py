@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from specc.cli.fix import ROUNDS, apply_repairs
 from specc.cli.inspect import inspect_all
-from specc.cli.rewrite import ROUNDS, apply_repairs
 from specc.diagnostics.report import Finding, report, resolve
 from specc.pipeline import Result, check_spec, read_spec
 from specc.policy import Overrides, clear_cache

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from specc.read import read_text
-from specc.read.comments import comments_of
+from specc.read.document import comments_of
 
 
 def comments(text: str) -> list[str]:

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from specc.cli import inspect, main
-from specc.cli.targets import find_targets
 from specc.policy import Overrides
 from tests.policy.specs import write
 
@@ -27,25 +26,27 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_directory_means_the_specifications_below_it(folder: Path) -> None:
-    meant = find_targets(["specs"])
+    meant = inspect.find_targets(["specs"])
     assert meant.systems == ("specs/a.yaml", "specs/b/c.yml", "specs/b/d.yaml", "specs/old/f.yaml")
     assert meant.parts == ("specs/lib/part.yaml",)
 
 
 def test_excluded_files_are_left_out_of_a_search_only(folder: Path) -> None:
     (folder / "pyproject.toml").write_text('[tool.specc]\nexclude = ["specs/old", "*/d.yaml"]\n')
-    assert find_targets(["specs"]).systems == ("specs/a.yaml", "specs/b/c.yml")
-    assert find_targets(["specs/old/f.yaml"]).systems == ("specs/old/f.yaml",)
+    assert inspect.find_targets(["specs"]).systems == ("specs/a.yaml", "specs/b/c.yml")
+    assert inspect.find_targets(["specs/old/f.yaml"]).systems == ("specs/old/f.yaml",)
 
 
 def test_patterns_and_repetitions(folder: Path) -> None:
-    meant = find_targets(["specs/**/*.yaml", "./specs/a.yaml", "specs/b/../b/d.yaml", "specs"])
+    meant = inspect.find_targets(
+        ["specs/**/*.yaml", "./specs/a.yaml", "specs/b/../b/d.yaml", "specs"]
+    )
     assert meant.systems == ("specs/a.yaml", "specs/b/d.yaml", "specs/old/f.yaml", "specs/b/c.yml")
 
 
 def test_nothing_found_is_a_finding(folder: Path) -> None:
     (folder / "empty").mkdir()
-    meant = find_targets(["empty", "specs/*.json", "none.yaml"])
+    meant = inspect.find_targets(["empty", "specs/*.json", "none.yaml"])
     assert [fault.code for fault in meant.faults] == ["E0001", "E0001"]
     assert meant.systems == ("none.yaml",)
 

@@ -11,7 +11,7 @@ from specc_runtime.recording.messages import Shelved, recorded, steps_of
 from specc_runtime.recording.replay import replay
 
 from specc import output, pipeline
-from specc.cli.recorded_spec import texts_by_path
+from specc.cli.recordings import texts_by_path
 from tests.commands import ROOT, modules_of
 from tests.seeds import COUNT
 

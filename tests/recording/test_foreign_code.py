@@ -15,7 +15,7 @@ from specc_runtime.recording.snapshots import last_before
 
 from specc import pipeline
 from specc.cli.main import main
-from specc.cli.recorded_spec import recorded_package
+from specc.cli.recordings import recorded_package
 from specc.lower.code import named_code
 from specc.schema import files
 from specc.schema.keys import PythonPath, SpecModel
@@ -314,7 +314,7 @@ def test_every_key_that_takes_python_is_known() -> None:
         "OperatorDef.python",
         "PlantDef.python",
         "ReadingDef.through",
-        "SceneDef.made",
+        "SceneDef.scene_class",
         "TaskDef.judge",
         "TypeDef.python",
     }

@@ -11,7 +11,7 @@ import pytest
 
 from specc.cli import sweep
 from specc.cli.main import main
-from specc.tools.sweep import plots
+from specc.tools.sweep import summary
 from tests.recording.test_foreign_code import TALK
 from tests.sweep import hostile
 
@@ -100,7 +100,7 @@ def test_a_table_out_of_proportion_is_refused(capsys: pytest.CaptureFixture[str]
 def test_what_is_told_and_drawn_of_a_folder_is_bounded(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(plots, "MOST", 2)
+    monkeypatch.setattr(summary, "MOST", 2)
     long = "long " * 50_000
     for k in (1, 2):
         figures = {long: k, "success": False, "reason": long, "b": k, "c": k}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from specc.tools.sweep.running import figures_of
-from specc.tools.sweep.settings import SweepError, axis_of, seeds_of, settings_of
+from specc.tools.sweep.table import SweepError, axis_of, seeds_of, settings_of
 
 UNITS = {"d": "kg/s", "n": ""}
 

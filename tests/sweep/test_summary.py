@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.sweep.plots import plot
 from specc.tools.sweep.summary import (
     as_rows,
     as_text,
     cells_of,
     median,
+    plot,
     rate,
     reasons,
     seldom_asked,

@@ -16,8 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.sweep.settings import SweepError
-from specc.tools.sweep.table import Folder
+from specc.tools.sweep.table import Folder, SweepError
 from tests.commands import specc
 from tests.seeds import short
 from tests.sweep.runs import GATE, ROOT, command, environment, hazards, swept, table

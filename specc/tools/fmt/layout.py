@@ -7,18 +7,27 @@ several lines inside braces is joined if it fits.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from itertools import dropwhile
 from operator import not_
+from pprint import pformat
 
 from specc.read import read_text
-from specc.read.comments import comments_in
+from specc.read.document import comments_in
 from specc.schema.keys import is_model, layout
 from specc.schema.places import FILE, UNKNOWN, SchemaNode
-from specc.tools.fmt import scalars
-from specc.tools.fmt.attach import Attacher
-from specc.tools.fmt.scalars import key_text, value_text
-from specc.tools.fmt.tree import Alias, Collection, Entry, Scalar, YamlValue, parse
+from specc.tools.fmt.tree import (
+    Alias,
+    Collection,
+    Entry,
+    Scalar,
+    YamlValue,
+    attach_comments,
+    key_text,
+    parse,
+    value_text,
+)
 
 WIDTH = 100
 """Columns of a line, without the comment at its end."""
@@ -39,7 +48,7 @@ def formatted(text: str, change: Callable[[Collection], None] | None = None) -> 
     comments = comments_in(text, [(scalar.start, scalar.end) for scalar in scalars])
     if not isinstance(root, Collection):
         return text
-    Attacher(text, root).attach(comments)
+    attach_comments(text, root, comments)
     if change is not None:
         change(root)
     lines = dropwhile(not_, _Printer(text).lines(root, FILE))
@@ -53,18 +62,19 @@ class _Printer:
     def __init__(self, text: str) -> None:
         self._text = text
 
-    def lines(self, whole: Collection, here: SchemaNode, margin: int = 0) -> Iterator[str]:
+    def lines(self, collection: Collection, here: SchemaNode, margin: int = 0) -> Iterator[str]:
         """A collection as a block, without the indentation of `margin` columns that it will get."""
-        columns = self._table(whole) if here.is_table else None
-        entries = _ordered(whole, here)
+        columns = self._table(collection) if here.is_table else None
+        entries = _ordered(collection, here)
         for number, entry in enumerate(entries):
-            above = entry.above if number else [*dropwhile(not_, entry.above)]
-            if columns and number == 0:
-                above = [*above[:-1], *self._header(above[-1:], columns)]
+            above = [*entry.above] if number else [*dropwhile(not_, entry.above)]
+            if columns and number == 0 and (header := _header_cells(above[-1:], len(columns))):
+                words = [cell.ljust(width) for cell, width in zip(header[0], columns, strict=True)]
+                above[-1] = f"#  {''.join(words).rstrip()}"
             yield from above
             step = number if entry.key is None else entry.key.text
             yield from self._entry(entry, here.below(step), columns, margin)
-        yield from whole.below
+        yield from collection.below
 
     def _entry(
         self, entry: Entry, here: SchemaNode, columns: list[int] | None, margin: int
@@ -78,29 +88,31 @@ class _Printer:
         if isinstance(value, Scalar) and value.style in ("|", ">") and _keeps_block(value):
             header, *body = value.raw.splitlines()
             yield f"{head} {header.split()[0]}{beside}"
-            yield from _indented(_dedented(body))
+            while not body[-1].strip():
+                body.pop()
+            first = next(line for line in body if line.strip())
+            margin = len(first) - len(first.lstrip(" "))
+            yield from _indented([line[margin:] for line in body])
         elif columns and _is_row(value, len(columns)):
-            yield f"{head} {scalars.row(self._cells(value), columns)}{beside}"
+            *cells, last = self._cells(value)
+            padded = (f"{cell}, ".ljust(width) for cell, width in zip(cells, columns, strict=False))
+            yield f"{head} [{''.join(padded)}{last}]{beside}"
         elif (inline := self._inline(value, here, margin + len(head))) is not None:
             yield f"{head} {inline}".rstrip() + beside
         else:
             assert isinstance(value, Collection)
-            yield from self._block(head, entry, value, here, margin + _STEP)
-
-    def _block(
-        self, head: str, entry: Entry, value: Collection, here: SchemaNode, margin: int
-    ) -> Iterator[str]:
-        inner = list(self.lines(value, here, margin))
-        if head == "-":
-            # What stands between a dash and its block belongs above the dash.
-            if entry.beside:
-                yield entry.beside
-            while not inner[0] or inner[0].startswith("#"):
-                yield inner.pop(0)
-            yield f"- {inner.pop(0)}"
-        else:
-            yield f"{head} {entry.beside}".rstrip()
-        yield from _indented(inner)
+            inner = list(self.lines(value, here, margin + _STEP))
+            if head == "-":
+                # What stands between a dash and its block belongs above the dash.
+                above = [entry.beside] if entry.beside else []
+                while not inner[0] or inner[0].startswith("#"):
+                    above.append(inner.pop(0))
+                yield from above
+                head = f"{head} {inner.pop(0)}"
+            else:
+                head = f"{head} {entry.beside}".rstrip()
+            yield head
+            yield from _indented(inner)
 
     def _inline(self, value: YamlValue, here: SchemaNode, taken: int) -> str | None:
         """The value on one line; None if it takes several."""
@@ -139,34 +151,40 @@ class _Printer:
         assert isinstance(value, Collection)
         return [self._flow(entry.value, UNKNOWN) for entry in value.entries]
 
-    def _table(self, whole: Collection) -> list[int] | None:
-        """Widths of the columns of a list of rows that are all as long as the first."""
-        lengths = [
-            len(entry.value.entries)
-            for entry in whole.entries
-            if isinstance(entry.value, Collection) and not entry.value.is_mapping
+    def _table(self, rows: Collection) -> list[int] | None:
+        """Widths of the columns of a list of rows that are all as long as the first.
+
+        Of a column with its comma and the blanks behind it; words over the columns count, too.
+        """
+        lists = (entry.value for entry in rows.entries)
+        first = next((v for v in lists if isinstance(v, Collection) and not v.is_mapping), None)
+        length = len(first.entries) if first else 0
+        cells = [self._cells(e.value) for e in rows.entries if _is_row(e.value, length)]
+        if length < 2 or not cells:
+            return None
+        header = _header_cells(rows.entries[0].above[-1:], length)
+        return [
+            max(len(cell) + 2 for cell in column) for column in zip(*cells, *header, strict=True)
         ]
-        if not lengths or lengths[0] < 2:
-            return None
-        rows = [self._cells(e.value) for e in whole.entries if _is_row(e.value, lengths[0])]
-        if not rows:
-            return None
-        above = whole.entries[0].above[-1:]
-        return scalars.widths(rows, scalars.header_cells(above[0], lengths[0]) if above else None)
-
-    def _header(self, comment: list[str], columns: list[int]) -> list[str]:
-        cells = scalars.header_cells(comment[0], len(columns)) if comment else None
-        return [scalars.header_line(cells, columns)] if cells else comment
 
 
-def _ordered(whole: Collection, here: SchemaNode) -> list[Entry]:
+_GAP = re.compile(r"\s{2,}")
+
+
+def _header_cells(comment: list[str], columns: int) -> list[list[str]]:
+    """The words over the columns, if a comment has as many of them, two blanks apart."""
+    cells = [_GAP.split(text.removeprefix("#").strip()) for text in comment]
+    return [each for each in cells if len(each) == columns]
+
+
+def _ordered(collection: Collection, here: SchemaNode) -> list[Entry]:
     """Entries in the order of their keys; those with names that people choose keep theirs."""
     # An alias must come behind its anchor.
-    if not whole.is_mapping or whole.linked or not is_model(here.kind):
-        return whole.entries
+    if not collection.is_mapping or collection.linked or not is_model(here.kind):
+        return collection.entries
     known = layout(here.kind)
     ranks = {name: rank for rank, name in enumerate(known)}
-    return sorted(whole.entries, key=lambda entry: ranks.get(entry.name, len(known)))
+    return sorted(collection.entries, key=lambda entry: ranks.get(entry.name, len(known)))
 
 
 def _is_row(value: YamlValue, columns: int) -> bool:
@@ -186,21 +204,13 @@ def _is_cell(value: YamlValue) -> bool:
     if not isinstance(value, Collection):
         return True
     plain = all(not isinstance(entry.value, Collection) for entry in value.entries)
-    return plain and value.flow and not value.is_mapping and not value.broken
+    return plain and not value.is_block and not value.is_mapping
 
 
 def _keeps_block(value: Scalar) -> bool:
     """Whether a block scalar can be moved as it is: no indentation given, no lines kept below."""
     header = value.raw.split("\n", 1)[0].split("#")[0].strip()
     return header in ("|", ">", "|-", ">-") and bool(value.text.strip())
-
-
-def _dedented(body: list[str]) -> list[str]:
-    while body and not body[-1].strip():
-        body.pop()
-    first = next(line for line in body if line.strip())
-    margin = len(first) - len(first.lstrip(" "))
-    return [line[margin:] for line in body]
 
 
 def _indented(lines: list[str]) -> Iterator[str]:
@@ -220,21 +230,14 @@ def _has_braces(value: YamlValue) -> bool:
 
 def _compare(old: str, new: str, comments: list[str], *, same: bool) -> None:
     before, after = read_text("old", old), read_text("new", new)
-    if same and repr(_sorted(before.data)) != repr(_sorted(after.data)):
+    if same and pformat(before.data) != pformat(after.data):
         raise LayoutError("the data would change")
     _, scalars = parse(new)
-    kept = comments_in(new, [(scalar.start, scalar.end) for scalar in scalars])
-    if _letters(comments) != _letters([comment.text for comment in kept]):
+    found = comments_in(new, [(scalar.start, scalar.end) for scalar in scalars])
+    if _letters(comments) != _letters([comment.text for comment in found]):
         raise LayoutError("a comment would be lost")
 
 
 def _letters(comments: list[str]) -> list[str]:
     """What comments consist of; they may be joined, moved with their keys and aligned."""
     return sorted("".join("".join(comments).split()))
-
-
-def _sorted(data: object) -> object:
-    """Data whose text does not depend on the order of keys."""
-    if isinstance(data, dict):
-        return [(key, _sorted(data[key])) for key in sorted(data)]
-    return [_sorted(item) for item in data] if isinstance(data, list) else data

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 
 from specc.lang import ExprError, parse
@@ -48,31 +49,28 @@ def _initial_conditions(machine: dict[str, YamlValue]) -> Collection | None:
 
 
 def _write_remainders(rows: Collection, conditions: Collection | None) -> None:
-    """`otherwise` for a condition that is `not` the other one, wherever both stand alone."""
-    if conditions is None:
+    """`otherwise` for a condition that is `not` the other one, if nothing else uses it."""
+    if conditions is None or any(entry.name == OTHERWISE for entry in conditions.entries):
         return
-    texts = {entry.name: _expression(entry) for entry in conditions.entries}
-    if OTHERWISE in texts:
-        return
-    trees = {name: tree for name, text in texts.items() if (tree := _tree(text))}
+    trees = {e.name: tree for e in conditions.entries if (tree := _tree(e)) is not None}
     names = {ast.dump(tree): name for name, tree in trees.items()}
-    opposite = {
-        name: names[ast.dump(tree.operand)]
-        for name, tree in trees.items()
-        if isinstance(tree, ast.UnaryOp)
-        and isinstance(tree.op, ast.Not)
-        and ast.dump(tree.operand) in names
-    }
-    for name, other in opposite.items():
-        if _is_replaced(rows, name, other):
-            conditions.entries = [e for e in conditions.entries if e.name != name]
+    for name, tree in trees.items():
+        if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not):
+            other = names.get(ast.dump(tree.operand))
+            if other is not None and _is_replaced(rows, name, other):
+                conditions.entries = [e for e in conditions.entries if e.name != name]
 
 
-def _tree(text: str) -> ast.expr | None:
-    try:
-        return parse(text) if text else None
-    except ExprError:
+def _tree(entry: Entry) -> ast.expr | None:
+    """The expression of a condition; None if it has a comment, a title or a trace."""
+    value = entry.value
+    if isinstance(value, Collection) and [e.name for e in value.entries] == ["when"]:
+        value = value.entries[0].value
+    if entry.above or entry.beside or not isinstance(value, Scalar):
         return None
+    with suppress(ExprError):
+        return parse(" ".join(value.text.split()))
+    return None
 
 
 def _is_replaced(rows: Collection, name: str, other: str) -> bool:
@@ -83,22 +81,10 @@ def _is_replaced(rows: Collection, name: str, other: str) -> bool:
     groups = grouped(((state.text, cause.text), when.text) for state, cause, when, _ in cells)
     if any(sorted(group) != sorted((name, other)) for group in groups.values() if name in group):
         return False
-    for entry in rows.entries:
-        row = _cells(entry)
-        assert row is not None  # looked at above
-        if row[2].text == name:
-            entry.value = _row(entry.value, [row[0], row[1], _written(row[2], OTHERWISE), row[3]])
+    for entry, (state, cause, when, target) in zip(rows.entries, cells, strict=True):
+        if when.text == name:
+            entry.value = _row(entry.value, [state, cause, _written(when, OTHERWISE), target])
     return True
-
-
-def _expression(entry: Entry) -> str:
-    """The text of a condition that says nothing else; "" for any other."""
-    if entry.above or entry.beside:
-        return ""
-    value = entry.value
-    if isinstance(value, Collection) and [e.name for e in value.entries] == ["when"]:
-        value = value.entries[0].value
-    return " ".join(value.text.split()) if isinstance(value, Scalar) else ""
 
 
 # Rows that differ in their state only.

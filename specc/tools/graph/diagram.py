@@ -1,14 +1,19 @@
-"""What a picture shows: nodes, groups of nodes and arcs, with their texts; no layout, no format.
-
-Each part names what of the specification it stands for, so that nothing is drawn twice or left out.
-"""
+"""What a picture shows: nodes, groups of nodes and arcs, with their texts; no layout, no format."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from textwrap import wrap
-from typing import Literal
+from typing import Literal, TypeVar
+
+from specc.model.fsm import Condition, Function
+from specc.model.system import Agent, Device, Subsystem, System
+from specc.reachable import grouped
+
+# What a picture shows: nodes, groups of nodes and arcs, with their texts; no layout, no format.
+
 
 Face = Literal["plain", "name", "italic", "note", "lower"]
 """`note` is grey, `lower` a subscript."""
@@ -100,7 +105,9 @@ def line(text: str, face: Face = "plain") -> TextLine:
     return (TextRun(text, face),)
 
 
-def broken(text: str, columns: int, face: Face = "plain", most: int = 6) -> tuple[TextLine, ...]:
+def wrap_lines(
+    text: str, columns: int, face: Face = "plain", most: int = 6
+) -> tuple[TextLine, ...]:
     """A text in lines of so many columns or little more; the end of a long one is cut."""
     lines = wrap(text[: columns * (most + 1)], columns, break_on_hyphens=False)
     if len(lines) > most or len(text) > columns * (most + 1):
@@ -108,7 +115,7 @@ def broken(text: str, columns: int, face: Face = "plain", most: int = 6) -> tupl
     return tuple(line(each, face) for each in lines)
 
 
-def joined(words: Iterable[str], columns: int, face: Face = "plain") -> tuple[TextLine, ...]:
+def comma_lines(words: Iterable[str], columns: int, face: Face = "plain") -> tuple[TextLine, ...]:
     """Words with commas between them, in lines; none is left out."""
     lines: list[str] = []
     for word in words:
@@ -124,3 +131,67 @@ def joined(words: Iterable[str], columns: int, face: Face = "plain") -> tuple[Te
 def equations(numbers: tuple[int, ...]) -> TextLine:
     """Numbers of equations as papers set them beside a formula: ` (4)`; or nothing."""
     return (TextRun(f" ({', '.join(map(str, numbers))})", "note"),) if numbers else ()
+
+
+# What parts of a specification are called in pictures, and copies that are drawn as one.
+
+
+_LETTERS = {
+    "control": "c",
+    "virtual_effector": "e",
+    "virtual_receptor": "r",
+    "real_effector": "E",
+    "real_receptor": "R",
+}
+_Named = TypeVar("_Named", Agent, Subsystem, Device)
+
+
+def symbol(part: Subsystem | Device, agent: str = "") -> TextLine:
+    """The paper's symbol, with the agent and the name as its index."""
+    index = (agent or part.agent, *(() if part.name == "c" else (part.name,)))
+    return TextRun(_LETTERS[part.kind], "italic"), TextRun(",".join(index), "lower")
+
+
+def is_named(part: Condition | Function) -> bool:
+    """Whether a part has a name of its own; what stands in place is called after its place."""
+    return "." not in part.name and "[" not in part.name
+
+
+def rate(hz: Fraction) -> str:
+    """A rate in Hz."""
+    return f"{float(hz):.6g} Hz"
+
+
+def span(names: Sequence[str]) -> str:
+    """A name, or the first and the last of several copies."""
+    return names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"
+
+
+@dataclass(frozen=True, slots=True)
+class AgentFamily:
+    """Agents instantiated by one `for`, or a single agent."""
+
+    agents: tuple[Agent, ...]
+
+    @property
+    def name(self) -> str:
+        return span([agent.name for agent in self.agents])
+
+    @property
+    def is_single(self) -> bool:
+        """Whether each agent is nothing but a control subsystem."""
+        return all(len(agent.subsystems) == 1 and not agent.devices for agent in self.agents)
+
+    def parts(self) -> list[list[Subsystem] | list[Device]]:
+        """Subsystems and devices, each with its copies in all agents, in the order of the file."""
+        subsystems = _copies([s for agent in self.agents for s in agent.subsystems])
+        return [*subsystems, *_copies([d for agent in self.agents for d in agent.devices])]
+
+
+def agent_families(system: System) -> list[AgentFamily]:
+    return [AgentFamily(tuple(agents)) for agents in _copies(system.agents)]
+
+
+def _copies(parts: Sequence[_Named]) -> list[list[_Named]]:
+    """Parts that one place of a file describes, together; those of one agent differ by a `for`."""
+    return list(grouped(((part.place.file, part.place.route), part) for part in parts).values())

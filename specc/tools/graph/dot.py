@@ -7,22 +7,19 @@ first. In labels of the other kind Graphviz would replace escapes such as `\\N`;
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from html import escape
 
 from specc.diagnostics.visible import visible
 from specc.tools.graph.diagram import (
-    Arc,
     Box,
     Cells,
-    Cluster,
     Diagram,
     Face,
     Look,
     Points,
     Stroke,
     TextLine,
-    TextRun,
 )
 
 _FONT = 'fontname="Helvetica"'
@@ -64,49 +61,39 @@ _PLAIN = 'BORDER="0" CELLBORDER="0" CELLSPACING="0"'
 
 def as_dot(diagram: Diagram) -> str:
     """The text of a diagram; that of equal diagrams is the same, byte for byte."""
-    return "\n".join(_lines(diagram)) + "\n"
-
-
-def _lines(diagram: Diagram) -> Iterator[str]:
-    yield f"digraph {_quoted(diagram.title)} {{"
-    yield f"  graph [charset=utf8 rankdir=TB newrank=true {_FONT} fontsize=10"
-    if len(diagram.arcs) > _MANY:
-        yield "         splines=line nslimit=1 nslimit1=1"
-    yield "         nodesep=0.15 ranksep=0.3 labelloc=b labeljust=l"
-    yield f"         label={_notes(diagram)}]"
-    yield f'  node [{_FONT} fontsize=10 height=0.3 width=0.3 margin="0.08,0.05" penwidth=0.8]'
-    yield f"  edge [{_FONT} fontsize=10 arrowsize=0.6 penwidth=0.8]"
+    many = ["         splines=line nslimit=1 nslimit1=1"] if len(diagram.arcs) > _MANY else []
+    notes = f"<{_rows(diagram.notes)}>" if diagram.notes else '""'
+    lines = [
+        f"digraph {_quoted(diagram.title)} {{",
+        f"  graph [charset=utf8 rankdir=TB newrank=true {_FONT} fontsize=10",
+        *many,
+        "         nodesep=0.15 ranksep=0.3 labelloc=b labeljust=l",
+        f"         label={notes}]",
+        f'  node [{_FONT} fontsize=10 height=0.3 width=0.3 margin="0.08,0.05" penwidth=0.8]',
+        f"  edge [{_FONT} fontsize=10 arrowsize=0.6 penwidth=0.8]",
+    ]
     for group in diagram.groups:
-        yield from _group(group)
-    for node in diagram.nodes:
-        yield f"  {_node(node)}"
-    for level in diagram.levels:
-        yield f"  {{rank=same; {'; '.join(map(_quoted, level))}}}"
+        lines += [
+            f"  subgraph {_quoted(f'cluster {group.id}')} {{",
+            '    graph [style=rounded color="#555555" labelloc=b labeljust=l margin=12',
+            f"           label={_label(group.lines, 'LEFT')}]",
+            *(f"    {_node(node)}" for node in group.nodes),
+            "  }",
+        ]
+    lines += [f"  {_node(node)}" for node in diagram.nodes]
+    lines += [f"  {{rank=same; {'; '.join(map(_quoted, level))}}}" for level in diagram.levels]
     for arc in diagram.arcs:
-        yield f"  {_arc(arc)}"
-    yield "}"
-
-
-def _group(group: Cluster) -> Iterator[str]:
-    yield f"  subgraph {_quoted(f'cluster {group.id}')} {{"
-    yield '    graph [style=rounded color="#555555" labelloc=b labeljust=l margin=12'
-    yield f"           label={_label(group.lines, 'LEFT')}]"
-    for node in group.nodes:
-        yield f"    {_node(node)}"
-    yield "  }"
+        label = f"label={_spaced(arc.lines, 2)}" if arc.lines else ""
+        attributes = " ".join(filter(None, (_STROKES[arc.stroke], _POINTS[arc.points], label)))
+        ends = f"{_quoted(arc.tail)} -> {_quoted(arc.head)}"
+        lines.append(f"  {ends} [{attributes}]" if attributes else f"  {ends}")
+    return "\n".join([*lines, "}"]) + "\n"
 
 
 def _node(node: Box) -> str:
     has_subscripts = any(part.face == "lower" for each in node.lines for part in each)
     label = _table(node) if node.rows else (_spaced if has_subscripts else _label)(node.lines)
     return f"{_quoted(node.id)} [{_LOOKS[node.look]} label={label}]"
-
-
-def _arc(arc: Arc) -> str:
-    label = f"label={_spaced(arc.lines, 2)}" if arc.lines else ""
-    attributes = " ".join(filter(None, (_STROKES[arc.stroke], _POINTS[arc.points], label)))
-    ends = f"{_quoted(arc.tail)} -> {_quoted(arc.head)}"
-    return f"{ends} [{attributes}]" if attributes else ends
 
 
 def _label(lines: Iterable[TextLine], align: str = "") -> str:
@@ -142,19 +129,12 @@ def _rows(rows: Iterable[Cells]) -> str:
     return f'<TABLE ALIGN="LEFT" {_PLAIN} CELLPADDING="2">{inner}</TABLE>'
 
 
-def _notes(diagram: Diagram) -> str:
-    return f"<{_rows(diagram.notes)}>" if diagram.notes else '""'
-
-
 def _text(parts: TextLine) -> str:
-    return "".join(map(_part, parts))
-
-
-def _part(part: TextRun) -> str:
-    if not part.text:
-        return ""
-    before, after = _FACES[part.face]
-    return f"{before}{escape(visible(part.text))}{after}"
+    texts = []
+    for part in parts:
+        before, after = _FACES[part.face]
+        texts.append(f"{before}{escape(visible(part.text))}{after}" if part.text else "")
+    return "".join(texts)
 
 
 def _quoted(name: str) -> str:

@@ -35,7 +35,7 @@ def is_installed() -> bool:
     return importlib.util.find_spec("pygraphviz") is not None
 
 
-def drawn(dot: str, form: Format) -> bytes:
+def render(dot: str, form: Format) -> bytes:
     """The picture that a DOT text describes. Raises NotDrawn."""
     command = [sys.executable, "-P", __file__, form]
     try:

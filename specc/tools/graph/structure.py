@@ -1,29 +1,37 @@
-"""The structure of a system or an agent: subsystems, devices and what they send (Figs 1, 6, 8)."""
+"""Pictures of structure: agents (Figs 1, 6, 8), a subsystem (Figs 9, 16, 20), frames (Fig. 7)."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from specc.diagnostics.phrases import common_stem
-from specc.model.system import Agent, Device, Subsystem, System
-from specc.model.wires import Wires
+from specc.model.system import Agent, Device, Element, Memory, Port, Subsystem, System
+from specc.model.types import Pose, Record, Type
+from specc.model.wires import Wire, Wires
 from specc.reachable import grouped, reachable
 from specc.tools.graph.diagram import (
+    AgentFamily,
     Arc,
     Box,
+    Cells,
     Cluster,
     Diagram,
+    Points,
     TextLine,
     TextRun,
-    broken,
-    joined,
+    agent_families,
+    comma_lines,
+    equations,
+    is_named,
     line,
+    rate,
+    span,
+    symbol,
+    wrap_lines,
 )
-from specc.tools.graph.names import AgentFamily, copies, rate, span, symbol
 
 _COLUMNS = 22
-_ABREAST = 2
 _LEVELS = {
     "control": 0,
     "virtual_effector": 1,
@@ -31,142 +39,252 @@ _LEVELS = {
     "real_effector": 2,
     "real_receptor": 2,
 }
+_ROW = 2
+"""How many parts that do not talk to each other stand in a row."""
 
-
-_Copies = list[Subsystem] | list[Device]
-"""A part of an agent in all copies of it."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Ends:
-    """The node and the level of each end of buffers, by qualified name."""
-
-    nodes: dict[str, str]
-    levels: dict[str, int]
-
-    def add(self, part: _Copies) -> None:
-        """All copies of a part are the node of the first."""
-        for each in part:
-            self.nodes[each.qualified_name] = part[0].qualified_name
-            self.levels[each.qualified_name] = _LEVELS[each.kind]
+# The structure of a system or an agent: subsystems, devices and what they send.
 
 
 def structure(system: System, agent: Agent | None = None) -> Diagram:
-    """All agents, or one alone with the subsystems of others that it talks to."""
-    shown = copies(system) if agent is None else [AgentFamily((agent,))]
-    ends = _Ends({}, {})
-    alone = tuple(_alone(each, ends) for each in shown if _is_alone(each))
-    groups = tuple(_group(each, ends) for each in shown if not _is_alone(each))
+    """All agents, or a single one with the subsystems of others that it talks to."""
+    families = agent_families(system) if agent is None else [AgentFamily((agent,))]
+    node_of: dict[str, Box] = {}
+    """The node of each end of buffers, by qualified name; copies of a part are one node."""
+    levels: dict[str, int] = {}
+    single, clusters = [], []
+    for family in sorted(families, key=lambda each: not each.is_single):
+        boxes = []
+        for copies in family.parts():
+            boxes.append(_part(copies, len(family.agents)))
+            node_of |= dict.fromkeys((each.qualified_name for each in copies), boxes[-1])
+            levels[boxes[-1].id] = _LEVELS[copies[0].kind]
+        if family.is_single:
+            single.append(replace(boxes[0], lines=(*_head(family, _COLUMNS), *boxes[0].lines)))
+        else:
+            name = family.agents[0].name
+            clusters.append(Cluster(name, _head(family, _COLUMNS * 2), tuple(boxes)))
     wires = Wires(system.agents)
-    sent = _sent([a for each in shown for a in each.agents], wires)
-    others = tuple(_others(wires, sent, ends))
-    arcs = list(_arcs(sent, ends))
-    arcs += _stacked(dict.fromkeys(ends.nodes.values()), arcs)
-    levels = tuple(
-        tuple(level) for group in groups for level in _beside(group, ends) if len(level) > 1
+    sent = _sent([agent for family in families for agent in family.agents], wires)
+    for name in dict.fromkeys(name for ends in sent for name in ends):
+        if name not in node_of:
+            node_of[name] = _outside(name, wires.part(name))
+            single.append(node_of[name])
+    order = list(dict.fromkeys(box.id for box in node_of.values()))
+    rank = {id: (levels.get(id, 0), place) for place, id in enumerate(order)}
+    arcs = []
+    grouped_ends = grouped(((node_of[a].id, node_of[b].id), (a, b)) for a, b in sent)
+    for (tail, head), ends in grouped_ends.items():
+        texts = comma_lines(dict.fromkeys(name for each in ends for name in sent[each]), _COLUMNS)
+        covers = tuple(f"{a} -> {b}" for a, b in ends)
+        if rank[tail] > rank[head]:
+            arcs.append(Arc(head, tail, texts, points="up", covers=covers))
+        else:
+            arcs.append(Arc(tail, head, texts, covers=covers))
+    arcs += _stacked(order, arcs)
+    rows = (
+        tuple(box.id for box in cluster.nodes if levels[box.id] == level)
+        for cluster in clusters
+        for level in (1, 2)
     )
-    return Diagram(system.name, (*alone, *others), tuple(arcs), groups, levels)
+    beside = tuple(row for row in rows if len(row) > 1)
+    return Diagram(system.name, tuple(single), tuple(arcs), tuple(clusters), beside)
 
 
-def _group(of: AgentFamily, ends: _Ends) -> Cluster:
-    parts: list[_Copies] = [*of.subsystems(), *of.devices()]
-    for part in parts:
-        ends.add(part)
-    inside = len(of.agents)
-    nodes = tuple(_node(part, inside) for part in parts)
-    return Cluster(of.agents[0].name, _head(of, _COLUMNS * 2), nodes)
-
-
-def _is_alone(of: AgentFamily) -> bool:
-    """Whether an agent is nothing but a control subsystem."""
-    return all(len(agent.subsystems) == 1 and not agent.devices for agent in of.agents)
-
-
-def _alone(of: AgentFamily, ends: _Ends) -> Box:
-    (part,) = of.subsystems()
-    ends.add(part)
-    node = _node(part, len(of.agents))
-    return replace(node, lines=(*_head(of, _COLUMNS), *node.lines))
-
-
-def _head(of: AgentFamily, columns: int) -> tuple[TextLine, ...]:
+def _head(family: AgentFamily, columns: int) -> tuple[TextLine, ...]:
     """Name, kind and title of an agent, and how many copies it stands for."""
-    first, number = of.agents[0], len(of.agents)
-    many = (line(f"{number} copies", "note"),) if number > 1 else ()
-    name = TextRun(of.name, "name"), TextRun(f"  {first.kind}" if first.kind else "", "name")
-    return name, *broken(first.title, columns, "note"), *many
+    first, number = family.agents[0], len(family.agents)
+    name = TextRun(family.name, "name"), TextRun(f"  {first.kind}" if first.kind else "", "name")
+    copies = (line(f"{number} copies", "note"),) if number > 1 else ()
+    return name, *wrap_lines(first.title, columns, "note"), *copies
 
 
-def _node(part: _Copies, agents: int) -> Box:
-    first = part[0]
-    whose = common_stem(list(dict.fromkeys(each.agent for each in part)))
-    lines: list[TextLine] = [symbol(first, whose)]
-    if len(part) > agents:
-        own = [each.name for each in part[: len(part) // agents]]
+def _part(copies: list[Subsystem] | list[Device], agents: int) -> Box:
+    """A part of an agent, in all copies of it."""
+    first, names = copies[0], tuple(each.qualified_name for each in copies)
+    lines = [symbol(first, common_stem(list(dict.fromkeys(each.agent for each in copies))))]
+    if len(copies) > agents:
+        own = [each.name for each in copies[: len(copies) // agents]]
         lines.append(line(f"{span(own)}: {len(own)} copies", "note"))
-    lines += broken(first.title, _COLUMNS)
-    if isinstance(first, Subsystem) and first.has_rate:
+    lines += wrap_lines(first.title, _COLUMNS)
+    if isinstance(first, Device):
+        return Box(names[0], "device", tuple(lines), covers=names)
+    if first.has_rate:
         lines.append(line(rate(first.rate_hz), "note"))
-    names = tuple(each.qualified_name for each in part)
-    return Box(
-        first.qualified_name,
-        "device" if isinstance(first, Device) else "subsystem",
-        tuple(lines),
-        covers=names,
-    )
+    return Box(names[0], "subsystem", tuple(lines), covers=names)
 
 
-def _sent(agents: list[Agent], wires: Wires) -> dict[tuple[str, str], list[str]]:
-    """What goes from one qualified name to another: the elements that either end declares."""
+def _sent(agents: list[Agent], wires: Wires) -> dict[tuple[str, str], dict[str, None]]:
+    """The elements that either end declares, by the qualified names of sender and receiver."""
     found: dict[tuple[str, str], dict[str, None]] = {}
     for wire in (w for agent in agents for s in agent.subsystems for w in wires.wires_of(s)):
-        here, there = wire.subsystem.qualified_name, wire.peer_name
-        way = (here, there) if wire.port.direction == "y" else (there, here)
+        ends = wire.subsystem.qualified_name, wire.peer_name
+        way = ends if wire.port.direction == "y" else ends[::-1]
         found.setdefault(way, {}).update((e.name, None) for e in wire.port.elements)
-    return {way: list(names) for way, names in found.items()}
+    return found
 
 
-def _others(wires: Wires, sent: Collection[tuple[str, str]], ends: _Ends) -> Iterator[Box]:
-    """Ends of buffers that are in no agent that is shown."""
-    for name in dict.fromkeys(name for way in sent for name in way):
-        if name in ends.nodes:
-            continue
-        ends.nodes[name], part = name, wires.part(name)
-        ends.levels[name] = 0
-        if part is None:
-            yield Box(name, "missing", (line(name), line("not there", "note")), covers=(name,))
-        else:
-            yield Box(name, "other", (symbol(part), *broken(part.title, _COLUMNS)), covers=(name,))
+def _outside(name: str, part: Subsystem | Device | None) -> Box:
+    """An end of buffers in no agent that is shown."""
+    if part is None:
+        return Box(name, "missing", (line(name), line("not there", "note")), covers=(name,))
+    return Box(name, "other", (symbol(part), *wrap_lines(part.title, _COLUMNS)), covers=(name,))
 
 
-def _arcs(sent: dict[tuple[str, str], list[str]], ends: _Ends) -> Iterator[Arc]:
-    """An arc for each way between two nodes, with all that goes there."""
-    order = {name: number for number, name in enumerate(ends.nodes.values())}
-    together = grouped(((ends.nodes[a], ends.nodes[b]), (a, b)) for a, b in sent)
-    for (tail, head), ways in together.items():
-        names = dict.fromkeys(name for way in ways for name in sent[way])
-        covers = tuple(f"{a} -> {b}" for a, b in ways)
-        texts = joined(names, _COLUMNS)
-        if (ends.levels[tail], order[tail]) > (ends.levels[head], order[head]):
-            yield Arc(head, tail, texts, points="up", covers=covers)
-        else:
-            yield Arc(tail, head, texts, covers=covers)
-
-
-def _stacked(nodes: Iterable[str], arcs: list[Arc]) -> Iterator[Arc]:
-    """What puts parts that do not talk to each other into rows of a few, one above the other."""
-    left = dict.fromkeys(nodes)
+def _stacked(nodes: Iterable[str], arcs: Collection[Arc]) -> Iterator[Arc]:
+    """Invisible arcs that put parts that do not talk to each other into rows."""
+    rest = dict.fromkeys(nodes)
     ends = [(arc.tail, arc.head) for arc in arcs]
     beside = grouped([*ends, *(pair[::-1] for pair in ends)])
     parts: list[list[str]] = []
-    while left:
-        part = reachable([next(iter(left))], lambda node: beside.get(node, ()))
-        parts.append([node for node in left if node in part])
-        left = {node: None for node in left if node not in part}
-    for above, below in zip(parts, parts[_ABREAST:], strict=False):
+    while rest:
+        part = reachable([next(iter(rest))], lambda node: beside.get(node, ()))
+        parts.append([node for node in rest if node in part])
+        rest = {node: None for node in rest if node not in part}
+    for above, below in zip(parts, parts[_ROW:], strict=False):
         yield Arc(above[-1], below[0], stroke="none")
 
 
-def _beside(group: Cluster, ends: _Ends) -> Iterator[list[str]]:
-    for level in (1, 2):
-        yield [node.id for node in group.nodes if ends.levels[node.id] == level]
+# The inner structure of a subsystem: buffers, memory and behaviours.
+
+_WORK, _MEMORY = "behaviours", "memory"
+_GAP = "      "
+"""A label without ink: nodes side by side are as far apart as the label is long."""
+_TYPE, _FUNCTIONS = 38, 40
+_NOTHING = (Cells((line("nothing yet", "note"),)),)
+
+
+def inside(system: System, subsystem: Subsystem) -> Diagram:
+    """Buffers by what is at their other end, which stands outside: the control subsystem above."""
+    family_of = {a.name: family for family in agent_families(system) for a in family.agents}
+    by_end: dict[object, list[Wire]] = {}
+    for wire in Wires(system.agents).wires_of(subsystem):
+        end = wire.peer  # copies of a part are one
+        key = end and (family_of[end.agent].name, end.place.file, end.place.route)
+        by_end.setdefault(key or wire.port.peer, []).append(wire)
+    nodes, others, arcs = [_behaviours(subsystem)], [], []
+    for wires in by_end.values():
+        ports = [wire.port for wire in wires]
+        buffer, other = _buffer(ports), _other_end(wires)
+        nodes.append(buffer)
+        others.append(other)
+        is_above = wires[0].peer is not None and wires[0].peer.kind == "control"
+        route = (other.id, buffer.id, _WORK) if is_above else (_WORK, buffer.id, other.id)
+        directions = {port.direction for port in ports}
+        points: Points = "down" if ("x" in directions) == is_above else "up"
+        points = "both" if len(directions) > 1 else points
+        arcs += [Arc(*route[:2], points=points), Arc(*route[1:], points=points)]
+    levels = []
+    if subsystem.memory:
+        rows = tuple(Cells(_declared(each)) for each in subsystem.memory)
+        covers = tuple(each.name for each in subsystem.memory)
+        nodes.append(Box(_MEMORY, "table", (line("memory", "italic"),), rows, covers))
+        arcs.append(Arc(_WORK, _MEMORY, (line(_GAP),), points="both"))
+        levels.append((_WORK, _MEMORY))
+    note = f"  {rate(subsystem.rate_hz) if subsystem.has_rate else ''}"
+    title = TextRun(f"  {subsystem.title}", "name")
+    head = (*symbol(subsystem), title, TextRun(note, "note"))
+    name = subsystem.qualified_name
+    cluster = Cluster(name, (head,), tuple(nodes))
+    return Diagram(name, tuple(others), tuple(arcs), (cluster,), tuple(levels))
+
+
+def _buffer(ports: list[Port]) -> Box:
+    elements: dict[tuple[str, str], Element] = {}
+    for port in ports:
+        for element in port.elements:
+            elements.setdefault((port.direction, element.name), element)
+    rows = tuple(
+        Cells((line(direction, "italic"), *_declared(elements[direction, name])))
+        for direction, name in sorted(elements, key=lambda key: key[0])
+    )
+    covers = tuple(f"{p.direction}.{p.peer}.{e.name}" for p in ports for e in p.elements)
+    names = list(dict.fromkeys(port.peer for port in ports))
+    head = (TextRun("buffers  ", "italic"), TextRun(span(names)))
+    return Box(f"buffers {names[0]}", "table", (head,), rows or _NOTHING, covers)
+
+
+def _declared(part: Element | Memory) -> tuple[TextLine, TextLine]:
+    """Its name and its type."""
+    kind = wrap_lines(str(part.type), _TYPE, "note", most=1) or (line(""),)
+    return (TextRun(part.name, "name"), *equations(part.trace.eq)), kind[0]
+
+
+def _behaviours(subsystem: Subsystem) -> Box:
+    """The behaviours with their functions."""
+    rows: list[Cells] = []
+    for behaviour in dict.fromkeys(state.behaviour for state in subsystem.states):
+        named = [f.name for f in behaviour.functions if is_named(f)]
+        first, *rest = wrap_lines(", ".join(named), _FUNCTIONS) or (line(" "),)
+        head = (TextRun(behaviour.name, "italic"), *equations(behaviour.trace.eq))
+        rows += [Cells((head, first)), *(Cells((line(" "), each)) for each in rest)]
+    title = line("behaviours and their functions", "italic")
+    return Box(_WORK, "table", (title,), tuple(rows) or _NOTHING)
+
+
+def _other_end(wires: list[Wire]) -> Box:
+    id, end = f"other {wires[0].port.peer}", wires[0].peer
+    if end is None:
+        return Box(id, "missing", (line(wires[0].peer_name), line("not there", "note")))
+    agents = list(dict.fromkeys(wire.peer_name.partition(".")[0] for wire in wires))
+    return Box(id, "other", (symbol(end, common_stem(agents)), *wrap_lines(end.title, _COLUMNS)))
+
+
+# The coordinate frames and the poses of one in another.
+
+_POSES_COLUMNS, _MOST_POSES = 26, 8
+_NamedPose = tuple[tuple[str, str], str]
+"""Parent and child, and the name of what has that type."""
+
+
+def frames(system: System, subsystems: tuple[Subsystem, ...]) -> Diagram:
+    """All frames; an arc from A to B is the pose of B in A, by whatever has this type.
+
+    Constants are drawn solid. Dashed are poses that change, of these subsystems.
+    """
+    constants = (*system.constants, *(c for s in system.subsystems for c in s.constants))
+    fixed = [(constant.name, constant.value.type) for constant in constants]
+    varying: list[tuple[str, Type]] = []
+    for each in subsystems:
+        varying += [(e.name, e.type) for port in each.ports for e in port.elements]
+        varying += [(memory.name, memory.type) for memory in each.memory]
+        varying += [(let.name, let.value.type) for let in each.lets]
+    solid, dashed = (
+        grouped(pose for name, type_ in parts for pose in _poses(name, type_))
+        for parts in (fixed, varying)
+    )
+    described = dict(system.frames)
+    names = dict.fromkeys((*described, *(name for pair in (*solid, *dashed) for name in pair)))
+    nodes = tuple(
+        Box(
+            n,
+            "frame",
+            (line(n, "name"), *wrap_lines(described.get(n, ""), 16, "note")),
+            covers=(n,),
+        )
+        for n in names
+    )
+    arcs = [Arc(*pair, _pose_names(found)) for pair, found in solid.items()]
+    arcs += [Arc(*pair, _pose_names(found), "dashed") for pair, found in dashed.items()]
+    notes = (
+        Cells((line("solid", "italic"), line("constant"))),
+        Cells((line("dashed", "italic"), line("changes"))),
+    )
+    return Diagram(system.name, nodes, tuple(arcs), notes=notes if arcs else ())
+
+
+def _poses(name: str, kind: Type, depth: int = 3) -> Iterator[_NamedPose]:
+    """A pose by its name, one in a record by that of its field; lists stand for their items."""
+    if isinstance(kind, Pose):
+        yield (kind.parent, kind.child), name
+    elif not isinstance(kind, Record):
+        for part in kind.parts:
+            yield from _poses(name, part, depth)
+    elif depth:
+        for field, inner in kind.fields:
+            yield from _poses(f"{name}.{field}", inner, depth - 1)
+
+
+def _pose_names(found: list[str]) -> tuple[TextLine, ...]:
+    names = list(dict.fromkeys(found))
+    more = [f"and {len(names) - _MOST_POSES} more"] if len(names) > _MOST_POSES else []
+    return comma_lines((*names[:_MOST_POSES], *more), _POSES_COLUMNS)

@@ -1,15 +1,14 @@
 """Conditions of other formats: `and`, `or`, `not`, also as `&&`, `||`, `!`, over other texts.
 
-What is read is an expression of the model; a name, or a text without `and`, `or` and `not`, is a
-variable in it, which knows where it stands.
+They become expressions of the model; a name, or a text without `and`, `or` and `not`, is a
+variable, whose span is its place in the text.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from specc.lang import show
 from specc.model.expr import (
@@ -43,9 +42,7 @@ class LogicError(Exception):
 
     def __init__(self, message: str, start: int, end: int) -> None:
         super().__init__(message)
-        self.message = message
-        self.start = start
-        self.end = end
+        self.message, self.start, self.end = message, start, end
 
 
 def atom(text: str, start: int = 0) -> BoundVariable:
@@ -59,18 +56,21 @@ def parse_logic(text: str) -> Expr:
     Raises:
         LogicError: the text is not a condition, or is nested too deep.
     """
-    return _Parser(text).run()
+    parser = _Parser(text)
+    logic = parser.disjunction(0)
+    parser.expect("end", "`and` or `or`")
+    return logic
 
 
 def join(op: Literal["and", "or"], operands: Iterable[Expr]) -> Expr:
     """Operands joined; constants, repetition and nesting of the same operator are folded."""
     neutral = truth(op == "and")
-    kept: dict[Expr, None] = {}
+    parts: dict[Expr, None] = {}
     for operand in operands:
-        parts = operand.operands if isinstance(operand, Logic) and operand.op == op else (operand,)
-        kept |= dict.fromkeys(parts)
-    kept.pop(neutral, None)
-    return negation(neutral) if negation(neutral) in kept else junction(op, tuple(kept))
+        nested = operand.operands if isinstance(operand, Logic) and operand.op == op else (operand,)
+        parts |= dict.fromkeys(nested)
+    parts.pop(neutral, None)
+    return negation(neutral) if negation(neutral) in parts else junction(op, tuple(parts))
 
 
 def substitute(logic: Expr, values: dict[str, bool]) -> Expr:
@@ -99,19 +99,18 @@ def render(logic: Expr, name: Callable[[str], str]) -> str:
         case BoundVariable(name=text):
             return name(text)
         case Unary(operand=operand):
-            return f"not {_operand(operand, name)}"
+            return f"not {_in_brackets(operand, name)}"
         case Logic(op=op, operands=operands):
-            return f" {op} ".join(_operand(part, name) for part in operands)
+            return f" {op} ".join(_in_brackets(part, name) for part in operands)
     return show(logic)
 
 
-def _operand(logic: Expr, name: Callable[[str], str]) -> str:
+def _in_brackets(logic: Expr, name: Callable[[str], str]) -> str:
     text = render(logic, name)
     return f"({text})" if isinstance(logic, Logic) else text
 
 
-@dataclass(frozen=True, slots=True)
-class _Token:
+class _Token(NamedTuple):
     kind: str
     text: str
     start: int
@@ -123,60 +122,45 @@ class _Parser:
 
     def __init__(self, text: str) -> None:
         self._length = len(text)
-        self._tokens = list(_tokens(text))
-        self._at = 0
-        self._depth = 0
+        # All of them: a text with a wrong character is refused before one with a wrong structure.
+        self._tokens = iter([*_tokens(text)])
+        self._next = next(self._tokens)
 
-    def run(self) -> Expr:
-        logic = self._either()
-        if self._at < len(self._tokens):
-            raise self._unexpected()
-        return logic
+    def disjunction(self, depth: int) -> Expr:
+        return self._joined("or", lambda: self._joined("and", lambda: self._single(depth + 1)))
 
-    def _either(self) -> Expr:
-        return self._joined("or", lambda: self._joined("and", self._single))
+    def expect(self, kind: str, what: str) -> _Token:
+        """The next token, which must be of a kind."""
+        token = self._next
+        if token.kind == kind:
+            self._next = next(self._tokens, token)
+            return token
+        if token.kind == "end":
+            raise LogicError(f"the condition ends where {what} is expected", 0, token.end)
+        message = f"`{token.text}` is not expected here; expected {what}"
+        raise LogicError(message, token.start, token.end)
+
+    def _accept(self, kind: str) -> bool:
+        return self._next.kind == kind and bool(self.expect(kind, ""))
 
     def _joined(self, op: Literal["and", "or"], part: Callable[[], Expr]) -> Expr:
         operands = [part()]
-        while self._take(op):
+        while self._accept(op):
             operands.append(part())
         return join(op, operands)
 
-    def _single(self) -> Expr:
-        self._depth += 1
-        if self._depth > _DEEPEST:
+    def _single(self, depth: int) -> Expr:
+        if depth > _DEEPEST:
             raise LogicError(f"nested more than {_DEEPEST} deep", 0, self._length)
-        try:
-            return self._innermost()
-        finally:
-            self._depth -= 1
-
-    def _innermost(self) -> Expr:
-        if self._take("not"):
-            return negation(self._single())
-        if self._take("open"):
-            logic = self._either()
-            if not self._take("close"):
-                raise self._unexpected("`)`")
+        if self._accept("not"):
+            return negation(self._single(depth + 1))
+        if self._accept("open"):
+            logic = self.disjunction(depth)
+            self.expect("close", "`)`")
             return logic
-        token = self._take("atom")
-        if token is None:
-            raise self._unexpected("a name")
-        known = {"true": TRUE, "false": FALSE}.get(token.text.lower())
-        return atom(token.text, token.start) if known is None else known
-
-    def _take(self, kind: str) -> _Token | None:
-        if self._at < len(self._tokens) and self._tokens[self._at].kind == kind:
-            self._at += 1
-            return self._tokens[self._at - 1]
-        return None
-
-    def _unexpected(self, wanted: str = "`and` or `or`") -> LogicError:
-        if self._at < len(self._tokens):
-            token = self._tokens[self._at]
-            message = f"`{token.text}` is not expected here; expected {wanted}"
-            return LogicError(message, token.start, token.end)
-        return LogicError(f"the condition ends where {wanted} is expected", 0, self._length)
+        token = self.expect("atom", "a name")
+        constant = {"true": TRUE, "false": FALSE}.get(token.text.lower())
+        return atom(token.text, token.start) if constant is None else constant
 
 
 def _tokens(text: str) -> Iterator[_Token]:
@@ -188,7 +172,7 @@ def _tokens(text: str) -> Iterator[_Token]:
         if found is None:
             raise LogicError(f"`{text[at:].strip()[0]}` is not expected here", at, len(text))
         kind = found.lastgroup or ""
-        word = found.group(kind)
-        start = found.start(kind)
-        yield _Token(kind, word.rstrip(), start, start + len(word.rstrip()))
+        word = found.group(kind).rstrip()
+        yield _Token(kind, word, found.start(kind), found.start(kind) + len(word))
         at = found.end()
+    yield _Token("end", "", len(text), len(text))

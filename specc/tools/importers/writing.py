@@ -5,14 +5,16 @@ from __future__ import annotations
 import keyword
 import re
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
+from specc.emit import fill
 from specc.lang import RESERVED
+from specc.tools.fmt import formatted
 from specc.tools.fmt.layout import WIDTH
-from specc.tools.fmt.scalars import key_text, quoted, value_text
-from specc.tools.fmt.tree import Collection, Scalar
+from specc.tools.fmt.tree import Collection, Scalar, key_text, quoted, value_text
 
 _LONGEST = 60
 PEERS = frozenset(("c", "E", "R"))
@@ -88,33 +90,37 @@ Data = str | bool | Commented | Sequence["Data"] | Mapping[str, "Data"]
 _NUMBER = re.compile(r"[0-9]+(?:\.[0-9]+)?")
 
 
-def without_empty(data: Mapping[str, Data]) -> dict[str, Data]:
-    """A mapping without empty values, which need not be written."""
-    return {key: value for key, value in data.items() if value}
+def fill_yaml(
+    template: str, parts: Mapping[str, Any], change: Callable[[Collection], None] | None = None
+) -> str:
+    """The text of a template of YAML, in the canonical layout.
+
+    The template prints values by `yaml`, and those of sections by `section`.
+    """
+    return formatted(fill(template, {"yaml": to_yaml, "section": _section, **parts}), change)
 
 
-def block(data: Mapping[str, Data], indent: int = 2) -> str:
-    """Entries of a mapping as a block, their values in braces; the formatter lays these out."""
-    return textwrap.indent("\n".join(_entries(data)), " " * indent)
+def _section(data: Mapping[str, Data]) -> str:
+    return textwrap.indent("\n".join(_entries(data)), "  ")
 
 
-def flow(value: Data) -> str:
+def to_yaml(value: Data) -> str:
     """A value as YAML in braces, a line for each entry: what does not fit becomes a block."""
     if isinstance(value, Commented):
-        return flow(value.value)
+        return to_yaml(value.value)
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return value if _NUMBER.fullmatch(value) else quoted(value)
     if isinstance(value, Mapping):
         return "{\n" + ",\n".join(_entries(value)) + "}" if value else "{}"
-    return "[\n" + ",\n".join(map(flow, value)) + "]" if value else "[]"
+    return "[\n" + ",\n".join(map(to_yaml, value)) + "]" if value else "[]"
 
 
 def _entries(data: Mapping[str, Data]) -> Iterator[str]:
     for key, value in data.items():
         lines = value.lines if isinstance(value, Commented) else ()
-        yield "".join(f"# {line}\n" for line in lines) + f"{quoted(key)}: {flow(value)}"
+        yield "".join(f"# {line}\n" for line in lines) + f"{quoted(key)}: {to_yaml(value)}"
 
 
 def fold(tree: Collection, indent: int = 0) -> None:
@@ -130,11 +136,3 @@ def fold(tree: Collection, indent: int = 0) -> None:
                     value.text, WIDTH - indent - 2, break_long_words=False, break_on_hyphens=False
                 )
                 value.style, value.raw = ">", "\n".join((">-", *lines))
-
-
-def to_yaml(data: Mapping[str, Data]) -> str:
-    """The text of a specification, its sections as blocks."""
-    return "".join(
-        f"{key}:\n{block(value)}\n" if isinstance(value, Mapping) else f"{key}: {flow(value)}\n"
-        for key, value in data.items()
-    )

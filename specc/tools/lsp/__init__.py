@@ -1,5 +1,5 @@
 """The language server of specifications: the only door to pygls and lsprotocol.
 
-`project` analyses texts, `index` knows the symbols, `server` speaks the protocol; only the last
-imports pygls. `desk` does what may take long, in the process of a `worker` that can be ended.
+`project` analyses texts, `index` knows their symbols, `features` answers in offsets, `session` in
+the terms of the protocol. `server` speaks with the client; a `worker` does what may take long.
 """

@@ -4,38 +4,31 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
-from specc.lang import ExprError, ExprErrors, Scope
+from specc.lang import ExprError, ExprErrors
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
+from specc.lang.syntax import USAGE
 from specc.lang.types import SYNTAX
 from specc.lang.typing import expression
-from specc.model.types import (
-    Enum,
-    Record,
-    Type,
-)
+from specc.model.system import PLANT, System
+from specc.model.types import Enum, Record, Type
 from specc.model.units import UNITS
 from specc.resolve.definitions import may_be_size
 from specc.resources import LIBRARY, library_parts
 from specc.schema.keys import Role, RoleForm, SymbolKind
 from specc.schema.places import defined_by, keys_at, names_used_file, role_of, split, values_at
-from specc.source import Route, beside
-from specc.tools.lsp.cursor import TextCursor, cursors, outside
+from specc.source import Place, Route, beside
+from specc.tools.lsp.cursor import TextCursor, cursors, outside_brackets
 from specc.tools.lsp.describe import describe_symbol
-from specc.tools.lsp.formulas import WORDS, following
-from specc.tools.lsp.index import Index
-from specc.tools.lsp.symbols import Symbol
-
-# What can be written at the end of an unfinished expression or type.
-
+from specc.tools.lsp.index import Index, Symbol
 
 _UNIT = re.compile(r"\d\s*\[(?:[^\]]*[*/\s(])?(\w*)$")
 _PEER = re.compile(r"(?<![\w.])x\s*\.\s*(\w*)$")
 _ELEMENT = re.compile(r"(?<![\w.])x\s*\.\s*(\w+)\s*\.\s*(\w*)$")
 _PART = re.compile(r"\.(\w*)$")
-_ASKED = re.compile(r"\b(?:fresh|present|age|late)\(\s*(\w*)$")
+_AGE = re.compile(r"\b(?:fresh|present|age|late)\(\s*(\w*)$")
 _COMPARED = re.compile(r"(?:[=!]=\s*|\bin\s*\{(?:[^{}]*[\s,])?)(\w*)$")
 _NAME = re.compile(r"[^\W\d]?\w*$")
 _HEAD = re.compile(r"(\w+)\s*\[[^\[\]]*$")
@@ -53,273 +46,291 @@ PARAMETER_TYPES = {"frame": "", "agent": ""}
 
 @dataclass(frozen=True, slots=True)
 class Completion:
-    """A proposal, and how many characters before the cursor it replaces.
-
-    With `name_only` these are the name there, else also the path that the name ends.
-    """
+    """A proposal, how many characters before the cursor it replaces, and what follows it."""
 
     label: str
     kind: str
     detail: str = ""
     words: str = ""
-    name_only: bool = False
     replaces: int = 0
     suffix: str = ""
-    """What follows it."""
 
 
 _BUFFERS = Completion("x", "inputs", "input buffers")
-
-
-def complete_expression(
-    index: Index, path: str, owner: Route, form: RoleForm, before: str
-) -> Iterator[Completion]:
-    """Proposals behind `before`, the beginning of an expression."""
-    inputs = form in ("initial", "full")
-    if _UNIT.search(before):
-        yield from (Completion(unit, "unit") for unit in UNITS)
-    elif found := _ELEMENT.search(before):
-        if inputs:
-            yield from _elements(index, path, owner, found.group(1))
-    elif _PEER.search(before):
-        if inputs:
-            yield from _peers(index, path, owner)
-    elif found := _PART.search(before):
-        value = _postfix(before[: found.start()])
-        type_ = _type_of(index, path, owner, value) if value else None
-        yield from _parts(type_)
-    elif inputs and _ASKED.search(before):
-        yield _BUFFERS
-    else:
-        if found := _COMPARED.search(before):
-            value = _postfix(before[: found.start()].rstrip())
-            yield from _members(index, path, owner, value)
-        yield from _names(index, path, owner, form)
-
-
-def complete_type(index: Index, path: str, before: str) -> Iterator[Completion]:
-    """Proposals behind `before`, the beginning of a type or a signature."""
-    head = _HEAD.search(before)
-    around = head.group(1) if head else ""
-    symbols = list(index.visible(path, ()))
-    if around in ("real", "spatial", "vector"):
-        yield from (Completion(unit, "unit") for unit in UNITS)
-    if around in ("vector", "image"):
-        sizes = [symbol for symbol in symbols if _may_be_size(index, symbol)]
-        yield from _of_kind(index, sizes, ("parameter",))
-    if around not in ("real", "enum", "image"):
-        frames = around not in ("", "vector", "list", "nonempty", "optional", "partial")
-        yield from _of_kind(index, symbols, ("frame",) if frames else ("type",))
-        if not frames:
-            for label, usage in (SYNTAX | PARAMETER_TYPES).items():
-                yield Completion(label, "type", usage)
-
-
-def _may_be_size(index: Index, symbol: Symbol) -> bool:
-    node = index.node(symbol.place.file, symbol.place.route)
-    return symbol.kind == "parameter" and node is not None and may_be_size(node.scalar or "")
-
-
-def _elements(index: Index, path: str, owner: Route, peer: str) -> Iterator[Completion]:
-    for symbol in index.visible(path, owner):
-        if symbol.kind == "element" and symbol.qualified.startswith(f"x.{peer}."):
-            yield _item(index, symbol)
-
-
-def _peers(index: Index, path: str, owner: Route) -> Iterator[Completion]:
-    inputs = [s.qualified for s in index.visible(path, owner) if s.kind == "element"]
-    peers = [name.split(".")[1] for name in inputs if name.startswith("x.")]
-    yield from (Completion(peer, "subsystem") for peer in dict.fromkeys(peers))
-
-
-def _names(index: Index, path: str, owner: Route, form: RoleForm) -> Iterator[Completion]:
-    yield from _of_kind(index, index.visible(path, owner), _VISIBLE[form])
-    yield from (Completion(name, "builtin") for name in BUILTIN_NAMES)
-    if form == "full":
-        yield from (Completion(name, "clock") for name in CLOCK_NAMES)
-    if form in ("full", "initial"):
-        yield _BUFFERS
-
-
-def _members(index: Index, path: str, owner: Route, value: str) -> Iterator[Completion]:
-    """The members that a value can be compared with; all of them if its type is not known yet."""
-    type_ = _type_of(index, path, owner, value) if value else None
-    for symbol in index.visible(path, owner):
-        enum = symbol.qualified.partition(".")[0]
-        fits = not isinstance(type_, Enum) or enum == type_.name
-        if symbol.kind == "member" and fits:
-            yield _item(index, symbol)
-
-
-def _of_kind(
-    index: Index, symbols: Iterable[Symbol], kinds: tuple[SymbolKind | None, ...]
-) -> Iterator[Completion]:
-    for symbol in symbols:
-        if symbol.kind in kinds:
-            yield _item(index, symbol)
-
-
-def _item(index: Index, symbol: Symbol) -> Completion:
-    detail = str(symbol.type or "")
-    return Completion(symbol.name, symbol.kind, detail, describe_symbol(index, symbol))
-
-
-def _parts(type_: Type | None) -> Iterator[Completion]:
-    if isinstance(type_, Record):
-        yield from (Completion(name, "field", str(inner)) for name, inner in type_.fields)
-    elif type_ is not None:
-        yield from (Completion(name, "component") for name in type_.names)
-
-
-def _postfix(before: str) -> str:
-    """The value at the end of a text that a dot may follow: names, calls and brackets."""
-    others = (at + 1 for at, char in outside(before) if not (char.isalnum() or char in "_."))
-    return before[next(others, 0) :]
-
-
-def _type_of(index: Index, path: str, owner: Route, text: str) -> Type | None:
-    """The type of a value in the widest scope of a subsystem."""
-    scopes: list[Scope] = [
-        meaning.scope
-        for (file, route), meaning in index.meanings.items()
-        if file == path and route[: len(owner)] == owner
-    ]
-    for scope in sorted(scopes, key=lambda s: len(s.lets) + len(s.memory), reverse=True)[:1]:
-        try:
-            return expression(text, scope).type
-        except (ExprError, ExprErrors):
-            return None
-    return None
-
-
-# What can be written at the cursor: keys, values and names of the structure.
-
-
 _PATH = re.compile(rf"(?:{LIBRARY})?[\w.]*$")
 _FIXED = {
     "initial condition": ("always", "otherwise"),
     "terminal condition": ("always", "never"),
     "error condition": ("never",),
 }
+_WHOLE_PATHS: frozenset[RoleForm] = frozenset(("name", "interface", "task", "path"))
+"""Forms in which a proposal replaces a path with dots, and not the name at its end alone."""
 
 
 def complete(index: Index | None, path: str, text: str, offset: int) -> list[Completion]:
     """Everything that can be written at an offset of a text, however unfinished that is."""
     found: dict[tuple[str, str], Completion] = {}
     for cursor in cursors(text, offset):
+        role = None if cursor.is_key else role_of(cursor.route)
+        pattern = _PATH if role is None or role.form in _WHOLE_PATHS else _NAME
+        word = pattern.search(cursor.before)
+        size = len(word.group()) if word else 0
         suffix = ": " if cursor.is_key and not text[offset:].lstrip(" ").startswith(":") else ""
-        for item in _items(index, path, cursor):
-            word = (_NAME if item.name_only else _PATH).search(cursor.before)
-            whole = replace(item, replaces=len(word.group()) if word else 0, suffix=suffix)
-            found.setdefault((item.label, item.kind), whole)
+        proposed = _of_schema(cursor)
+        if index is not None:
+            known = _Proposals(index, path, split(cursor.route)[0])
+            named = known.keys(cursor) if cursor.is_key else known.values(cursor, role)
+            proposed = (*named, *proposed) if cursor.is_key else (*proposed, *named)
+        for item in proposed:
+            if item.label not in cursor.siblings:
+                whole = replace(item, replaces=size, suffix=suffix)
+                found.setdefault((item.label, item.kind), whole)
     return list(found.values())
 
 
-def _items(index: Index | None, path: str, cursor: TextCursor) -> Iterator[Completion]:
+def _of_schema(cursor: TextCursor) -> Iterable[Completion]:
+    """Keys and choices of the structure, and parts of the library."""
+    route = cursor.route
     if cursor.is_key:
-        if index is not None:
-            taken = set(cursor.siblings)
-            yield from (i for i in _named_keys(index, path, cursor) if i.label not in taken)
-        for key, words in keys_at(cursor.route).items():
-            if key not in cursor.siblings and defined_by((*cursor.route, key)) is None:
-                yield Completion(key, "key", "", words)
-        return
-    for value in values_at(cursor.route):
-        yield Completion(value, "value")
-    if names_used_file(cursor.route):
-        yield from (Completion(name, "file") for name in library_parts())
-    role = role_of(cursor.route)
-    if index is not None and role is not None:
-        yield from _values(index, path, cursor, role)
+        keys = keys_at(route).items()
+        return [Completion(k, "key", "", w) for k, w in keys if defined_by((*route, k)) is None]
+    parts = library_parts() if names_used_file(route) else ()
+    values = [Completion(value, "value") for value in values_at(route)]
+    return [*values, *(Completion(name, "file") for name in parts)]
 
 
-def _values(index: Index, path: str, cursor: TextCursor, role: Role) -> Iterator[Completion]:
-    owner = split(cursor.route)[0]
-    if role.form in ("type", "signature"):
-        yield from _names_only(complete_type(index, path, cursor.before))
-    elif role.form == "interface":
-        inside = "[" in cursor.before
-        kinds: tuple[SymbolKind, ...] = ("frame", "type") if inside else ("interface",)
-        yield from _of_kind(index, index.visible(path, ()), kinds)
-    elif role.form == "name":
-        for word in _FIXED.get(role.kind or "", ()):
-            yield Completion(word, "value")
-        yield from _of_kind(index, index.visible(path, owner), (role.kind,))
-    elif role.form == "task":
-        yield from _task(index, role)
-    elif role.form == "formula":
-        yield from _formula(index, path, cursor.before)
-    elif role.form != "path":
-        found = complete_expression(index, path, owner, role.form, cursor.before)
-        yield from _names_only(found)
-        if role.form == "argument":
-            yield from _of_kind(index, index.visible(path, ()), ("frame", "agent"))
+@dataclass(frozen=True, slots=True)
+class _Proposals:
+    """What texts in a subsystem of a file may name."""
+
+    index: Index
+    path: str
+    owner: Route
+
+    def _visible(
+        self, *kinds: SymbolKind | None, owner: Route | None = None, below: str = ""
+    ) -> Iterator[Completion]:
+        """The symbols of some kinds whose qualified names begin with `below`."""
+        for symbol in self.index.visible(self.path, self.owner if owner is None else owner):
+            if symbol.kind in kinds and symbol.qualified.startswith(below):
+                yield self._item(symbol)
+
+    def _item(self, symbol: Symbol) -> Completion:
+        words = describe_symbol(self.index, symbol)
+        return Completion(symbol.name, symbol.kind, str(symbol.type or ""), words)
+
+    def keys(self, cursor: TextCursor) -> Iterator[Completion]:
+        """Keys that are names: targets of functions, elements of the other end, parameters."""
+        index, rest = self.index, split(cursor.route)[1]
+        match rest:
+            case ("functions", _) | ("through",):
+                yield from self._visible("memory")
+                for symbol in index.visible(self.path, self.owner):
+                    if symbol.kind == "element" and symbol.qualified.startswith("y."):
+                        yield replace(self._item(symbol), label=symbol.qualified)
+            case ("x" | "y", str(peer)):
+                wire = index.wires.get((self.path, (*self.owner, rest[0], peer)))
+                for element in wire.elements if wire else ():
+                    yield Completion(element.name, "element", str(element.type))
+            case (*_, "with"):
+                user = index.node(self.path, cursor.route[:-1])
+                used = user.values.get("use") if user else None
+                file = index.files.get(beside(self.path, (used.scalar if used else "") or ""))
+                for symbol in file.top.values() if file else ():
+                    if symbol.kind == "parameter":
+                        yield self._item(symbol)
+            case ("plant", "bind"):
+                for device in index.system.devices if index.system else ():
+                    for element in (*device.x, *device.y):
+                        name = f"{device.qualified_name}.{element.name}"
+                        yield Completion(name, "element", str(element.type), element.title)
+
+    def values(self, cursor: TextCursor, role: Role | None) -> Iterator[Completion]:
+        """Names that can stand at the cursor."""
+        before, form = cursor.before, role.form if role else "path"
+        match form:
+            case "path":
+                pass
+            case "type" | "signature":
+                yield from self._type(before)
+            case "interface":
+                arguments: tuple[SymbolKind, ...] = ("frame", "type")
+                kinds = arguments if "[" in before else ("interface",)
+                yield from self._visible(*kinds, owner=())
+            case "name":
+                kind = role.kind if role else None
+                yield from (Completion(word, "value") for word in _FIXED.get(kind or "", ()))
+                yield from self._visible(kind)
+            case "task":
+                yield from self._task((role.kind if role else None) or "")
+            case "formula":
+                yield from self._formula(before)
+            case _:
+                yield from self._expression(form, before)
+                if form == "argument":
+                    yield from self._visible("frame", "agent", owner=())
+
+    def _expression(self, form: RoleForm, before: str) -> Iterator[Completion]:
+        """Names that can follow the beginning of an expression."""
+        has_inputs = form in ("initial", "full")
+        if _UNIT.search(before):
+            yield from (Completion(unit, "unit") for unit in UNITS)
+        elif found := _ELEMENT.search(before):
+            if has_inputs:
+                yield from self._visible("element", below=f"x.{found.group(1)}.")
+        elif _PEER.search(before):
+            symbols = self.index.visible(self.path, self.owner) if has_inputs else ()
+            names = (s.qualified.split(".") for s in symbols if s.kind == "element")
+            peers = dict.fromkeys(name[1] for name in names if name[0] == "x")
+            yield from (Completion(peer, "subsystem") for peer in peers)
+        elif found := _PART.search(before):
+            type_ = self._type_at_end(before[: found.start()])
+            if isinstance(type_, Record):
+                yield from (Completion(name, "field", str(inner)) for name, inner in type_.fields)
+            elif type_ is not None:
+                yield from (Completion(name, "component") for name in type_.names)
+        elif has_inputs and _AGE.search(before):
+            yield _BUFFERS
+        else:
+            if found := _COMPARED.search(before):
+                # All members if the type is not known yet.
+                type_ = self._type_at_end(before[: found.start()].rstrip())
+                enum = f"{type_.name}." if isinstance(type_, Enum) else ""
+                yield from self._visible("member", below=enum)
+            yield from self._visible(*_VISIBLE[form])
+            yield from (Completion(name, "builtin") for name in BUILTIN_NAMES)
+            if form == "full":
+                yield from (Completion(name, "clock") for name in CLOCK_NAMES)
+            if has_inputs:
+                yield _BUFFERS
+
+    def _type_at_end(self, before: str) -> Type | None:
+        """The type of the value at the end of a text: names, calls and brackets.
+
+        It is typed in the widest scope of the subsystem.
+        """
+        ends = (
+            at + 1 for at, char in outside_brackets(before) if not (char.isalnum() or char in "_.")
+        )
+        scopes = [
+            meaning.scope
+            for (file, route), meaning in self.index.meanings.items()
+            if file == self.path and route[: len(self.owner)] == self.owner
+        ]
+        value = before[next(ends, 0) :]
+        if not value or not scopes:
+            return None
+        widest = max(scopes, key=lambda scope: len(scope.lets) + len(scope.memory))
+        try:
+            return expression(value, widest).type
+        except (ExprError, ExprErrors):
+            return None
+
+    def _type(self, before: str) -> Iterator[Completion]:
+        """Names that can follow the beginning of a type or a signature."""
+        head = _HEAD.search(before)
+        around = head.group(1) if head else ""
+        if around in ("real", "spatial", "vector"):
+            yield from (Completion(unit, "unit") for unit in UNITS)
+        if around in ("vector", "image"):
+            for symbol in self.index.visible(self.path, ()):
+                node = self.index.node(symbol.place.file, symbol.place.route)
+                if symbol.kind == "parameter" and node and may_be_size(node.scalar or ""):
+                    yield self._item(symbol)
+        if around in ("", "vector", "list", "nonempty", "optional", "partial"):
+            yield from self._visible("type", owner=())
+            for label, usage in (SYNTAX | PARAMETER_TYPES).items():
+                yield Completion(label, "type", usage)
+        elif around not in ("real", "enum", "image"):
+            yield from self._visible("frame", owner=())
+
+    def _task(self, kind: str) -> Iterator[Completion]:
+        """Subsystems; states and memory of the one whose cycles are counted."""
+        system = self.index.system
+        subsystems, task = (system.subsystems, system.task) if system else ((), None)
+        counted = [s for s in subsystems if task and s.qualified_name == task.subsystem]
+        names = {
+            "subsystem": [s.qualified_name for s in subsystems],
+            "state": [state.name for s in counted for state in s.states],
+            "memory": [memory.name for s in counted for memory in s.memory],
+        }
+        yield from (Completion(name, kind) for name in names[kind])
+
+    def _formula(self, before: str) -> Iterator[Completion]:
+        """Names that can follow in a requirement."""
+        paths = paths_of(self.index.system)
+        if (found := next_names(before, paths)) is not None:
+            yield from (Completion(name, "value") for name in found)
+            return
+        yield from replace(self, owner=())._expression("constant", before)
+        if not _UNIT.search(before):
+            yield from self._visible("let", owner=())
+            yield from (Completion(name, "agent") for name in paths.names_below(()))
+            yield from (Completion(name, "operator") for name in WORDS)
 
 
-def _names_only(found: Iterator[Completion]) -> Iterator[Completion]:
-    return (replace(item, name_only=True) for item in found)
+# What can be written next in a requirement, which has names for values of all agents.
+#
+# A path leads to a part of the system: `("rover", "c", "n")`, `("rover", "E", "wheel", "s")`,
+# `("plant", "at")`; `("rover", "c", "state", "S0")` is a state.
 
 
-def _task(index: Index, role: Role) -> Iterator[Completion]:
-    """Subsystems; states and memory of the one whose cycles are counted."""
-    subsystems = index.system.subsystems if index.system else ()
-    task = index.system.task if index.system else None
-    counted = [s for s in subsystems if task and s.qualified_name == task.subsystem]
-    names = {
-        "subsystem": [s.qualified_name for s in subsystems],
-        "state": [state.name for s in counted for state in s.states],
-        "memory": [memory.name for s in counted for memory in s.memory],
-    }
-    for name in names[role.kind or ""]:
-        yield Completion(name, role.kind or "")
+NamePath = tuple[str, ...]
+STATE = "state"
+WORDS = (*USAGE, STATE, "present")
+_OF_STATE = re.compile(r"\bstate\(\s*([\w.]+)\s*\)\s*(?:[=!]=\s*|in\s*\{(?:[^{}]*[\s,])?)(\w*)$")
+_DOTTED = re.compile(r"(?<![\w.])((?:[^\W\d]\w*\.)+)(\w*)$")
 
 
-def _formula(index: Index, path: str, before: str) -> Iterator[Completion]:
-    """What may follow in a requirement."""
-    if (found := following(before, index.paths)) is not None:
-        yield from (Completion(name, "value", name_only=True) for name in found)
-        return
-    yield from _names_only(complete_expression(index, path, (), "constant", before))
-    if not _UNIT.search(before):
-        yield from _of_kind(index, index.visible(path, ()), ("let",))
-        yield from (Completion(name, "agent") for name in index.paths.below(()))
-        yield from (Completion(name, "operator") for name in WORDS)
+@dataclass(eq=False, slots=True)
+class Paths:
+    """All paths of a system; `copies` has, by the name that a `for` gives to many, one of them."""
+
+    known: dict[NamePath, None] = field(default_factory=dict)
+    copies: dict[str, str] = field(default_factory=dict)
+
+    def add(self, path: NamePath, place: Place) -> None:
+        """Add a path; copies that a `for` makes share one name as well."""
+        self.known[path] = None
+        name = str(place.route[-1]) if place.route else path[-1]
+        if path[-1] != name:
+            self.known.setdefault((*path[:-1], name))
+            if len(path) == 1:
+                self.copies.setdefault(name, path[0])
+
+    def names_below(self, path: NamePath) -> list[str]:
+        """The names that may follow a path."""
+        size = len(path)
+        longer = (known for known in self.known if len(known) > size and known[:size] == path)
+        return list(dict.fromkeys(known[size] for known in longer if known[size] != STATE))
 
 
-def _named_keys(index: Index, path: str, cursor: TextCursor) -> Iterator[Completion]:
-    """Keys that are names: targets of functions, elements of the other end, parameters."""
-    owner, rest = split(cursor.route)
-    symbols = list(index.visible(path, owner))
-    match rest:
-        case ("functions", _) | ("through",):
-            yield from _of_kind(index, symbols, ("memory",))
-            for symbol in symbols:
-                if symbol.kind == "element" and symbol.qualified.startswith("y."):
-                    yield replace(_item(index, symbol), label=symbol.qualified)
-        case ("x" | "y", str(peer)):
-            yield from _far_elements(index, path, (*owner, str(rest[0]), peer))
-        case (*_, "with"):
-            yield from _parameters(index, path, cursor)
-        case ("plant", "bind"):
-            yield from _device_elements(index)
+def paths_of(system: System | None) -> Paths:
+    """The paths to all parts."""
+    paths = Paths()
+    for agent in system.agents if system else ():
+        paths.add((agent.name,), agent.place)
+        for subsystem in agent.subsystems:
+            path: NamePath = (subsystem.agent, subsystem.name)
+            names: list[NamePath] = [(memory.name,) for memory in subsystem.memory]
+            names += [(STATE, state.name) for state in subsystem.states]
+            for port in subsystem.ports:
+                names += [(port.direction, port.peer, element.name) for element in port.elements]
+            paths.known |= {path: None} | {(*path, *name): None for name in names}
+        for device in agent.devices:
+            path = tuple(device.qualified_name.split("."))
+            paths.known |= {(*path, element.name): None for element in (*device.x, *device.y)}
+    for item in system.plant.observed if system and system.plant else ():
+        paths.add((PLANT, item.name), item.place)
+    return paths
 
 
-def _far_elements(index: Index, path: str, route: tuple[str | int, ...]) -> Iterator[Completion]:
-    """Elements that the other end of a connection has."""
-    wire = index.links.wires.get((path, route))
-    for element in wire.elements if wire else ():
-        yield Completion(element.name, "element", str(element.type))
-
-
-def _parameters(index: Index, path: str, cursor: TextCursor) -> Iterator[Completion]:
-    user = index.node(path, cursor.route[:-1])
-    used = user.values.get("use") if user else None
-    file = index.files.get(beside(path, used.scalar)) if used and used.scalar else None
-    yield from _of_kind(index, file.top.values() if file else (), ("parameter",))
-
-
-def _device_elements(index: Index) -> Iterator[Completion]:
-    for device in index.system.devices if index.system else ():
-        for element in (*device.x, *device.y):
-            name = f"{device.qualified_name}.{element.name}"
-            yield Completion(name, "element", str(element.type), element.title)
+def next_names(before: str, paths: Paths) -> list[str] | None:
+    """The names that can follow the beginning of a formula; None where no path leads on."""
+    if found := _OF_STATE.search(before):
+        path = tuple(found[1].split("."))
+        return [known[-1] for known in paths.known if known[:-1] == (*path, STATE)]
+    if found := _DOTTED.search(before):
+        first, *more = found[1].rstrip(".").split(".")
+        return paths.names_below((paths.copies.get(first, first), *more))
+    return None

@@ -3,30 +3,32 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from specc.lang.builtins import FUNCTIONS
+from specc.model.system import Operator
 from specc.read import read_text
 from specc.schema import ROW_KEYS
+from specc.schema.places import role_of
 from specc.source import LINE_BREAK, Route, SourceFile, TextNode
 
 # The lines that the last line of a text lies in, known by their indentation alone.
 
 
 _HEAD = re.compile(r"((?:- +)*)(\"[^\"]*\"|'[^']*'|[^\s\"'\[\]{}#:,&*!|>%@`][^:#]*?)\s*:(?=\s|$)")
-_LEAVES_OPEN = re.compile(r":\s+(?:[|>][+\-\d]*\s*(?:#.*)?|[\[{\"'].*)$")
-_PAIRS = {"]": "[", "}": "{"}
+_VALUE = re.compile(r"[:\-]\s+([|>][+\-\d]*\s*(?:#.*)?|[\[{\"'].*)$")
+_CLOSING = {"[": "]", "{": "}"}
 
 
 def outline(head: str) -> str:
-    """The last line below the keys that it belongs to, and beside those next to it.
+    """The last line with the keys above it and beside it, by indentation, without their values.
 
-    Other values are dropped, so that no error in them matters. A value that the line above leaves
-    open stays as it is.
+    So an error elsewhere does not matter. A value that the line above leaves open stays.
     """
     lines = SourceFile("", head).lines
     at = _begin(lines)
-    kept = ["\n".join(lines[at:])]
+    found = ["\n".join(lines[at:])]
     column, dashed = _column(lines[at])
     for line in reversed(lines[:at]):
         if not line.strip() or line.lstrip().startswith("#"):
@@ -37,31 +39,28 @@ def outline(head: str) -> str:
             continue
         step = _step(line, above)
         if step is not None:
-            kept.append(step)
+            found.append(step)
         if above:
             column, dashed = here, dash
-    return "\n".join(reversed(kept))
+    return "\n".join(reversed(found))
 
 
 def _begin(lines: list[str]) -> int:
     """The line on which the value begins that the last line goes on with."""
     last = len(lines) - 1
     column, _ = _column(lines[last]) if lines[last].strip() else (len(lines[last]), False)
-    for number in range(last - 1, -1, -1):
-        line = lines[number]
-        if line.strip() and _column(line)[0] < column:
-            return number if _stays_open(line) else last
-    return last
-
-
-def _stays_open(line: str) -> bool:
-    found = _LEAVES_OPEN.search(line)
+    above = (number for number in range(last - 1, -1, -1) if lines[number].strip())
+    number = next((number for number in above if _column(lines[number])[0] < column), last)
+    found = _VALUE.search(lines[number])
     if found is None:
-        return False
-    value = found.group().removeprefix(":").strip()
+        return last
+    value = found.group(1).strip()
     if value[0] in "\"'":
-        return value.count(value[0]) % 2 == 1
-    return value[0] in "|>" or any(value.count(o) > value.count(c) for c, o in _PAIRS.items())
+        is_open = value.count(value[0]) % 2 == 1
+    else:
+        pairs = (value.count(opening) > value.count(end) for opening, end in _CLOSING.items())
+        is_open = value[0] in "|>" or any(pairs)
+    return _begin(lines[: number + 1]) if is_open and number < last else last
 
 
 def _column(line: str) -> tuple[int, bool]:
@@ -83,16 +82,13 @@ def _step(line: str, above: bool) -> str | None:
 
 # Where in the structure of a file somebody is typing, though the line is not finished.
 #
-# The text up to the cursor, with a mark there and with what is open closed, is YAML more often than
-# not; the place of the mark in it says which key or value is being written. If it is no YAML,
-# because of an error above, the indentation of its lines says as much.
+# The lines that the last line lies in, with a mark at the cursor and with what is open closed, are
+# YAML more often than not; the place of the mark says which key or value is being written.
 
 
 _MARK = "specc_cursor"
 _BLOCK = re.compile(r"(?:^|[:\-?]\s+)[|>][+\-\d]*\s*(?:#.*)?$")
 _TOKEN = re.compile(r"[\"'\[\]{}#]")
-_CLOSING = {"[": "]", "{": "}"}
-_ENDS = ("", "]", "}", "'", '"')
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,12 +103,14 @@ class TextCursor:
 
 def cursors(text: str, offset: int) -> list[TextCursor]:
     """What may be being written at an offset: a value, a key, or either of them."""
-    head = text[:offset]
-    found = _in_head(head, *_closing(head))
-    if not found:
-        head = outline(head)
-        found = _in_head(head, *_closing(head))
-    return found
+    head = outline(text[:offset])
+    closing = _closing(head)
+    found: dict[TextCursor, None] = {}
+    for ending in (closing, f": {closing}" if closing[:1] not in ("'", '"') else closing):
+        document = read_text("", f"{head}{_MARK}{ending}\n", ROW_KEYS)
+        if document.source.spans is not None:
+            found |= dict.fromkeys(_cursors_at_mark(document.source.spans))
+    return list(found)
 
 
 def line_break(text: str) -> str:
@@ -121,17 +119,7 @@ def line_break(text: str) -> str:
     return found.group() if found else "\n"
 
 
-def _in_head(head: str, closing: str, plausible: bool) -> list[TextCursor]:
-    found: dict[TextCursor, None] = {}
-    for ending in (closing, f": {closing}" if closing[:1] not in ("'", '"') else closing):
-        if plausible:
-            document = read_text("", f"{head}{_MARK}{ending}\n", ROW_KEYS)
-            if document.source.spans is not None:
-                found |= dict.fromkeys(_marked(document.source.spans))
-    return list(found)
-
-
-def _marked(top: TextNode) -> Iterator[TextCursor]:
+def _cursors_at_mark(top: TextNode) -> Iterator[TextCursor]:
     if top.scalar is not None and _MARK in top.scalar:
         yield TextCursor((), True, top.scalar.partition(_MARK)[0])
     for route, key, node in top.below():
@@ -140,36 +128,22 @@ def _marked(top: TextNode) -> Iterator[TextCursor]:
             others = [str(other) for other in parent.keys if other != route[-1]]
             yield TextCursor(route[:-1], True, key.scalar.partition(_MARK)[0], tuple(others))
         elif node.scalar is not None and _MARK in node.scalar:
-            yield TextCursor(_spelled(route), False, node.scalar.partition(_MARK)[0])
+            # The mark may have become part of a key.
+            route = tuple(s.partition(_MARK)[0] if isinstance(s, str) else s for s in route)
+            yield TextCursor(route, False, node.scalar.partition(_MARK)[0])
 
 
-def _spelled(route: Route) -> Route:
-    """The route without the mark, which may have become part of a key."""
-    return tuple(s.partition(_MARK)[0] if isinstance(s, str) else s for s in route)
-
-
-def _closing(head: str) -> tuple[str, bool]:
-    """The quotes and brackets that close what a text leaves open, and whether it may be open.
-
-    What is inside brackets or quotes stands further right than the line that opens them.
-    """
+def _closing(head: str) -> str:
+    """The quotes and brackets that close what a text leaves open."""
     stack: list[str] = []
     quote = ""
     block: int | None = None
-    opened_at = -1
     for line in SourceFile("", head).lines:
         indent = len(line) - len(line.lstrip())
-        if block is not None and (indent > block or not line.strip()):
-            continue
-        block = None
-        if not quote and not stack:
-            opened_at = indent
-        elif line.strip()[:1] not in _ENDS and indent <= opened_at:
-            return "", False
-        quote = _scan(line, stack, quote)
-        if not quote and not stack and _BLOCK.search(line):
-            block = indent
-    return quote + "".join(_CLOSING[opened] for opened in reversed(stack)), True
+        if block is None or (indent <= block and line.strip()):
+            quote = _scan(line, stack, quote)
+            block = indent if not quote and not stack and _BLOCK.search(line) else None
+    return quote + "".join(_CLOSING[opened] for opened in reversed(stack))
 
 
 def _scan(line: str, stack: list[str], quote: str) -> str:
@@ -196,7 +170,7 @@ def _scan(line: str, stack: list[str], quote: str) -> str:
     return quote
 
 
-def outside(before: str) -> Iterator[tuple[int, str]]:
+def outside_brackets(before: str) -> Iterator[tuple[int, str]]:
     """The characters of a text, from its end on, that are in no brackets which it closes."""
     closed: list[str] = []
     for at in range(len(before) - 1, -1, -1):
@@ -216,3 +190,62 @@ def _starts_token(before: str) -> bool:
     """Whether a value or key starts here: inside plain text, quotes and brackets are letters."""
     before = before.rstrip()
     return not before or before[-1] in ":-?[{,"
+
+
+# The call whose arguments are being written.
+
+
+_NAME = re.compile(r"[^\W\d]\w*$")
+_TEXT = re.compile(r"\"[^\"]*\"|'[^']*'")
+
+
+@dataclass(frozen=True, slots=True)
+class CallSignature:
+    """How a call is written; `active` counts the argument at the cursor from 0."""
+
+    label: str
+    parameters: tuple[str, ...]
+    words: str
+    active: int
+
+
+def signature(operators: Iterable[Operator], text: str, offset: int) -> CallSignature | None:
+    """The innermost call around an offset of a text, however unfinished the call is."""
+    for cursor in cursors(text, offset):
+        role = role_of(cursor.route)
+        if role is not None and role.form in ("constant", "initial", "full", "argument"):
+            before = _TEXT.sub(lambda match: "_" * len(match.group()), cursor.before)
+            if (found := _innermost_call(before)) is not None:
+                return _signature(operators, *found)
+    return None
+
+
+def _innermost_call(before: str) -> tuple[str, int] | None:
+    """The name in front of the innermost open bracket, and the commas behind it."""
+    commas = 0
+    for at, char in outside_brackets(before):
+        if char == ",":
+            commas += 1
+        elif char in "([{":
+            name = _NAME.search(before, 0, at)
+            if char == "(" and name:
+                return name.group(), commas
+            commas = 0
+    return None
+
+
+def _signature(operators: Iterable[Operator], name: str, commas: int) -> CallSignature | None:
+    operator = next((each for each in operators if each.name == name), None)
+    function = FUNCTIONS.get(name)
+    if operator is not None:
+        parameters = tuple(f"{n}: {type_}" for n, type_ in operator.parameters)
+        trace = f"({operator.trace})" if str(operator.trace) else ""
+        result, words = str(operator.result), " ".join(filter(None, (operator.title, trace)))
+    elif function and function.rule:
+        listed, _, rest = function.signature.partition("-> ")
+        result, _, words = rest.partition(": ")
+        parameters = tuple(filter(None, listed.strip().split(", ")))
+    else:
+        return None
+    label = f"{name}({', '.join(parameters)}) -> {result}"
+    return CallSignature(label, parameters, words, min(commas, max(len(parameters) - 1, 0)))

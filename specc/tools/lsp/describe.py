@@ -13,15 +13,12 @@ from specc.diagnostics.phrases import truncate
 from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number
 from specc.model.fsm import Trace
-from specc.model.types import (
-    Type,
-)
+from specc.model.types import Type
 from specc.resolve.context import Meaning
 from specc.schema.keys import SymbolKind
 from specc.schema.places import keys_at, split
 from specc.source import Place, Route, TextNode
-from specc.tools.lsp.index import Index
-from specc.tools.lsp.symbols import Symbol
+from specc.tools.lsp.index import Index, Symbol
 
 # What a hover says of a symbol and of a part of an expression; the text is Markdown.
 
@@ -34,10 +31,11 @@ def describe_symbol(index: Index, symbol: Symbol, type_: Type | None = None) -> 
     node = index.node(symbol.place.file, symbol.place.route)
     shown = type_ or symbol.type
     head = f"**{symbol.kind}** `{symbol.name}{_typed(symbol, node, shown)}`"
-    title = title_of(symbol, node)
-    body = [f"`{_short(line)}`" for line in _meaning(symbol, node)]
+    title, trace = title_of(symbol, node), trace_of(node)
+    sentence = f"{title} ({trace})" if title and trace else title or trace
+    body = [f"`{_short(line)}`" for line in _definition(symbol, node)]
     facts = [*_ends(symbol), *type_words(shown, _frames(index))]
-    paragraphs = [head, _sentence(title, trace_of(node)), "  \n".join(body), "  \n".join(facts)]
+    paragraphs = [head, sentence, "  \n".join(body), "  \n".join(facts)]
     return "\n\n".join(filter(None, paragraphs))
 
 
@@ -47,7 +45,7 @@ def describe_part(index: Index, meaning: Meaning, part: Expr) -> str:
     value = f" = {part.value:g}" if isinstance(part, Number) else ""
     head = f"`{_short(text)}`: `{part.type}`{value}"
     facts = "  \n".join(type_words(part.type, _frames(index)))
-    return "\n\n".join(filter(None, [head, facts, _around(index, meaning)]))
+    return "\n\n".join(filter(None, [head, facts, _enclosing(index, meaning)]))
 
 
 def title_of(symbol: Symbol, node: TextNode | None) -> str:
@@ -62,9 +60,13 @@ def title_of(symbol: Symbol, node: TextNode | None) -> str:
 
 def trace_of(node: TextNode | None) -> str:
     """`eq. 5`, `Table 3`, as far as the specification says it."""
-    if node is None:
-        return ""
-    return str(Trace(*(_numbers(node.values.get(key)) for key in ("eq", "table", "fig"))))
+
+    def numbers(key: str) -> tuple[int, ...]:
+        found = node.values.get(key) if node else None
+        items = [found] if found and found.scalar else [*found.values.values()] if found else []
+        return tuple(int(each.scalar) for each in items if each.scalar and each.scalar.isdecimal())
+
+    return str(Trace(*map(numbers, ("eq", "table", "fig"))))
 
 
 def type_words(type_: Type | None, frames: Mapping[str, str]) -> list[str]:
@@ -100,7 +102,7 @@ def _typed(symbol: Symbol, node: TextNode | None, type_: Type | None) -> str:
     return f": {text or type_}" if text or type_ else ""
 
 
-def _meaning(symbol: Symbol, node: TextNode | None) -> Iterator[str]:
+def _definition(symbol: Symbol, node: TextNode | None) -> Iterator[str]:
     """The lines of the definition that matter."""
     if node is None:
         return
@@ -130,10 +132,8 @@ def _meaning(symbol: Symbol, node: TextNode | None) -> Iterator[str]:
 def _written(node: TextNode) -> str:
     if node.scalar is not None:
         return node.scalar
-    for key in ("is", "type"):
-        if key in node.values:
-            return _written(node.values[key])
-    return ", ".join(_written(item) for item in node.values.values())
+    inner = node.values.get("is") or node.values.get("type")
+    return _written(inner) if inner else ", ".join(map(_written, node.values.values()))
 
 
 def _ends(symbol: Symbol) -> list[str]:
@@ -146,8 +146,8 @@ def _ends(symbol: Symbol) -> list[str]:
     return [f"from {', '.join(ends['y'])} to {', '.join(ends['x'])}"]
 
 
-def _around(index: Index, meaning: Meaning) -> str:
-    """The symbol whose definition holds an expression."""
+def _enclosing(index: Index, meaning: Meaning) -> str:
+    """The symbol whose definition an expression is part of."""
     route = meaning.where.route
     file = index.files.get(meaning.where.file)
     for size in range(len(route), 0, -1):
@@ -164,22 +164,11 @@ def _frames(index: Index) -> dict[str, str]:
     return dict(index.system.frames) if index.system else {}
 
 
-def _numbers(node: TextNode | None) -> tuple[int, ...]:
-    if node is None:
-        return ()
-    texts = [node.scalar] if node.scalar else [item.scalar for item in node.values.values()]
-    return tuple(int(text) for text in texts if text and text.isdecimal())
-
-
-def _sentence(title: str, trace: str) -> str:
-    return f"{title} ({trace})" if title and trace else title or trace
-
-
 def _short(text: str) -> str:
     return truncate(" ".join(text.split()), _LONGEST)
 
 
-# What a hover says where no symbol stands: causes in rows, codes in comments.
+# Hovers where no symbol stands: keys, causes in rows, codes in comments.
 
 
 _CODE = re.compile(r"\b[EWO]\d{4}\b")
@@ -229,15 +218,12 @@ def _scalar(node: TextNode, key: str) -> str:
     return (below.scalar or "") if below else ""
 
 
-# The outline of a file: what it defines, the one inside the other.
-
-
-_INSIDE: frozenset[SymbolKind] = frozenset(("field", "variable"))
+# The outline of a file.
 
 
 @dataclass(eq=False, slots=True)
 class OutlineEntry:
-    """A definition: the stretch of all of it and, `name_start` to `name_end`, of its name."""
+    """A definition: the range of all of it and, `name_start` to `name_end`, of its name."""
 
     kind: SymbolKind
     name: str
@@ -246,11 +232,11 @@ class OutlineEntry:
     end: int
     name_start: int
     name_end: int
-    inside: list[OutlineEntry] = field(default_factory=list)
+    children: list[OutlineEntry] = field(default_factory=list)
 
 
-def contents(index: Index, path: str, moved: Callable[[int], int | None]) -> list[OutlineEntry]:
-    """The definitions of a file, in its order; `moved` gives offsets in the present text."""
+def outline_of(index: Index, path: str, moved: Callable[[int], int | None]) -> list[OutlineEntry]:
+    """The definitions of a file, nested; `moved` gives offsets in the present text."""
     file = index.files.get(path)
     top: list[OutlineEntry] = []
     known: dict[Route, OutlineEntry] = {}
@@ -263,13 +249,12 @@ def contents(index: Index, path: str, moved: Callable[[int], int | None]) -> lis
         if None in offsets:
             continue
         shown = "control" if route[-1] == "control" else symbol.qualified or symbol.name
-        shown = symbol.name if symbol.kind in _INSIDE else shown
+        shown = symbol.name if symbol.kind == "field" else shown
         start, end, name_start, name_end = (at or 0 for at in offsets)
         title = title_of(symbol, node)
         entry = OutlineEntry(symbol.kind, shown, title, start, end, name_start, name_end)
-        around = next(
-            (known[route[:n]] for n in range(len(route) - 1, 0, -1) if route[:n] in known), None
-        )
-        (around.inside if around else top).append(entry)
+        above = (route[:size] for size in range(len(route) - 1, 0, -1))
+        outer = next((known[step] for step in above if step in known), None)
+        (outer.children if outer else top).append(entry)
         known[route] = entry
     return top

@@ -7,16 +7,17 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 
 from specc.lang import RESERVED, TYPE_WORDS
+from specc.model.system import System
+from specc.model.types import Enum, Type, nested_types
 from specc.model.units import UNITS
+from specc.reachable import grouped
 from specc.resolve.uses import names_in
 from specc.resources import is_library_part
 from specc.schema.keys import RoleForm, SymbolKind
 from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import PARAMETER_TYPES
-from specc.tools.lsp.index import Index
+from specc.tools.lsp.index import Index, Symbol
 from specc.tools.lsp.project import FileEdit, Project
-from specc.tools.lsp.references import Occurrence, enums_in_python
-from specc.tools.lsp.symbols import Symbol
 
 # Whether a symbol can be renamed: invalid names, names in use, names that Python relies on.
 
@@ -38,29 +39,48 @@ class RenameError(Exception):
 
 def check_renameable(index: Index, symbol: Symbol) -> None:
     """Raise `RenameError` if a symbol keeps its name."""
-    reason = _fixed(index, symbol)
+    node = index.node(symbol.place.file, symbol.place.route)
+    reason = ""
+    if symbol.kind == "subsystem" and symbol.place.route[-1] in ("control", "subsystem"):
+        reason = "a control subsystem is called `c` everywhere"
+    elif any(is_library_part(end.place.file) for end in symbol.declarations):
+        reason = "it is declared in the library of specc"
+    elif node is not None and "for" in node.values:
+        reason = "it is the name of many, which others spell with their indices"
+    elif symbol.kind == "field":
+        type_ = index.node(symbol.place.file, symbol.place.route[:2])
+        if type_ and "python" in type_.values:
+            reason = "the field belongs to a Python class"
+    elif symbol.kind == "member" and index.system is None:
+        reason = "it is not known whether Python code uses it"
+    elif symbol.kind == "member" and index.system is not None:
+        enum = symbol.qualified.partition(".")[0]
+        for part, code in _enums_in_python(index.system):
+            if part.name == enum:
+                reason = f"Python code knows it by this name: {code}"
+                break
     if reason:
         raise RenameError(f"`{symbol.name}` is not renamed: {reason}")
 
 
-def _fixed(index: Index, symbol: Symbol) -> str:
-    """Why nobody may rename a symbol; empty if somebody may."""
-    if symbol.kind == "subsystem" and symbol.place.route[-1] in ("control", "subsystem"):
-        return "a control subsystem is called `c` everywhere"
-    if any(is_library_part(end.place.file) for end in symbol.declarations):
-        return "it is declared in the library of specc"
-    node = index.node(symbol.place.file, symbol.place.route)
-    if node is not None and "for" in node.values:
-        return "it is the name of many, which others spell with their indices"
-    if symbol.kind == "field":
-        type_ = index.node(symbol.place.file, symbol.place.route[:2])
-        return "the field belongs to a Python class" if type_ and "python" in type_.values else ""
-    if symbol.kind == "member":
-        if index.system is None:
-            return "it is not known whether Python code uses it"
-        code = enums_in_python(index.system).get(symbol.qualified.partition(".")[0])
-        return f"Python code knows it by this name: {code}" if code else ""
-    return ""
+def _enums_in_python(system: System) -> Iterator[tuple[Enum, str]]:
+    """Enums that reach Python code, which knows their members by name, each with that code.
+
+    They go to operators and to the functions of the plant, or come from them.
+    """
+    types: list[tuple[Type, str]] = []
+    for operator in system.operators:
+        passed = (operator.result, *(type_ for _, type_ in operator.parameters))
+        types += [(type_, f"operator `{operator.name}`") for type_ in passed]
+    for device in system.devices:
+        for element in (*device.x, *device.y):
+            code = f"the plant, by `{device.qualified_name}.{element.name}`"
+            types.append((element.type, code))
+    watched = system.task.watch if system.task else ()
+    memory = (each for subsystem in system.subsystems for each in subsystem.memory)
+    types += [(each.type, "the judge of the task") for each in memory if each.name in watched]
+    for type_, code in types:
+        yield from ((part, code) for part in nested_types([type_]) if isinstance(part, Enum))
 
 
 def check_name(symbol: Symbol, new: str) -> None:
@@ -78,32 +98,20 @@ def check_name(symbol: Symbol, new: str) -> None:
         raise RenameError(f"`{new}` is a unit")
 
 
-def check_free(index: Index, symbol: Symbol, path: str, occurrence: Occurrence, new: str) -> None:
-    """Raise `RenameError` if something that can be named at an occurrence has the new name."""
-    owner, _ = split(occurrence.place.route)
-    for other in index.visible(path, owner):
-        if other.name == new and _same_namespace(symbol, other):
-            raise RenameError(_taken(index, other))
-
-
 def check_unclaimed(index: Index, symbol: Symbol, new: str) -> None:
     """Raise `RenameError` if a variable frame or a part of the system has the new name."""
     if symbol.kind == "frame" and new in _frame_variables(index, symbol):
         raise RenameError(f"`{new}` is taken: it stands for any frame in a type or a signature")
-    for other in _parts(index) if symbol.kind in _PARTS else ():
-        near = "agent" in (symbol.kind, other.kind) or _agent_of(symbol) == _agent_of(other)
-        if other.name == new and near:
-            raise RenameError(_taken(index, other))
+    for file in index.files.values() if symbol.kind in _PARTS else ():
+        for other in file.by_route.values():
+            is_near = "agent" in (symbol.kind, other.kind) or _agent_of(symbol) == _agent_of(other)
+            if other.kind in _PARTS and other.name == new and is_near:
+                raise _clash(index, other)
 
 
-def _taken(index: Index, other: Symbol) -> str:
+def _clash(index: Index, other: Symbol) -> RenameError:
     line = index.sources.span(other.place).line
-    return f"`{other.name}` is taken: {other.kind} `{other.name}`, line {line}"
-
-
-def _parts(index: Index) -> Iterator[Symbol]:
-    for file in index.files.values():
-        yield from (symbol for symbol in file.by_route.values() if symbol.kind in _PARTS)
+    return RenameError(f"`{other.name}` is taken: {other.kind} `{other.name}`, line {line}")
 
 
 def _agent_of(part: Symbol) -> tuple[object, ...]:
@@ -134,7 +142,7 @@ def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
     return True
 
 
-# Renaming a symbol everywhere, or saying why that cannot be done safely.
+# The edits, in every system that has to do with a symbol.
 
 
 _EXPRESSIONS: tuple[RoleForm, ...] = ("constant", "initial", "full", "formula")
@@ -149,13 +157,13 @@ def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Fil
     check_renameable(index, symbol)
     check_name(symbol, new)
     edits: dict[FileEdit, None] = {}
-    known = _everywhere(project, index, symbol)
-    _check_read(known)
-    for around, twin in known:
-        for other in (twin, *twin.tied):
+    counterparts = _everywhere(project, index, symbol)
+    _check_understood(counterparts)
+    for around, counterpart in counterparts:
+        for other in (counterpart, *counterpart.namesakes):
             check_renameable(around, other)
             check_unclaimed(around, other, new)
-        edits |= dict.fromkeys(_edits(project, around, twin, new))
+        edits |= dict.fromkeys(_edits(project, around, counterpart, new))
     _check_effect(project, edits, new)
     return list(edits)
 
@@ -173,33 +181,36 @@ def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[In
     A system that reads a file with one of its ends may have another end in one of its own files.
     """
     found = [(index, symbol)]
-    seen: set[str] = set()
-    for around, twin in found:
-        named = {path for path, _ in around.naming((*twin.declarations, *twin.tied))}
-        if symbol.kind != "variable" and not named <= seen:
-            for other in project.indexes(named - seen):
-                ends = (other.twin(end) for end in (*twin.declarations, *twin.tied))
-                counterpart = next((end for end in ends if end is not None), None)
-                if counterpart is not None and all(other is not known for known, _ in found):
-                    found.append((other, counterpart))
-        seen |= named
+    searched: set[str] = set()
+    for around, counterpart in found:
+        ends = (*counterpart.declarations, *counterpart.namesakes)
+        named = {path for path, _ in around.occurrences_of(ends)}
+        if symbol.kind != "variable" and not named <= searched:
+            for other in project.indexes(named - searched):
+                there = next(filter(None, map(other.counterpart, ends)), None)
+                if there is not None and all(other is not known for known, _ in found):
+                    found.append((other, there))
+        searched |= named
     return found
 
 
 def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[FileEdit]:
-    symbols = (*symbol.declarations, *symbol.tied)
-    for path, occurrence in index.naming(symbols):
-        if project.source(path).text != index.text(path):
+    for path, occurrence in index.occurrences_of((*symbol.declarations, *symbol.namesakes)):
+        text = index.text(path)
+        if project.source(path).text != text:
             raise RenameError("correct the errors in the file first: it is not fully understood")
-        check_free(index, symbol, path, occurrence, new)
-        if _spells(index, path, occurrence):
-            yield FileEdit(path, occurrence.start, occurrence.end, new)
+        for other in index.visible(path, split(occurrence.place.route)[0]):
+            if other.name == new and _same_namespace(symbol, other):
+                raise _clash(index, other)
+        start, end = occurrence.start, occurrence.end
+        if text[start:end] == occurrence.symbol.name:  # `E` names a device in its own way
+            yield FileEdit(path, start, end, new)
 
 
-def _check_read(known: list[tuple[Index, Symbol]]) -> None:
-    """Texts with errors, and those that no system has read, may name what only a meaning tells."""
-    read = {key for index, _ in known for key, meaning in index.meanings.items() if meaning.expr}
-    for index, symbol in known:
+def _check_understood(counterparts: list[tuple[Index, Symbol]]) -> None:
+    """Refuse if a text that has errors, or was never read, may name the symbol."""
+    read = {key for index, _ in counterparts for key, m in index.meanings.items() if m.expr}
+    for index, symbol in counterparts:
         word = re.compile(rf"\b{re.escape(symbol.name)}\b")
         owners = {end.owner for end in symbol.declarations}
         for source in index.sources:
@@ -212,22 +223,15 @@ def _check_read(known: list[tuple[Index, Symbol]]) -> None:
                     raise RenameError(f"first correct {words}")
 
 
-def _spells(index: Index, path: str, occurrence: Occurrence) -> bool:
-    """Whether the stretch is the name itself: `E` names a device in its own way."""
-    text = index.text(path)
-    return text[occurrence.start : occurrence.end] == occurrence.symbol.name
-
-
 def _check_effect(project: Project, edits: Iterable[FileEdit], new: str) -> None:
     """With the new name specc reports exactly what it reported before."""
-    texts = {
-        path: apply(project.source(path).text, [e for e in edits if e.path == path])
-        for path in {edit.path for edit in edits}
-    }
+    by_path = grouped((edit.path, edit) for edit in edits)
+    texts = {path: apply(project.source(path).text, own) for path, own in by_path.items()}
     before, after = project.compare(texts)
-    worse = Counter(d.code for d in after) - Counter(d.code for d in before)
+    codes_before, codes_after = Counter(d.code for d in before), Counter(d.code for d in after)
+    worse = codes_after - codes_before
     for diagnostic in after:
         if diagnostic.code in worse:
             raise RenameError(f"`{new}` would be an error: {diagnostic.message}")
-    if Counter(d.code for d in before) - Counter(d.code for d in after):
+    if codes_before - codes_after:
         raise RenameError(f"`{new}` would change what the specification means")

@@ -1,7 +1,7 @@
 """The language server: requests of the protocol in, answers of another process out.
 
-The loop that speaks with the client does nothing that can take long: texts and questions go to a
-`Desk` in a process of its own, which is ended when its text is no longer the present one.
+The loop that speaks with the client does nothing that can take long: checks and questions go to a
+`EditorSession` in a process of its own, which is ended when the text of a long check has changed.
 """
 
 from __future__ import annotations
@@ -9,35 +9,149 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import re
 import sys
 import time
 from collections.abc import Iterator
 from typing import Any, BinaryIO, cast
+from urllib.parse import unquote
 
 from lsprotocol import types as lsp
 from pygls import uris
 from pygls.exceptions import (
     JsonRpcContentModified,
+    JsonRpcException,
     JsonRpcInternalError,
     JsonRpcInvalidParams,
     JsonRpcInvalidRequest,
+    JsonRpcParseError,
+    JsonRpcServerNotInitialized,
 )
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol
 
 from specc import __version__
-from specc.tools.lsp.desk import Desk
-from specc.tools.lsp.protocol import Incoming, SpecProtocol, is_fault, unreadable
 from specc.tools.lsp.rename import RenameError
-from specc.tools.lsp.worker import (
-    Job,
-    JobAbandonedError,
-    JobFailedError,
-    JobGivenUpError,
-    MethodCall,
-    Worker,
-)
+from specc.tools.lsp.session import ClientState, EditorSession
+from specc.tools.lsp.worker import CallFailedError, ProcessEndedError, Worker
 
 _LOG = logging.getLogger(__name__)
+
+# The protocol: whatever a message is, it is answered as JSON-RPC says.
+
+
+MAX_MESSAGE = 16_000_000
+"""Bytes; the largest text that is read has an eighth of that."""
+_LONGEST_LINE = 4_096
+_LENGTH = re.compile(rb"Content-Length: (\d+)\r\n\Z")
+_UNREADABLE_MESSAGE = (b"Content-Length: 1\r\n", b"\r\n", b"?")
+
+
+class Incoming:
+    """What a client sends; a message of a length that nobody means is one that is not readable.
+
+    What follows such a header is passed over up to the next header, wherever in a line it stands.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+        self._instead: list[bytes] = []
+
+    def readline(self) -> bytes:
+        """The next line of a header, or the next part of something else."""
+        if self._instead:
+            return self._instead.pop(0)
+        line = self._stream.readline(_LONGEST_LINE)
+        length = _LENGTH.search(line)
+        if length is None:
+            return line
+        if len(length[1]) > len(str(MAX_MESSAGE)) or int(length[1]) > MAX_MESSAGE:
+            first, *self._instead = _UNREADABLE_MESSAGE
+            return first
+        return length[0]
+
+    def read(self, count: int) -> bytes:
+        """The body of a message."""
+        return self._instead.pop(0) if self._instead else self._stream.read(count)
+
+
+# What a client did wrong or gave up is reported to the client, not on standard error.
+_CLIENT_ERRORS = JsonRpcInvalidRequest, JsonRpcInvalidParams, JsonRpcContentModified
+_UNREADABLE = ValueError, RecursionError
+
+
+class SpecProtocol(LanguageServerProtocol):
+    """Looks at a message as a whole before it is taken apart."""
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """The data itself: pygls calls this for every object of a message."""
+        return data
+
+    def handle_message(self, message: Any) -> None:
+        """Do what a message asks for; one without the form of a message is refused."""
+        try:
+            self._check_due(message)
+            super().handle_message(self._structured(message))
+        except JsonRpcException as refusal:
+            self.refuse(refusal, message)
+
+    def refuse(self, why: JsonRpcException, message: Any = None) -> None:
+        """Tell the client why a message is not dealt with; a notification gets no answer."""
+        if _is_message(message) and "id" not in message and "method" in message:
+            return
+        number = message.get("id") if isinstance(message, dict) else None
+        known = number if isinstance(number, int | str) else None
+        self._send_data(
+            {"jsonrpc": self.VERSION, "id": known, "error": {"code": why.code, "message": str(why)}}
+        )
+
+    def _check_due(self, message: Any) -> None:
+        """Raise JsonRpcException for what is no message, or does not come at its time."""
+        if not _is_message(message):
+            raise JsonRpcInvalidRequest("not a message of JSON-RPC 2.0")
+        method = message.get("method", lsp.EXIT)
+        if self._workspace is None and method not in (lsp.INITIALIZE, lsp.EXIT):
+            raise JsonRpcServerNotInitialized("the first request is `initialize`")
+        if self._shutdown and method != lsp.EXIT:
+            raise JsonRpcInvalidRequest("the server is shutting down")
+
+    def _structured(self, message: dict[str, Any]) -> Any:
+        method = message.get("method")
+        try:
+            if method is not None and self.get_message_type(method) is None:
+                message.setdefault("params", None)
+            found = super().structure_message(message)
+        except JsonRpcException:
+            raise JsonRpcInvalidParams(f"not the parameters of {method}") from None
+        if method == lsp.TEXT_DOCUMENT_DID_CHANGE:
+            uri = unquote(found.params.text_document.uri)
+            if uri not in self.workspace.text_documents:
+                raise JsonRpcInvalidParams("the document is not open")
+        return found
+
+
+def _is_message(data: Any) -> bool:
+    """Whether data are a request, a notification or an answer."""
+    if not isinstance(data, dict) or data.get("jsonrpc") != SpecProtocol.VERSION:
+        return False
+    number = data.get("id", 0)
+    if isinstance(number, bool) or not isinstance(number, int | str):
+        return False
+    if "method" in data:
+        return isinstance(data["method"], str)
+    return "id" in data and ("result" in data or "error" in data)
+
+
+def _is_fault(record: logging.LogRecord) -> bool:
+    """Whether what pygls logs is a fault of the server, not of its client."""
+    error = record.exc_info[1] if record.exc_info else None
+    if error is None:
+        return record.levelno >= logging.ERROR and not record.getMessage().startswith("Unable to")
+    return not isinstance(error, (*_CLIENT_ERRORS, *_UNREADABLE))
+
+
+# Checks and questions.
+
 
 PAUSE_S, LONGEST_PAUSE_S = 0.001, 1.0
 """Pause in typing after which a text is analysed."""
@@ -70,16 +184,11 @@ QUESTIONS: dict[str, tuple[str, Any]] = {
     lsp.TEXT_DOCUMENT_PREPARE_RENAME: ("renameable", None),
     lsp.TEXT_DOCUMENT_RENAME: ("rename", lsp.RenameOptions(prepare_provider=True)),
 }
-"""Methods of the protocol, those of `Desk` that answer them, and how they are announced."""
-
-
-def make_desk() -> Desk:
-    """The desk of a new process."""
-    return Desk(uris.to_fs_path, uris.from_fs_path)
+"""Methods of the protocol: those of `EditorSession` that answer, and their options."""
 
 
 class SpecServer(LanguageServer):
-    """What was told to the client, and what is still to be analysed."""
+    """Has files checked that have changed, one at a time, and publishes what is found."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -88,122 +197,112 @@ class SpecServer(LanguageServer):
             text_document_sync_kind=lsp.TextDocumentSyncKind.Full,
             protocol_cls=SpecProtocol,
         )
-        self.worker = Worker(make_desk, self._first_calls, (RenameError,))
+        self.worker = Worker(EditorSession, (RenameError,))
         self._changed: dict[str, bool] = {}
-        self._told: set[str] = set()
-        self._alone: list[str] = []
-        """Files to be analysed one by one, to find out which of them ended the process."""
+        """URIs to check; whether systems that use them are looked for on the disk."""
+        self._reported: set[str] = set()
         self._given_up: set[str] = set()
         self._timer: asyncio.TimerHandle | None = None
-        self._check: Job | None = None
+        self._check: asyncio.Task[None] | None = None
+        self._abandoned: asyncio.Task[None] | None = None
         self._took_s = 0.0
-        self.said_goodbye = False
-        self.left_without_goodbye = False
-
-    def _first_calls(self) -> Iterator[MethodCall]:
-        """What a new process has to know."""
-        yield "begin", (str(self.workspace.position_encoding),)
-        for document in self.workspace.text_documents.values():
-            yield "take", (document.uri, document.source)
+        self.was_shut_down = False
+        self.left_without_shutdown = False
 
     def report_server_error(self, error: Exception, source: Any) -> None:
         """Tell the client about an error that no answer reports."""
-        refusal = unreadable(error)
-        if refusal and isinstance(self.protocol, SpecProtocol):
-            self.protocol.refuse(refusal)
+        if isinstance(error, _UNREADABLE) and isinstance(self.protocol, SpecProtocol):
+            self.protocol.refuse(JsonRpcParseError("the message is not JSON"))
         else:
             super().report_server_error(error, source)
 
-    async def answer(self, name: str, params: Any) -> Any:
-        """The desk's answer to a question."""
+    def _client_state(self) -> ClientState:
+        """The texts and folders of the client; older ones have a single root instead."""
+        space = self.workspace
+        folders = [uris.to_fs_path(uri) for uri in space.folders] or [space.root_path]
+        texts = {document.uri: document.source for document in space.text_documents.values()}
+        return ClientState(str(space.position_encoding), tuple(filter(None, folders)), texts)
+
+    async def answer(self, feature: str, params: Any) -> Any:
+        """The answer to a question; one that the client cancels does not end the process."""
+        call = self.worker.call("answer", self._client_state(), feature, params)
         try:
-            return await self.worker.ask(name, params).result
+            return await asyncio.shield(asyncio.ensure_future(call))
         except RenameError as error:
             raise JsonRpcInvalidRequest(str(error)) from None
-        except JobGivenUpError as why:
-            self._lost()
-            self._analyse()
+        except ProcessEndedError as why:
+            self._check_all()
             raise JsonRpcContentModified(f"given up, since it {why}") from None
-        except JobAbandonedError:
-            raise JsonRpcContentModified("given up, since checking the text takes long") from None
-        except JobFailedError as error:
+        except CallFailedError as error:
             raise JsonRpcInternalError(str(error)) from None
 
-    def take(self, uri: str, text: str | None, search: bool = False) -> None:
-        """Take a text that was opened, changed or (with None) closed, and analyse it soon."""
-        self._given_up.discard(uri)
-        self.worker.ask("take", uri, text)
-        self.plan(uri, search)
+    def start_worker(self) -> None:
+        """Start the process before the first text comes: it takes its time to begin."""
+        self._starting = asyncio.ensure_future(self.worker.call(""))
 
-    def plan(self, uri: str, search: bool = False) -> None:
-        """Analyse a file after a pause; a change in the pause begins it anew."""
+    def plan(self, uri: str, *, search: bool = False) -> None:
+        """Check a file after a pause; a change in the pause begins it anew."""
+        self._given_up.discard(uri)
         self._changed[uri] = search or self._changed.get(uri, False)
         if self._timer is not None:
             self._timer.cancel()
         loop = asyncio.get_running_loop()
         pause = PAUSE_S if self._took_s < QUICK_S else min(self._took_s, LONGEST_PAUSE_S)
-        self._timer = loop.call_later(pause, self._analyse)
-        if (check := self._check) is not None:
-            now = time.monotonic()
-            left = check.started_s + PATIENCE_S - now if check.started_s is not None else 0.0
-            loop.call_later(max(left, 0.0), self.worker.abandon, check)
+        self._timer = loop.call_later(pause, self._next_check)
+        if self._check is not None:
+            started_s = self.worker.started_s or time.monotonic()
+            rest_s = started_s + PATIENCE_S - time.monotonic()
+            loop.call_later(max(rest_s, 0.0), self._abandon, self._check)
 
-    def _folders(self) -> tuple[str, ...]:
-        """The folders of the client; older ones have a single root instead."""
-        folders = [uris.to_fs_path(uri) for uri in self.workspace.folders]
-        return tuple(filter(None, folders or [self.workspace.root_path]))
+    def _abandon(self, check: asyncio.Task[None]) -> None:
+        """End a check of a text that has changed."""
+        self._abandoned = check
+        check.cancel()
 
-    def _analyse(self) -> None:
-        """Have changed files analysed, or, if the desk is busy with them, once it is done."""
-        if self._check is None and (self._alone or self._changed):
-            if self._alone:
-                changed = {self._alone.pop(): True}
-            else:
-                changed, self._changed = self._changed, {}
-            self._check = self.worker.ask("analyse", changed, self._folders(), set(self._told))
-            versions = {uri: d.version for uri, d in self.workspace.text_documents.items()}
-            self._task = asyncio.ensure_future(self._checked(self._check, changed, versions))
+    def _next_check(self) -> None:
+        """Check a file that has changed; while a check runs the others wait."""
+        if self._check is None and self._changed and not self.was_shut_down:
+            uri = next(iter(self._changed))
+            self._check = asyncio.ensure_future(self._run_check(uri, self._changed.pop(uri)))
 
-    async def _checked(
-        self, check: Job, changed: dict[str, bool], versions: dict[str, int | None]
-    ) -> None:
-        """Tell what an analysis finds; a fault of ours must not end the server."""
+    async def _run_check(self, uri: str, search: bool) -> None:
+        """Publish what a check finds; a fault of ours must not end the server."""
+        versions = {uri: d.version for uri, d in self.workspace.text_documents.items()}
+        arguments = self._client_state(), uri, search, set(self._reported)
         try:
-            self._tell(await check.result, versions)
-        except JobGivenUpError as why:
-            if len(changed) > 1:
-                self._alone += changed
-            else:
-                self._given_up |= changed.keys()
-                self._tell({uri: [_given_up(why)] for uri in changed}, versions)
-            self._lost()
-        except JobAbandonedError:
-            if check.started_s is not None:
-                self._lost()
-            self._changed = changed | self._changed
-        except JobFailedError as error:
+            self._publish(await self.worker.call("analyse", *arguments), versions)
+        except ProcessEndedError as why:
+            self._given_up.add(uri)
+            self._publish({uri: [_given_up(why)]}, versions)
+            self._check_all()
+        except asyncio.CancelledError:
+            if self._abandoned is not self._check:
+                raise  # the server ends
+            self._changed.setdefault(uri, search)
+            self._check_all()
+        except CallFailedError as error:
             _LOG.error("a fault of specc itself, not of your files: %s", error)
-        self._took_s = time.monotonic() - (check.started_s or time.monotonic())
+        self._took_s = self.worker.took_s
         self._check = None
-        self._analyse()
+        self._next_check()
 
-    def _lost(self) -> None:
-        """Have open texts analysed anew: a new process knows nothing of them."""
-        known = self._given_up.union(self._alone)
-        anew = {d.uri for d in self.workspace.text_documents.values()} - known
-        self._changed = dict.fromkeys(anew, True) | self._changed
+    def _check_all(self) -> None:
+        """Check all open texts anew: a new process knows nothing of them."""
+        for uri in self._client_state().texts.keys() - self._given_up:
+            self._changed.setdefault(uri, True)
+        self._next_check()
 
-    def _tell(
+    def _publish(
         self, found: dict[str, list[lsp.Diagnostic]], versions: dict[str, int | None]
     ) -> None:
         for uri, diagnostics in found.items():
             self.text_document_publish_diagnostics(
                 lsp.PublishDiagnosticsParams(uri, diagnostics, versions.get(uri))
             )
-            (self._told.add if diagnostics else self._told.discard)(uri)
+            (self._reported.add if diagnostics else self._reported.discard)(uri)
 
 
-def _given_up(why: JobGivenUpError) -> lsp.Diagnostic:
+def _given_up(why: ProcessEndedError) -> lsp.Diagnostic:
     start = lsp.Position(0, 0)
     warning = lsp.DiagnosticSeverity.Warning
     message = f"the check {why} and was given up until the text changes"
@@ -246,17 +345,16 @@ def _follow_client(server: SpecServer) -> None:
 
     @server.feature(lsp.INITIALIZED)
     def initialized(params: lsp.InitializedParams) -> None:
-        # The process takes its time to begin.
-        server.worker.ask("begin", str(server.workspace.position_encoding))
+        server.start_worker()
 
     @server.feature(lsp.SHUTDOWN)
     def shutdown(params: None) -> None:
-        server.said_goodbye = True
+        server.was_shut_down = True
         server.worker.close()
 
     @server.feature(lsp.EXIT)
     def leave(params: None) -> None:
-        server.left_without_goodbye = not server.said_goodbye
+        server.left_without_shutdown = not server.was_shut_down
 
 
 def _lives(process: int) -> bool:
@@ -280,12 +378,11 @@ def _watch(process: int) -> None:
 def _follow_texts(server: SpecServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
     def opened(params: lsp.DidOpenTextDocumentParams) -> None:
-        server.take(params.text_document.uri, params.text_document.text, search=True)
+        server.plan(params.text_document.uri, search=True)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
     def changed(params: lsp.DidChangeTextDocumentParams) -> None:
-        uri = params.text_document.uri
-        server.take(uri, server.workspace.get_text_document(uri).source)
+        server.plan(params.text_document.uri)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
     def saved(params: lsp.DidSaveTextDocumentParams) -> None:
@@ -293,7 +390,7 @@ def _follow_texts(server: SpecServer) -> None:
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
     def closed(params: lsp.DidCloseTextDocumentParams) -> None:
-        server.take(params.text_document.uri, None)
+        server.plan(params.text_document.uri)
 
     @server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def watched(params: lsp.DidChangeWatchedFilesParams) -> None:
@@ -308,10 +405,10 @@ def serve() -> int:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     logging.basicConfig(level=logging.WARNING)
     for name in ("pygls.protocol.json_rpc", "pygls.server"):
-        logging.getLogger(name).addFilter(is_fault)
+        logging.getLogger(name).addFilter(_is_fault)
     server = create_server()
     try:
         server.start_io(cast(BinaryIO, Incoming(sys.stdin.buffer)), output)
     finally:
         server.worker.close()
-    return 1 if server.left_without_goodbye else 0
+    return 1 if server.left_without_shutdown else 0

@@ -1,211 +1,125 @@
-"""A process that does jobs one after the other and can be ended at any time.
+"""A process that answers calls one after the other and can be ended at any time.
 
-Whatever happens to a job, the process that asked for it goes on: a job that is no longer wanted, or
-takes too long, is ended with its process, and another process takes its place.
+A call that is cancelled while it runs, or takes too long, is ended with its process; the next call
+starts another one.
 """
 
 from __future__ import annotations
 
 import asyncio
-import gc
 import multiprocessing
 import signal
 import sys
-import threading
 import time
 import traceback
-from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import Any
 
-from specc.parallel import end_with_parent
+from specc.processes import end_with_parent
 
 LIMIT_S = 10.0
-"""A job that takes longer is given up."""
+"""A call that takes longer is given up."""
 LIMIT_GB = 2
-"""Address space of the process; a job that needs more is given up."""
-_NEW_OBJECTS = 10_000
-"""Between two collections of garbage: a job makes many objects, and most of them stay."""
-
-MethodCall = tuple[str, tuple[Any, ...]]
-"""Name of a method and its arguments."""
+"""Address space of the process; a call that needs more is given up."""
 
 
-class JobAbandonedError(Exception):
-    """The process of a job was ended, since nobody wants the result any more."""
+class ProcessEndedError(Exception):
+    """The process ended during a call, which took too long or too much; the message says which."""
 
 
-class JobGivenUpError(JobAbandonedError):
-    """The process of a job has ended: the job took too long or too much; the message says which."""
-
-
-class JobFailedError(Exception):
-    """A job raised what it should not have; the message is the traceback."""
-
-
-@dataclass(eq=False, slots=True)
-class Job:
-    """A call, and who waits for its result."""
-
-    call: MethodCall
-    result: asyncio.Future[Any]
-    started_s: float | None = None
+class CallFailedError(Exception):
+    """A call raised what it should not have; the message is the traceback."""
 
 
 class Worker:
-    """Calls methods of what `make` makes, in another process.
+    """Calls methods of the object that `make` returns, in another process.
 
-    `begin` gives the calls that a new process starts with: what its predecessor knew.
+    Exceptions of the `expected` types are raised here as well; any other is a fault.
     """
 
     def __init__(
-        self,
-        make: Callable[[], object],
-        begin: Callable[[], Iterable[MethodCall]],
-        answers: tuple[type[Exception], ...] = (),
+        self, make: Callable[[], object], expected: tuple[type[Exception], ...] = ()
     ) -> None:
-        """`answers` are what jobs may raise; anything else is a fault."""
-        self._make, self._begin, self._answers = make, begin, answers
-        self._jobs: deque[Job] = deque()
-        self._running: Job | None = None
+        self._make, self._expected = make, expected
+        self._turn = asyncio.Lock()
         self._process: Any = None
         self._pipe: Any = None
-        self._overdue: asyncio.TimerHandle | None = None
+        self.started_s: float | None = None
+        """When the call that runs began."""
+        self.took_s = 0.0
+        """How long the last call took."""
 
-    def ask(self, name: str, *arguments: Any) -> Job:
-        """Put a call behind those that wait."""
-        job = Job((name, arguments), asyncio.get_running_loop().create_future())
-        self._jobs.append(job)
-        if self._process is None:
-            self._start()
-        self._next()
-        return job
+    async def call(self, name: str, *arguments: Any) -> Any:
+        """The result of a method; calls wait for their turn. No name: only start the process."""
+        async with self._turn:
+            if self._process is None:
+                self._start()
+                await self._result("", ())
+            return await self._result(name, arguments)
 
-    def abandon(self, job: Job) -> None:
-        """End a job that runs, or forget one that waits."""
-        if job in self._jobs:
-            self._jobs.remove(job)
-            self._fail(job, JobAbandonedError())
-        elif job is self._running:
+    async def _result(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        loop = asyncio.get_running_loop()
+        started_s = self.started_s = time.monotonic()
+        try:
+            self._pipe.send((name, arguments))
+            async with asyncio.timeout(LIMIT_S if name else None):
+                value, error = await loop.run_in_executor(None, self._pipe.recv)
+        except TimeoutError:
             self.close()
-            self._fail(job, JobAbandonedError())
-            self._next()
-
-    def _give_up(self, why: str) -> None:
-        """End the job that runs with its process."""
-        job = self._running
-        self.close()
-        if job is not None:
-            self._fail(job, JobGivenUpError(why))
-        self._next()
-
-    def close(self) -> None:
-        """End the process; with the next job another one begins."""
-        if self._overdue is not None:
-            self._overdue.cancel()
-        if self._process is not None:
-            self._process.kill()
-            self._pipe.close()
-        self._process = self._pipe = self._running = None
+            raise ProcessEndedError(f"took more than {LIMIT_S:.0f} s") from None
+        except (EOFError, OSError):
+            self.close()
+            raise ProcessEndedError("ended its process") from None
+        except asyncio.CancelledError:
+            self.close()
+            raise
+        finally:
+            self.started_s, self.took_s = None, time.monotonic() - started_s
+        if isinstance(error, ProcessEndedError):
+            self.close()
+        if error is not None:
+            raise error
+        return value
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        arguments = (theirs, self._make, self._answers)
+        arguments = (theirs, self._make, self._expected)
         self._process = context.Process(target=_work, args=arguments, daemon=True)
         self._process.start()
         theirs.close()
-        loop = asyncio.get_running_loop()
-        listen = threading.Thread(target=self._listen, args=(self._pipe, loop), daemon=True)
-        self._jobs.extendleft(
-            Job(call, loop.create_future()) for call in reversed([("", ()), *self._begin()])
-        )
-        listen.start()
 
-    def _next(self) -> None:
-        """Send the next job, if none runs; the process waits for it, so sending takes no time."""
-        if self._running is not None or not self._jobs:
-            return
-        if self._process is None:
-            self._start()
-        job = self._running = self._jobs.popleft()
-        job.started_s = time.monotonic()
-        loop = asyncio.get_running_loop()
-        self._overdue = loop.call_later(LIMIT_S, self._give_up, f"took more than {LIMIT_S:.0f} s")
-        with suppress(OSError):  # the process is gone, which who listens to it will say
-            self._pipe.send(job.call)
-
-    def _listen(self, pipe: Connection, loop: asyncio.AbstractEventLoop) -> None:
-        while True:
-            try:
-                answer = pipe.recv()
-            except (EOFError, OSError):
-                answer = None
-            try:
-                loop.call_soon_threadsafe(self._arrived, pipe, answer)
-            except RuntimeError:
-                return  # the loop has ended
-            if answer is None:
-                return
-
-    def _arrived(self, pipe: Connection, answer: tuple[Any, Exception | None] | None) -> None:
-        job = self._running
-        if pipe is not self._pipe or job is None:
-            return  # of a process that was ended
-        if answer is None:
-            self._give_up("ended its process")
-            return
-        value, error = answer
-        if isinstance(error, JobGivenUpError):
-            self._give_up(str(error))  # what the process has left is not enough for another job
-            return
-        if self._overdue is not None:
-            self._overdue.cancel()
-        self._running = None
-        if error is not None:
-            self._fail(job, error)
-        elif not job.result.done():
-            job.result.set_result(value)
-        self._next()
-
-    @staticmethod
-    def _fail(job: Job, error: Exception) -> None:
-        if not job.result.done():
-            job.result.set_exception(error)
-            job.result.exception()  # nobody waits for some results
+    def close(self) -> None:
+        """End the process; who waits for an answer of it reads the end of the pipe."""
+        if self._process is not None:
+            self._process.kill()
+        self._process = self._pipe = None
 
 
-def _work(
-    pipe: Connection, make: Callable[[], object], answers: tuple[type[Exception], ...]
-) -> None:
-    """Do what comes through the pipe until it closes."""
+def _work(pipe: Any, make: Callable[[], object], expected: tuple[type[Exception], ...]) -> None:
+    """Answer calls until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _limit_memory()
-    gc.set_threshold(_NEW_OBJECTS)
     end_with_parent()
-    desk = make()
-    while True:
-        try:
+    session = make()
+    with suppress(EOFError, OSError):
+        while True:
             name, arguments = pipe.recv()
-        except (EOFError, OSError):
-            return
-        value: Any = None
-        error: Exception | None = None
-        try:
-            value = getattr(desk, name)(*arguments) if name else None
-        except answers as raised:
-            error = raised
-        except MemoryError:
-            error = JobGivenUpError(f"took more than {LIMIT_GB} GB of memory")
-        except Exception:  # noqa: BLE001 - it is for the other side to tell
-            error = JobFailedError(traceback.format_exc())
-        try:
-            pipe.send((value, error))
-        except OSError:
-            return
+            pipe.send(_answer(session, name, arguments, expected) if name else (None, None))
+
+
+def _answer(
+    session: object, name: str, arguments: tuple[Any, ...], expected: tuple[type[Exception], ...]
+) -> tuple[Any, Exception | None]:
+    try:
+        return getattr(session, name)(*arguments), None
+    except expected as error:
+        return None, error
+    except MemoryError:
+        return None, ProcessEndedError(f"took more than {LIMIT_GB} GB of memory")
+    except Exception:  # noqa: BLE001 - it is for the other side to tell
+        return None, CallFailedError(traceback.format_exc())
 
 
 def _limit_memory() -> None:

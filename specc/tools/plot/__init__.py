@@ -1,5 +1,5 @@
 """Plots of recorded runs: signals with their units over time, and the states of machines."""
 
-from specc.tools.plot.signals import NoSignal, Signal, found
+from specc.tools.plot.signals import NoSignal, Signal, resolve_signal
 
-__all__ = ["NoSignal", "Signal", "found"]
+__all__ = ["NoSignal", "Signal", "resolve_signal"]

@@ -1,16 +1,25 @@
-"""What a plot has on it: bands of states, panels with lines, and marks of what went wrong."""
+"""A plot of recordings as a picture or CSV: bands of states, panels with lines, marks of faults."""
 
 from __future__ import annotations
 
+import csv
+import io
 import math
+import warnings
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from heapq import nlargest
+from itertools import groupby, product
 from typing import Any
 
-from specc.model.system import Subsystem, System
-from specc.tools.plot.signals import PlottedLine, Signal, unwound
+from specc.diagnostics.visible import visible
+from specc.model.system import System
+from specc.tools.canvas import content, figure, text_width
+from specc.tools.plot.signals import Signal, unwrap_rotations
+
+# What is on it.
 
 MANY = "…"
 """Stands for states that follow one another too fast to be told apart."""
@@ -81,13 +90,11 @@ class PlottedRun:
 
 
 def cut(run: PlottedRun, begin_s: float, end_s: float) -> PlottedRun:
-    """What a recording has of a part of its time."""
-    whole = run.traces
-    begin_s, end_s = max(begin_s, whole.begin_s), min(end_s, whole.end_s)
-    if (begin_s, end_s) == (whole.begin_s, whole.end_s):
-        return run
+    """A part of the time of a recording."""
+    traces = run.traces
+    begin_s, end_s = max(begin_s, traces.begin_s), min(end_s, traces.end_s)
     lines = {}
-    for name, line in whole.lines.items():
+    for name, line in traces.lines.items():
         spans = [
             replace(span, begin_s=max(span.begin_s, begin_s), end_s=min(span.end_s, end_s))
             for span in line.spans
@@ -97,11 +104,11 @@ def cut(run: PlottedRun, begin_s: float, end_s: float) -> PlottedRun:
         columns = [[column[inside] for column in columns] for columns in line.columns]
         lines[name] = replace(line, spans=spans, times_s=line.times_s[inside], columns=columns)
     faults, violated = (
-        [mark for mark in every if begin_s <= mark[0] <= end_s]
-        for every in (whole.faults, whole.violated)
+        [mark for mark in marks if begin_s <= mark[0] <= end_s]
+        for marks in (traces.faults, traces.violated)
     )
-    own = {"lines": lines, "faults": faults, "violated": violated}
-    return PlottedRun(run.name, replace(whole, begin_s=begin_s, end_s=end_s, **own))
+    part = {"lines": lines, "faults": faults, "violated": violated}
+    return PlottedRun(run.name, replace(traces, begin_s=begin_s, end_s=end_s, **part))
 
 
 def bands(
@@ -110,19 +117,16 @@ def bands(
     """The machines of these names, each run below the other."""
     known = {s.qualified_name: s for s in system.subsystems} if system else {}
     for name in names:
+        subsystem = known.get(name)
+        declared = [s.name for s in subsystem.states] if subsystem else []
+        first = [subsystem.initial_state] if subsystem else []
         for run in runs:
             line = run.traces.lines.get(name)
             if line is not None:
                 label = f"{name} ({run.name})" if run.name else name
-                spans = [(s.begin_s, s.end_s, s.state) for s in line.spans]
-                yield Band(label, tuple(spans), _states(known.get(name), spans))
-
-
-def _states(subsystem: Subsystem | None, spans: Sequence[tuple[float, float, str]]) -> Any:
-    """The initial state first, then those of the specification, then others as they come."""
-    own: list[str] = [s.name for s in subsystem.states] if subsystem else []
-    first = [subsystem.initial_state] if subsystem else []
-    return tuple(dict.fromkeys([*first, *own, *(state for *_, state in spans)]))
+                spans = tuple((s.begin_s, s.end_s, s.state) for s in line.spans)
+                states = dict.fromkeys([*first, *declared, *(state for *_, state in spans)])
+                yield Band(label, spans, tuple(states))
 
 
 def legible(band: Band, length_s: float) -> Iterator[tuple[float, float, str]]:
@@ -139,35 +143,22 @@ def legible(band: Band, length_s: float) -> Iterator[tuple[float, float, str]]:
 def panels(runs: Sequence[PlottedRun], groups: Sequence[Sequence[Signal]]) -> Iterator[Panel]:
     """The panels of each group of signals, one for each unit."""
     for group in groups:
+        title = ", ".join(signal.name for signal in group)
+        if len(group) == 1 and group[0].title:
+            title += f": {group[0].title}"
         found: dict[Any, list[Curve]] = {}
-        source = 0
-        for signal in group:
-            for run in runs:
-                label = " ".join(filter(None, [signal.name if group[1:] else "", run.name]))
-                for part, curve in _curves(signal, run, label, source):
-                    found.setdefault((part.unit, part.words), []).append(curve)
-                source += 1
+        for source, (signal, run) in enumerate(product(group, runs)):
+            times_s, columns = numbers_of(signal, run)
+            kinds: Counter[Any] = Counter()
+            for part, column in zip(signal.components, columns, strict=True):
+                unit = part.unit, part.words
+                names = part.name, signal.name if group[1:] else "", run.name
+                label = " ".join(filter(None, names))
+                curve = Curve(label, kinds[unit], source, times_s, column)
+                found.setdefault(unit, []).append(curve)
+                kinds[unit] += 1
         for (unit, words), curves in found.items():
-            yield Panel(_title(group), unit, words, tuple(curves))
-
-
-def _title(group: Sequence[Signal]) -> str:
-    first = group[0]
-    if len(group) > 1:
-        return ", ".join(signal.name for signal in group)
-    return f"{first.name}: {first.title}" if first.title else first.name
-
-
-def _curves(
-    signal: Signal, run: PlottedRun, label: str, source: int
-) -> Iterator[tuple[PlottedLine, Curve]]:
-    times_s, columns = numbers_of(signal, run)
-    units: dict[Any, int] = {}
-    for part, column in zip(signal.components, columns, strict=True):
-        kind = units.setdefault((part.unit, part.words), 0)
-        units[part.unit, part.words] += 1
-        text = " ".join(filter(None, [part.name, label]))
-        yield part, Curve(text, kind, source, times_s, column)
+            yield Panel(title, unit, words, tuple(curves))
 
 
 def numbers_of(signal: Signal, run: PlottedRun) -> tuple[Sequence[float], list[Any]]:
@@ -177,23 +168,210 @@ def numbers_of(signal: Signal, run: PlottedRun) -> tuple[Sequence[float], list[A
         return (), [()] * len(signal.components)
     columns: list[Any] = list(line.columns[signal.place])
     if signal.is_pose:
-        turned = unwound(list(zip(*columns[3:], strict=True)))
+        turned = unwrap_rotations(list(zip(*columns[3:], strict=True)))
         columns[3:] = [[vector[i] for vector in turned] for i in range(3)]
     return line.times_s, columns
 
 
-def marks(runs: Sequence[PlottedRun]) -> Iterator[Mark]:
+def marks(runs: Sequence[PlottedRun]) -> list[Mark]:
     """Faults and violated requirements, by time."""
     every = []
     for run in runs:
         where = f" ({run.name})" if run.name else ""
-        every += [Mark(t, f"fault{where}: {said}", True) for t, said in run.traces.faults]
-        every += [Mark(t, f"violated{where}: {said}", False) for t, said in run.traces.violated]
-    return iter(sorted(every, key=lambda mark: mark.time_s))
+        every += [Mark(t, f"fault{where}: {text}", True) for t, text in run.traces.faults]
+        every += [Mark(t, f"violated{where}: {text}", False) for t, text in run.traces.violated]
+    return sorted(every, key=lambda mark: mark.time_s)
 
 
-def is_alone(values: Sequence[float], at: int) -> bool:
-    """Whether a value has none beside it, so that no line leads to it."""
-    before = values[at - 1] if at else math.nan
-    after = values[at + 1] if at + 1 < len(values) else math.nan
-    return math.isnan(before) and math.isnan(after) and not math.isnan(values[at])
+# The picture: bands above, panels below, all over the same time.
+
+MOST_PANELS, MOST_BANDS = 12, 100
+_WIDTH_IN = 10.0
+_ROW_IN, _PANEL_IN, _FRAME_IN, _NOTE_IN = 0.25, 1.65, 0.75, 0.16
+_SMALL, _POINTS_PER_IN = 7.0, 72
+_MOST_NOTES, _LONGEST_NOTE, _LONGEST_NAME = 8, 130, 60
+MOST_NAMES = 400
+"""Spans of states that have names on them."""
+_MOST_CHANGES = 200
+"""Transitions that can be seen as lines."""
+_FIRST = "#e3e3e3"
+_COLOURS = ("#8dd3c7", "#fdb462", "#80b1d3", "#fb8072", "#b3de69", "#bebada", "#fccde5", "#ffed6f",
+            "#a6cee3", "#ccebc5", "#d9b38c", "#e5c494")  # fmt: skip
+_LINES = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#e377c2", "#17becf",
+          "#7f7f7f", "#bcbd22", "#393b79", "#637939")  # fmt: skip
+_DASHES: Any = ("-", (0, (4, 1.5)), (0, (1, 1)), (0, (4, 1.5, 1, 1.5)), (0, (8, 2)), (0, (2, 3)))
+_FAULT, _VIOLATED = "#c00000", "#b35c00"
+
+
+def render(sheet: Sheet, form: str) -> bytes:
+    """The sheet as a file of a format. Raises ModuleNotFoundError without matplotlib."""
+    rows = len(sheet.bands)
+    notes = _notes(sheet)
+    heights = ([max(rows * _ROW_IN, 0.3)] if rows else []) + [_PANEL_IN] * len(sheet.panels)
+    height_in = sum(heights) + _FRAME_IN + _NOTE_IN * len(notes)
+    with figure(_WIDTH_IN, height_in) as picture, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of letters that the font does not have
+        axes = picture.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)
+        every = [each[0] for each in axes]
+        picture.suptitle(_clean(sheet.title), fontsize=9, x=0.01, ha="left")
+        for each, panel in zip(every[bool(rows) :], sheet.panels, strict=True):
+            _draw_panel(each, panel)
+        length_s = sheet.end_s - sheet.begin_s or 1.0
+        every[-1].set_xlim(sheet.begin_s, sheet.begin_s + length_s)
+        every[-1].set_xlabel("\n".join(["time (s)", *notes]), loc="left", fontsize=8)
+        _mark(every, sheet)
+        if rows:
+            _draw_bands(every[0], sheet.bands, length_s)
+            picture.draw_without_rendering()
+            _name_states(every[0], sheet.bands, length_s)
+        return content(picture, form)
+
+
+def _clean(text: str, most: int = _LONGEST_NAME * 3) -> str:
+    """A text of a stranger on one line of a picture."""
+    shown = visible(" ".join(text[: 2 * most].split()))
+    return shown if len(shown) <= most else f"{shown[: most - 1]}…"
+
+
+def _notes(sheet: Sheet) -> list[str]:
+    notes = [
+        f"{number} at {mark.time_s:.6g} s: {mark.text}"
+        for number, mark in enumerate(sheet.marks[:_MOST_NOTES], start=1)
+    ]
+    if len(sheet.marks) > _MOST_NOTES:
+        notes.append(f"and {len(sheet.marks) - _MOST_NOTES} more")
+    if sheet.still:
+        notes.append(f"always in one state: {', '.join(sheet.still)}")
+    return [_clean(text, _LONGEST_NOTE) for text in notes]
+
+
+def _draw_bands(axes: Any, bands: Sequence[Band], length_s: float) -> None:
+    for row, band in enumerate(bands):
+        # The initial state is grey.
+        states = zip(band.states, (_FIRST, *_COLOURS * len(band.states)), strict=False)
+        colour_of = {MANY: "#999999", **dict(states)}
+        shown = list(legible(band, length_s))
+        spans = [(begin_s, end_s - begin_s) for begin_s, end_s, _ in shown]
+        colours = [colour_of[state] for *_, state in shown]
+        axes.broken_barh(spans, (row - 0.42, 0.84), facecolors=colours, edgecolor="white", lw=0.3)
+    axes.set_yticks(range(len(bands)), [_clean(b.label, _LONGEST_NAME) for b in bands], fontsize=8)
+    axes.set_ylim(len(bands) - 0.5, -0.5)
+    axes.tick_params(axis="y", length=0)
+    axes.spines["left"].set_visible(False)
+
+
+def _name_states(axes: Any, bands: Sequence[Band], length_s: float) -> None:
+    """Write the names of states where they fit, in the longest spans if there are many."""
+    box = axes.get_window_extent()
+    points_per_s = box.width / axes.figure.dpi * _POINTS_PER_IN / length_s
+    widths: dict[str, float] = {}
+    every = ((row, *s) for row, b in enumerate(bands) for s in legible(b, length_s) if s[2] != MANY)
+    longest = nlargest(MOST_NAMES, every, lambda span: span[2] - span[1])
+    for row, begin_s, end_s, state in sorted(longest):
+        name = _clean(state, _LONGEST_NAME)
+        if name not in widths:
+            widths[name] = text_width(name, _SMALL) + 3
+        if (end_s - begin_s) * points_per_s > widths[name]:
+            at = ((begin_s + end_s) / 2, row)
+            axes.text(*at, name, fontsize=_SMALL, ha="center", va="center_baseline")
+
+
+def _draw_panel(axes: Any, panel: Panel) -> None:
+    kinds = {curve.kind for curve in panel.curves}
+    for curve in panel.curves:
+        colour = curve.kind if len(kinds) > 1 else curve.source
+        dash = curve.source if len(kinds) > 1 else 0
+        _draw_curve(axes, curve, _LINES[colour % len(_LINES)], _DASHES[dash % len(_DASHES)])
+    axes.set_title(_clean(panel.title), fontsize=8, loc="left", pad=3)
+    axes.set_ylabel(panel.unit, fontsize=8)
+    axes.grid(linewidth=0.3, alpha=0.6)
+    axes.tick_params(labelsize=8)
+    if panel.words:
+        names = [_clean(word, 20) for word in panel.words]
+        axes.set_yticks(range(len(names)), names)
+        axes.set_ylim(-0.3, len(names) - 0.7)
+    if any(curve.label for curve in panel.curves):
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=_SMALL, frameon=False,
+                    borderaxespad=0.2, labelspacing=0.25)  # fmt: skip
+
+
+def _draw_curve(axes: Any, curve: Curve, colour: str, dash: Any) -> None:
+    times_s, values = curve.times_s, curve.values
+    label = _clean(curve.label, _LONGEST_NAME) or None
+    axes.plot(times_s, values, color=colour, linestyle=dash, linewidth=0.9,
+              drawstyle="steps-post", label=label)  # fmt: skip
+    # No line leads to a value between two that are missing.
+    missing = [True, *map(math.isnan, values), True]
+    points = [i for i in range(len(values)) if missing[i : i + 3] == [True, False, True]]
+    if points:
+        point_times_s = [times_s[i] for i in points]
+        axes.plot(point_times_s, [values[i] for i in points], ".", color=colour, markersize=3)
+
+
+def _mark(every: Sequence[Any], sheet: Sheet) -> None:
+    """Lines through all panels: transitions, faults, violated requirements."""
+    length_s = sheet.end_s - sheet.begin_s
+    changes_s = {s[0] for band in sheet.bands for s in legible(band, length_s)} - {sheet.begin_s}
+    if sheet.panels and len(changes_s) <= _MOST_CHANGES:
+        for time_s, axes in product(sorted(changes_s), every[bool(sheet.bands) :]):
+            axes.axvline(time_s, color="#888888", linewidth=0.4, alpha=0.7)
+    for number, mark in enumerate(sheet.marks, start=1):
+        colour, dash = (_FAULT, _DASHES[0]) if mark.is_fault else (_VIOLATED, _DASHES[1])
+        for axes in every:
+            axes.axvline(mark.time_s, color=colour, linewidth=1.0, linestyle=dash)
+        every[0].annotate(str(number), (mark.time_s, 1.0), xycoords=("data", "axes fraction"),
+                          ha="center", va="bottom", color=colour, fontsize=8)  # fmt: skip
+
+
+# The numbers as CSV.
+
+
+def timeline(runs: Sequence[tuple[str, Sequence[Band]]]) -> str:
+    """The spans in which machines were in their states."""
+    rows = (
+        [name, f"{begin_s:.9g}", f"{end_s:.9g}", band.label, state]
+        for name, bands in runs
+        for band in bands
+        for begin_s, end_s, state in band.spans
+    )
+    return _text(["recording", "begin_s", "end_s", "subsystem", "state"], rows)
+
+
+def table(runs: Sequence[PlottedRun], signals: Sequence[Signal], names: Sequence[str]) -> str:
+    """A row for each time at which a value is recorded; `names` are those of machines."""
+    head = ["recording", "time_s", *names]
+    for signal in signals:
+        for part in signal.components:
+            dot = "." if part.name and part.name[0] != "[" else ""
+            head.append(f"{signal.name}{dot}{part.name}" + (f" [{part.unit}]" if part.unit else ""))
+    return _text(head, (row for run in runs for row in _rows(run, signals, names)))
+
+
+def _rows(run: PlottedRun, signals: Sequence[Signal], names: Sequence[str]) -> Iterator[list[str]]:
+    width = len(names) + sum(len(signal.components) for signal in signals)
+    rows: dict[float, list[str]] = {}
+    for column, name in enumerate(names):
+        for span in run.traces.lines[name].spans if name in run.traces.lines else ():
+            rows.setdefault(span.begin_s, [""] * width)[column] = span.state
+    column = len(names)
+    for signal in signals:
+        times_s, values = numbers_of(signal, run)
+        for part, numbers in zip(signal.components, values, strict=True):
+            for time_s, number in zip(times_s, numbers, strict=True):
+                row = rows.setdefault(time_s, [""] * width)
+                if not math.isnan(number):
+                    row[column] = part.words[int(number)] if part.words else f"{number:.12g}"
+            column += 1
+    states = [""] * len(names)
+    for time_s in sorted(rows):
+        states = [new or old for new, old in zip(rows[time_s], states, strict=False)]
+        yield [run.name, f"{time_s:.9g}", *states, *rows[time_s][len(names) :]]
+
+
+def _text(head: list[str], rows: Iterable[list[str]]) -> str:
+    """The table; the column of recordings only where there are several."""
+    every = list(rows)
+    first = 0 if any(row[0] for row in every) else 1
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(row[first:] for row in [head, *every])
+    return text.getvalue()

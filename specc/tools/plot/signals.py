@@ -84,7 +84,7 @@ class _Element:
     type: Type
 
 
-def found(system: System, name: str) -> Subsystem | Signal:
+def resolve_signal(system: System, name: str) -> Subsystem | Signal:
     """What a name stands for: a subsystem is the state of its machine. Raises NoSignal."""
     for subsystem in system.subsystems:
         if name == subsystem.qualified_name:
@@ -102,15 +102,11 @@ def found(system: System, name: str) -> Subsystem | Signal:
         value = _part(value_of(element.type, data), steps)
         return (math.nan,) * len(components) if value is None else _numbers(type_, value)
 
-    place = element.owner, element.path
-    return Signal(name, element.title, *place, components, numbers, _is_pose(type_))
+    is_pose = isinstance(_present(type_), Pose)
+    return Signal(name, element.title, element.owner, element.path, components, numbers, is_pose)
 
 
-def _is_pose(type_: Type) -> bool:
-    return isinstance(_there(type_), Pose)
-
-
-def _there(type_: Type) -> Type:
+def _present(type_: Type) -> Type:
     """The type of a value of which nothing is missing."""
     return complete_type(type_.value if isinstance(type_, OptionalOf) else type_)
 
@@ -120,16 +116,14 @@ def _elements(system: System) -> Iterator[tuple[str, _Element]]:
     for subsystem in system.subsystems:
         owner = subsystem.qualified_name
         for direction, elements in (("x", subsystem.inputs), ("y", subsystem.outputs)):
-            for (peer, name), element in elements.items():
-                path = direction, peer, name
-                own = _Element(owner, path, element.title, element.type)
-                yield ".".join((owner, *path)), own
-        for item in subsystem.memory:
-            own = _Element(owner, ("memory", item.name), item.title, item.type)
-            yield f"{owner}.{item.name}", own
-    for element in system.plant.observed if system.plant else ():
-        own = _Element(PLANT, ("y", element.name), element.title, element.type)
-        yield f"{PLANT}.{element.name}", own
+            for (peer, name), item in elements.items():
+                own = _Element(owner, (direction, peer, name), item.title, item.type)
+                yield f"{owner}.{direction}.{peer}.{name}", own
+        for memory in subsystem.memory:
+            own = _Element(owner, ("memory", memory.name), memory.title, memory.type)
+            yield f"{owner}.{memory.name}", own
+    for item in system.plant.observed if system.plant else ():
+        yield f"{PLANT}.{item.name}", _Element(PLANT, ("y", item.name), item.title, item.type)
 
 
 def _unknown(system: System, name: str, known: Sequence[str]) -> str:
@@ -173,20 +167,16 @@ def _steps(at: str, rest: str) -> tuple[str | int, ...]:
 def _inside(at: str, type_: Type, steps: Sequence[str | int]) -> Type:
     """The type of a part. Raises NoSignal where there is none."""
     for step in steps:
-        parts = _parts(_there(type_))
+        inner = _present(type_)
+        keys = inner.names if isinstance(inner, Spatial) else range(len(inner.components))
+        parts = dict(zip(keys, inner.components, strict=True))
+        parts = dict(inner.fields) if isinstance(inner, Record) else parts
         if step not in parts:
             names = [f".{p}" if isinstance(p, str) else f"[{p}]" for p in parts]
             wrong = f".{step}" if isinstance(step, str) else f"[{step}]"
             raise NoSignal(f"{at} of type {type_} has no {wrong}; {_listed('it has', names)}")
         type_ = parts[step]
     return type_
-
-
-def _parts(type_: Type) -> dict[str | int, Type]:
-    if isinstance(type_, Record):
-        return dict(type_.fields)
-    keys = type_.names if isinstance(type_, Spatial) else range(len(type_.components))
-    return dict(zip(keys, type_.components, strict=True))
 
 
 def _part(value: Any, steps: Sequence[str | int]) -> Any:
@@ -202,7 +192,7 @@ def _part(value: Any, steps: Sequence[str | int]) -> Any:
 
 def _components(name: str, type_: Type) -> tuple[PlottedLine, ...]:
     """The lines of a type. Raises NoSignal where it has none, or too many."""
-    type_ = _there(type_)
+    type_ = _present(type_)
     parts, row = type_.components, kind(type_)
     if len(parts) > MOST_COMPONENTS:
         raise NoSignal(f"{name} has {len(parts)} elements, too many to tell apart; name {name}[0]")
@@ -211,23 +201,23 @@ def _components(name: str, type_: Type) -> tuple[PlottedLine, ...]:
         found = (_components(name, part)[0] for part in parts)
         return tuple(PlottedLine(n, c.unit, c.words) for n, c in zip(names, found, strict=True))
     if isinstance(type_, Pose):
-        turned = [PlottedLine(f"r{n}", _said(RADIAN)) for n in VECTOR3_COMPONENTS]
-        return (*(PlottedLine(n, _said(METRE)) for n in VECTOR3_COMPONENTS), *turned)
+        turned = [PlottedLine(f"r{n}", _unit(RADIAN)) for n in VECTOR3_COMPONENTS]
+        return (*(PlottedLine(n, _unit(METRE)) for n in VECTOR3_COMPONENTS), *turned)
     if row.sort in ("whole", "real") or row.words(type_):
-        return (PlottedLine("", "".join(map(_said, type_.units)), row.words(type_)),)
+        return (PlottedLine("", "".join(map(_unit, type_.units)), row.words(type_)),)
     if isinstance(type_, Record):
         fields = ", ".join(f"{name}.{field}" for field, _ in type_.fields)
         raise NoSignal(f"{name} is a record; name one of its fields: {fields}")
     raise NoSignal(f"{name} of type {type_} is nothing that can be drawn as a line")
 
 
-def _said(unit: Unit) -> str:
+def _unit(unit: Unit) -> str:
     return "" if unit == DIMENSIONLESS else str(unit)
 
 
 def _numbers(type_: Type, value: Any) -> Floats:
     """The numbers of the components of a type."""
-    type_ = _there(type_)
+    type_ = _present(type_)
     if isinstance(type_, Pose):
         return (*position(value), *rotation_vector(value))
     if parts := type_.components:
@@ -254,7 +244,7 @@ def rotation_vector(rows: Any) -> Floats:
     return tuple(angle * c / length for c in column) if length else (math.nan,) * 3
 
 
-def unwound(vectors: Sequence[Floats]) -> list[Floats]:
+def unwrap_rotations(vectors: Sequence[Floats]) -> list[Floats]:
     """Rotation vectors of the same rotations, each as near to the one before as it can be.
 
     Those of more than half a turn stand for what goes on turning. The first one, if it is about

@@ -2,29 +2,28 @@
 
 from specc.tools.starting.document import (
     Robot,
-    added,
-    bound,
-    by_mocap,
-    document,
-    left_out,
-    not_held,
+    bound_parts,
+    drift_warning,
+    mocap_warnings,
+    omissions,
+    specification,
+    specification_with_agent,
 )
-from specc.tools.starting.facts import ModelFacts, NoFacts, facts_of
-from specc.tools.starting.groups import NoGroup, grouped
-from specc.tools.starting.receptors import receptors
+from specc.tools.starting.facts import ModelFacts, NoFacts, read_facts
+from specc.tools.starting.groups import NoGroup, actuator_groups, receptors
 
 __all__ = [
     "ModelFacts",
     "NoFacts",
     "NoGroup",
     "Robot",
-    "added",
-    "bound",
-    "by_mocap",
-    "document",
-    "facts_of",
-    "grouped",
-    "left_out",
-    "not_held",
+    "actuator_groups",
+    "bound_parts",
+    "drift_warning",
+    "mocap_warnings",
+    "omissions",
+    "read_facts",
     "receptors",
+    "specification",
+    "specification_with_agent",
 ]

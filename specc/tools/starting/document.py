@@ -11,7 +11,6 @@ from fractions import Fraction
 from typing import Any
 
 from specc.diagnostics.phrases import join_some
-from specc.emit import fill
 from specc.mjcf.model import ModelObject
 from specc.model.system import System
 from specc.reachable import grouped
@@ -22,17 +21,15 @@ from specc.tools.importers.writing import (
     Commented,
     Data,
     SpecNames,
-    block,
     comment_lines,
-    flow,
+    fill_yaml,
     fold,
     printable,
     rate,
 )
 from specc.tools.starting.channels import TOLERANCES, Effector, camel, number
 from specc.tools.starting.facts import ModelFacts
-from specc.tools.starting.groups import ActuatorGroup
-from specc.tools.starting.receptors import Receptor, ReceptorElement
+from specc.tools.starting.groups import ActuatorGroup, Receptor, ReceptorElement
 
 _WIDTH = 96
 HELD_S = 5
@@ -54,17 +51,12 @@ class Robot:
     refused: Mapping[str, str]
 
 
-def document(robot: Robot, system: str, plant: str, command: str) -> str:
+def specification(robot: Robot, system: str, plant: str, command: str) -> str:
     """The text of a whole specification, in the canonical layout."""
     guess = f"Made by `{command}`. What the model does not say is called a guess."
     parts = _parts(robot, SpecNames(PEERS), plant)
     head = wrap(guess, 4) + [line for remark in _remarks(robot) for line in wrap(remark, 4)]
-    return fill_spec("init/model.yaml.j2", parts | {"system": system, "head": head})
-
-
-def fill_spec(template: str, parts: Mapping[str, Any]) -> str:
-    """The text of a template of YAML, in the canonical layout."""
-    return formatted(fill(template, {"yaml": flow, "block": block, "wrap": wrap, **parts}), fold)
+    return fill_yaml("init/model.yaml.j2", parts | {"system": system, "head": head}, fold)
 
 
 def wrap(text: str, indent: int) -> list[str]:
@@ -80,13 +72,13 @@ def pose(facts: ModelFacts) -> str:
     return f"keyframe {facts.keyframe}" if facts.keyframe else "the start"
 
 
-def left_out(refused: Mapping[str, str]) -> Iterator[str]:
+def omissions(refused: Mapping[str, str]) -> Iterator[str]:
     """Lines about actuators and sensors that a specification does not have, one for each reason."""
     for why, names in grouped((why, name) for name, why in refused.items()).items():
         yield f"{join_some(names, _MOST_SHOWN)}: {why}"
 
 
-def by_mocap(facts: ModelFacts) -> Iterator[str]:
+def mocap_warnings(facts: ModelFacts) -> Iterator[str]:
     """A line for each body that mocap places: what a specification commands does not move it."""
     for body, tied in facts.mocap.items():
         bound = f", with what is tied to it ({join_some(tied, _MOST_SHOWN)})" if tied else ""
@@ -94,12 +86,12 @@ def by_mocap(facts: ModelFacts) -> Iterator[str]:
         yield f"MOCAP: {body} stays where the model has it{bound}: no actuator moves it.{out}"
 
 
-def not_held(facts: ModelFacts) -> str:
+def drift_warning(facts: ModelFacts) -> str:
     """A line about the joints that left the start in the rehearsal; empty if none did."""
     most = {joint.name: TOLERANCES[joint.unit][1] for joint in facts.joints}
     far = {name: value for name, value in facts.strayed.items() if value > most[name]}
     farthest = sorted(far.items(), key=lambda pair: -pair[1])
-    shown = join_some([f"{name} {_rough(value)}" for name, value in farthest], _MOST_SHOWN)
+    shown = join_some([f"{name} {_distance_text(value)}" for name, value in farthest], _MOST_SHOWN)
     line = f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}."
     return line if far else ""
 
@@ -111,18 +103,18 @@ def _remarks(robot: Robot) -> Iterator[str]:
             f"Nothing holds the model in the pose of {pose(facts)}: bodies may overlap there, "
             "or the robot stand above its floor. Runs begin where it settles: see the scene."
         )
-    yield from by_mocap(facts)
-    if far := not_held(facts):
+    yield from mocap_warnings(facts)
+    if far := drift_warning(facts):
         yield far
     elif facts.strayed:
         yield (
             f"In a rehearsal of {HELD_S} s no joint went farther from the start than "
-            f"{_rough(max(facts.strayed.values()))} (rad or m)."
+            f"{_distance_text(max(facts.strayed.values()))} (rad or m)."
         )
-    yield from (f"Left out: {line}" for line in left_out(robot.refused))
+    yield from (f"Left out: {line}" for line in omissions(robot.refused))
 
 
-def _rough(far: float) -> str:
+def _distance_text(far: float) -> str:
     return number(float(f"{far:.2g}")) if far < _DIVERGED else "without end"
 
 
@@ -145,7 +137,7 @@ class _ReceptorPlan:
         return self.interface or self.reports
 
 
-class _Frames:
+class _FrameNames:
     """Names of the frames of a model, some of which the specification may have already."""
 
     def __init__(self, names: SpecNames, known: Mapping[str, Any]) -> None:
@@ -175,7 +167,7 @@ def _parts(
     `names` gives the names of types, constants and frames; `constants` and `frames` are those that
     the specification has already.
     """
-    facts, own_names, frame_names = robot.facts, SpecNames(PEERS), _Frames(names, frames or {})
+    facts, own_names, frame_names = robot.facts, SpecNames(PEERS), _FrameNames(names, frames or {})
     known = {
         unit: name
         for unit, (name, most) in TOLERANCES.items()
@@ -218,6 +210,7 @@ def _parts(
         "head": (),
         "remarks": (),
         "title": f"Holds the pose of {pose(facts)}",
+        "wrap": wrap,
         "agent": robot.name,
         "definitions": {
             "frames": frame_names.new,
@@ -239,7 +232,7 @@ def _parts(
 
 
 def _receptor(
-    receptor: Receptor, name: str, prefix: str, names: SpecNames, frames: _Frames
+    receptor: Receptor, name: str, prefix: str, names: SpecNames, frames: _FrameNames
 ) -> _ReceptorPlan:
     """The elements that a receptor reports, under an interface if they are several."""
     element_names = SpecNames()
@@ -254,9 +247,9 @@ def _receptor(
 
 
 def _rates(period_s: float) -> dict[str, str]:
-    """Rates of the subsystems, in whole periods of each other; `move` is that of the effectors."""
+    """Rates of the subsystems, in whole periods of each other; `act` is that of the effectors."""
     period = Fraction(str(round(period_s, 9)))
-    rates = {"move": rate(period)}
+    rates = {"act": rate(period)}
     for name, every_s in _PERIODS_S.items():
         period *= max(1, round(Fraction(every_s).limit_denominator(1000) / period))
         rates[name] = rate(period)
@@ -273,14 +266,16 @@ def _binding(element: ReceptorElement, rates: Mapping[str, str]) -> Data:
 # Adding an agent to a specification that exists: its text, with the new entries in place.
 
 
-def bound(system: System) -> set[str]:
+def bound_parts(system: System) -> set[str]:
     """Actuators, sensors and cameras that a system has devices for."""
     bindings = system.plant.bindings if system.plant else ()
     each = ((*one.actuators, *one.sensors, one.camera) for one in bindings)
     return {name for names in each for name in names if name}
 
 
-def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command: str) -> str:
+def specification_with_agent(
+    text: str, data: Mapping[str, Any], robot: Robot, plant: str, command: str
+) -> str:
     """The text of a specification, which is YAML without faults, with one more agent.
 
     All of it comes in the canonical layout. Whether the agent is in it shows when it is read.
@@ -296,7 +291,8 @@ def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command:
     parts["remarks"] = [line for remark in remarks for line in wrap(remark, 4)]
     parts["cycle"] = "task" not in data
     parts["scene"] = {k: v for k, v in parts["scene"].items() if k not in scene}
-    return formatted(text.rstrip("\n") + "\n" + fill_spec("init/model.yaml.j2", parts), _merge)
+    new = fill_yaml("init/model.yaml.j2", parts, fold)
+    return formatted(text.rstrip("\n") + "\n" + new, _merge)
 
 
 def _merge(root: Collection) -> None:

@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -97,9 +97,9 @@ class ModelFacts:
     """Where the simulator has found files beside the texts; some it only names."""
 
 
-def facts_of(path: str) -> ModelFacts:
+def read_facts(path: str) -> ModelFacts:
     """Facts about the MJCF file at `path`. Raises NoFacts."""
-    answer = _asked(os.path.abspath(path))
+    answer = _describe(os.path.abspath(path))
     for reason in ("missing", "error"):
         if reason in answer:
             raise NoFacts(str(answer[reason])[:_LONGEST])
@@ -107,7 +107,11 @@ def facts_of(path: str) -> ModelFacts:
     actuators = [
         Actuator(**{**a, "joints": tuple(map(tuple, a["joints"]))}) for a in answer["actuators"]
     ]
-    braced = {a.name: BRACED for a in actuators if _has_braces(a, joints)}
+    braced = {
+        a.name: BRACED
+        for a in actuators
+        if set("{}") & set("".join((a.name, *(joints[index].name for index, _ in a.joints))))
+    }
     many = {
         "joints": tuple(joints),
         "parents": tuple(answer["parents"]),
@@ -125,12 +129,7 @@ def facts_of(path: str) -> ModelFacts:
 BRACED = "braces in names stand for indices: give it or its joint another name"
 
 
-def _has_braces(actuator: Actuator, joints: Sequence[Joint]) -> bool:
-    names = (actuator.name, *(joints[joint].name for joint, _ in actuator.joints))
-    return any(set("{}") & set(name) for name in names)
-
-
-def _asked(path: str) -> dict[str, Any]:
+def _describe(path: str) -> dict[str, Any]:
     """The answer of the process, which works in a folder of its own: MuJoCo writes a log."""
     # As in this process, but nothing from the working directory.
     found = os.pathsep.join(filter(None, sys.path))

@@ -1,16 +1,21 @@
-"""Which actuators belong together: as the user says, else by names and by the kinematic tree."""
+"""Which actuators belong together, as the user says or by the model, and which sensors do."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from specc.analysis.plant import FRAME_ORIENTATION, FRAME_POSITION, units_of_sensor
 from specc.diagnostics.nearest import suggestion
+from specc.mjcf import Model
+from specc.mjcf.model import ModelObject
+from specc.model.units import Unit
+from specc.reachable import grouped
 from specc.refusal import Refused
-from specc.tools.starting.facts import Actuator, ModelFacts
+from specc.tools.starting.facts import BRACED, Actuator, ModelFacts, Sensor
 
 GroupKind = Literal["arm", "leg", "gripper", "hand", "base", "head", "torso", "joints"]
 _WORDS: tuple[tuple[GroupKind, str], ...] = (
@@ -43,32 +48,34 @@ class ActuatorGroup:
     why: str = ""
 
 
-def grouped(
+def actuator_groups(
     facts: ModelFacts,
     wanted: Mapping[str, str],
-    taken: Iterable[str] = (),
+    in_use: Iterable[str] = (),
     *,
     guess: bool = True,
 ) -> list[ActuatorGroup]:
-    """Groups of actuators but those that are `taken`: named ones, then guessed ones.
+    """Groups of actuators but those that are `in_use`: named ones, then guessed ones.
 
     `wanted` are the names of groups -> texts of `--group`.
 
     Raises:
         NoGroup: a group names what there is not, or what another one has.
     """
-    left = {a.name: a for a in facts.actuators if a.name not in set(taken)}
+    free = {a.name: a for a in facts.actuators if a.name not in set(in_use)}
+    known = {a.name for a in facts.actuators} | {j.name for j in facts.joints}
     groups = []
     for name, text in wanted.items():
-        own = [found for item in _items(text, _known(facts)) for found in _named(item, facts, left)]
-        groups.append(ActuatorGroup("joints", name, tuple(dict.fromkeys(own))))
-        for actuator in own:
-            left.pop(actuator.name, None)
-    return groups + (_guessed(facts, list(left.values())) if guess else [])
-
-
-def _known(facts: ModelFacts) -> set[str]:
-    return {a.name for a in facts.actuators} | {j.name for j in facts.joints}
+        members: dict[Actuator, None] = {}
+        for item in _items(text, known):
+            for actuator in _named(item, known, facts):
+                if actuator.name not in free:
+                    raise NoGroup(f"{actuator.name} is in another group, or driven already")
+                members[actuator] = None
+        groups.append(ActuatorGroup("joints", name, tuple(members)))
+        for actuator in members:
+            del free[actuator.name]
+    return groups + (_guessed(facts, list(free.values())) if guess else [])
 
 
 def _items(text: str, known: set[str]) -> Iterator[str]:
@@ -77,59 +84,48 @@ def _items(text: str, known: set[str]) -> Iterator[str]:
     most = 1 + max((name.count(",") for name in known), default=0)
     while begin < len(parts):
         ends = range(min(len(parts), begin + most), begin, -1)
-        wholes = ((",".join(parts[begin:end]).strip(), end) for end in ends)
-        item, begin = next((w for w in wholes if w[0] in known), (parts[begin].strip(), begin + 1))
+        joined = ((",".join(parts[begin:end]).strip(), end) for end in ends)
+        item, begin = next((j for j in joined if j[0] in known), (parts[begin].strip(), begin + 1))
         yield item
 
 
-def _named(item: str, facts: ModelFacts, left: Mapping[str, Actuator]) -> list[Actuator]:
-    """What an item of `--group` names: an actuator or joint, or all `FIRST..LAST` of the model."""
-    ends = _ends(item, _known(facts))
-    found = _between(*ends, facts) if ends else [facts.actuators[p] for p in _places(item, facts)]
-    for actuator in found:
-        if actuator.name not in left:
-            raise NoGroup(f"{actuator.name} is in another group, or driven already")
+def _named(item: str, known: set[str], facts: ModelFacts) -> list[Actuator]:
+    """What an item of `--group` names: an actuator or joint, or all `FIRST..LAST` of the model.
+
+    A range of joints has the actuators of only these; a range of actuators all between them.
+    """
+    if item in known or ".." not in item:  # a name may have dots itself
+        return [facts.actuators[place] for place in _places(item, facts)]
+    dots = (match.start() for match in re.finditer(r"(?=\.\.)", item))
+    ranges = [(item[:dot].strip(), item[dot + 2 :].strip()) for dot in dots]
+    first, last = next((ends for ends in ranges if known.issuperset(ends)), ranges[0])
+    places = [*_places(first, facts), *_places(last, facts)]
+    names = [joint.name for joint in facts.joints]
+    if first not in names or last not in names:
+        return list(facts.actuators[min(places) : max(places) + 1])
+    low, high = sorted((names.index(first), names.index(last)))
+    found = [a for a in facts.actuators if all(low <= joint <= high for joint, _ in a.joints)]
+    if not found:
+        wider = "name the actuators themselves, which move other joints, too"
+        raise NoGroup(f"no actuator moves only joints from {first} to {last}; {wider}")
     return found
 
 
-def _ends(item: str, known: set[str]) -> tuple[str, str] | None:
-    """The names of `FIRST..LAST`; None for a name, which may have dots itself."""
-    if item in known or ".." not in item:
-        return None
-    dots = (match.start() for match in re.finditer(r"(?=\.\.)", item))
-    found = [(item[:dot].strip(), item[dot + 2 :].strip()) for dot in dots]
-    return next((ends for ends in found if known.issuperset(ends)), found[0])
-
-
-def _between(first: str, last: str, facts: ModelFacts) -> list[Actuator]:
-    """The actuators of all joints from one to another, or all actuators from one to another."""
-    order = list(facts.actuators)
-    places = [*_places(first, facts), *_places(last, facts)]
-    names = [joint.name for joint in facts.joints]
-    if first in names and last in names:
-        low, high = sorted((names.index(first), names.index(last)))
-        found = [a for a in order if all(low <= joint <= high for joint, _ in a.joints)]
-        if not found:
-            wider = "; name the actuators themselves, which move other joints, too"
-            raise NoGroup(f"no actuator moves only joints from {first} to {last}{wider}")
-        return found
-    return order[min(places) : max(places) + 1]
-
-
 def _places(name: str, facts: ModelFacts) -> list[int]:
+    """The indices of the actuator of a name, or of those that move the joint of that name."""
     joints = {index for index, joint in enumerate(facts.joints) if joint.name == name}
     places = [i for i, a in enumerate(facts.actuators) if a.name == name] or [
         i for i, a in enumerate(facts.actuators) if joints & {joint for joint, _ in a.joints}
     ]
-    if not places:
-        if name in facts.refused:
-            raise NoGroup(f"{name} cannot be held: {facts.refused[name]}")
-        if joints:
-            raise NoGroup(f"no actuator moves joint {name}")
-        known = [a.name for a in facts.actuators] + [j.name for j in facts.joints if j.name]
-        close = suggestion(name, known) if len(known) < 60 else ""
-        raise NoGroup(f"no actuator, and no joint with one, is called {name}; {close}".rstrip("; "))
-    return places
+    if places:
+        return places
+    if name in facts.refused:
+        raise NoGroup(f"{name} cannot be held: {facts.refused[name]}")
+    if joints:
+        raise NoGroup(f"no actuator moves joint {name}")
+    known = [a.name for a in facts.actuators] + [j.name for j in facts.joints if j.name]
+    close = suggestion(name, known) if len(known) < 60 else ""
+    raise NoGroup(f"no actuator, and no joint with one, is called {name}; {close}".rstrip("; "))
 
 
 # Guesses. A body with a driven joint hangs from the nearest one above it: these form trees. A tree
@@ -141,12 +137,20 @@ def _guessed(facts: ModelFacts, actuators: list[Actuator]) -> list[ActuatorGroup
     rest = [a for a in actuators if a not in wheels]
     why = "hinges that turn without end"
     found = [ActuatorGroup("base", "base", tuple(wheels), why)] if wheels else []
-    tree = _Tree(facts, _bodies(rest, facts))
-    chains = _merged(list(tree.chains()), [_bodies([a], facts) for a in rest])
+    bodies = _bodies(rest, facts)
+    parents = {body: _above(body, bodies, facts) for body in bodies}
+    chains = [*_chains(grouped((parents[body], body) for body in sorted(bodies)), 0)]
+    for actuator in rest:  # chains that one actuator moves together are one
+        touched = [chain for chain in chains if chain & _bodies([actuator], facts)]
+        if len(touched) > 1:
+            union = set().union(*touched)
+            chains = [union if c is touched[0] else c for c in chains if c not in touched[1:]]
     for chain in chains:
-        if own := tuple(a for a in rest if max(_bodies([a], facts)) in chain):
-            found.append(_called(own, chain, facts, tree))
-    return _told_apart(_joined(found, facts))
+        if members := tuple(a for a in rest if max(_bodies([a], facts)) in chain):
+            tops = sum(parents.get(body) not in chain for body in chain)
+            kind, why = _kind_of_chain(members, tops, facts)
+            found.append(ActuatorGroup(kind, kind, members, why))
+    return _with_distinct_names(_with_small_ones_joined(found, facts))
 
 
 def _bodies(actuators: Iterable[Actuator], facts: ModelFacts) -> set[int]:
@@ -154,129 +158,225 @@ def _bodies(actuators: Iterable[Actuator], facts: ModelFacts) -> set[int]:
     return {facts.joints[joint].body for each in actuators for joint, _ in each.joints}
 
 
-class _Tree:
-    """Bodies with driven joints; each hangs from the nearest above it."""
+def _chains(children: Mapping[int, list[int]], of: int) -> Iterator[set[int]]:
+    """Sets of bodies that belong together, below a body of a tree."""
 
-    def __init__(self, facts: ModelFacts, bodies: set[int]) -> None:
-        self.parent = {body: _above(body, bodies, facts.parents) for body in bodies}
-        self.children: dict[int, list[int]] = {}
-        for body in sorted(bodies):
-            self.children.setdefault(self.parent[body], []).append(body)
+    def below(body: int) -> set[int]:
+        return {body}.union(*map(below, children.get(body, ())))
 
-    def chains(self, of: int = 0) -> Iterator[set[int]]:
-        """Sets of bodies that belong together."""
-        for first in self.children.get(of, ()):
-            chain, last = {first}, first
-            while len(self.children.get(last, ())) == 1:
-                (last,) = self.children[last]
-                chain.add(last)
-            branches = [self._below(child) for child in self.children.get(last, ())]
-            yield chain
-            if branches and all(len(branch) <= _MOST_FINGERS + 1 for branch in branches):
-                yield set().union(*branches)
-            elif branches:
-                yield from self.chains(last)
-
-    def _below(self, body: int) -> set[int]:
-        return {body}.union(*map(self._below, self.children.get(body, ())))
+    for first in children.get(of, ()):
+        chain, last = {first}, first
+        while len(children.get(last, ())) == 1:
+            (last,) = children[last]
+            chain.add(last)
+        branches = [below(child) for child in children.get(last, ())]
+        yield chain
+        if branches and all(len(branch) <= _MOST_FINGERS + 1 for branch in branches):
+            yield set().union(*branches)
+        elif branches:
+            yield from _chains(children, last)
 
 
-def _above(body: int, bodies: set[int], parents: Sequence[int]) -> int:
+def _above(body: int, bodies: set[int], facts: ModelFacts) -> int:
     """The nearest of some bodies above a body; 0, the world, if there is none."""
-    above = parents[body]
+    above = facts.parents[body]
     while above and above not in bodies:
-        above = parents[above]
+        above = facts.parents[above]
     return above
 
 
-def _merged(chains: list[set[int]], coupled: Iterable[set[int]]) -> list[set[int]]:
-    """Chains that one actuator moves together are one."""
-    for bodies in coupled:
-        touched = [chain for chain in chains if chain & bodies]
-        if len(touched) > 1:
-            whole = set().union(*touched)
-            chains = [whole if c is touched[0] else c for c in chains if c not in touched[1:]]
-    return chains
-
-
-def _called(
-    own: tuple[Actuator, ...], chain: set[int], facts: ModelFacts, tree: _Tree
-) -> ActuatorGroup:
-    joints = [facts.joints[j] for j in dict.fromkeys(j for a in own for j, _ in a.joints)]
+def _kind_of_chain(
+    actuators: tuple[Actuator, ...], tops: int, facts: ModelFacts
+) -> tuple[GroupKind, str]:
+    """The kind of a chain of bodies, `tops` of which hang from others; the reason for it."""
+    joints = [facts.joints[j] for j in dict.fromkeys(j for a in actuators for j, _ in a.joints)]
     text = " ".join(f"{j.name} {j.body_name}" for j in joints).lower()
     counts = {kind: len(re.findall(words, text)) for kind, words in _WORDS}
     named = max(counts, key=lambda kind: counts[kind])
     if counts[named]:
-        kind: GroupKind = "hand" if named == "gripper" and len(own) > _MOST_FINGERS else named
-        return ActuatorGroup(kind, kind, own, "by the names in the model")
+        is_hand = named == "gripper" and len(actuators) > _MOST_FINGERS
+        return "hand" if is_hand else named, "by the names in the model"
     slides = all(j.kind == "slide" for j in joints)
-    tops = [body for body in chain if tree.parent.get(body) not in chain]
-    if slides and 2 <= len(joints) <= _MOST_FINGERS and len(tops) > 1:
-        return ActuatorGroup("gripper", "gripper", own, "slides beside each other")
-    if len(tops) > 1:
-        kind = "gripper" if len(joints) <= _MOST_FINGERS else "hand"
-        return ActuatorGroup(kind, kind, own, "branches at the end of a chain")
+    if slides and 2 <= len(joints) <= _MOST_FINGERS and tops > 1:
+        return "gripper", "slides beside each other"
+    if tops > 1:
+        is_hand = len(joints) > _MOST_FINGERS
+        return "hand" if is_hand else "gripper", "branches at the end of a chain"
     if len(joints) >= 3 and all(j.kind == "hinge" for j in joints):
-        kind = "leg" if _floats(own, facts) else "arm"
-        return ActuatorGroup(kind, kind, own, "a chain of hinges")
-    return ActuatorGroup("joints", "joints", own, "neighbours in the tree of bodies")
+        body = joints[0].body
+        floating = {joint.body for joint in facts.joints if joint.kind == "free"}
+        is_leg = not floating.isdisjoint((body, _above(body, floating, facts)))
+        return "leg" if is_leg else "arm", "a chain of hinges"
+    return "joints", "neighbours in the tree of bodies"
 
 
-def _floats(own: tuple[Actuator, ...], facts: ModelFacts) -> bool:
-    """Whether a free joint carries what the actuators move."""
-    body = facts.joints[own[0].joints[0][0]].body
-    free = {joint.body for joint in facts.joints if joint.kind == "free"}
-    return not free.isdisjoint((body, _above(body, free, facts.parents)))
-
-
-def _joined(groups: list[ActuatorGroup], facts: ModelFacts) -> list[ActuatorGroup]:
+def _with_small_ones_joined(groups: list[ActuatorGroup], facts: ModelFacts) -> list[ActuatorGroup]:
     """Groups of one kind that are not worth several effectors: single joints, parts of a base."""
-    kept: list[ActuatorGroup] = []
-    for group in groups:
-        small = group.kind in ("joints", "base", "gripper", "head", "torso")
-        same = next((g for g in kept if g.kind == group.kind), None) if small else None
-        one_tree = same is not None and (
-            group.kind in ("joints", "base") or _base(same, facts) == _base(group, facts)
-        )
-        if same is not None and one_tree:
-            both = (*same.actuators, *group.actuators)
-            kept[kept.index(same)] = replace(same, actuators=both)
-        else:
-            kept.append(group)
-    return kept
+    found: dict[object, ActuatorGroup] = {}
+    for number, group in enumerate(groups):
+        key: object = number
+        if group.kind in ("joints", "base"):
+            key = group.kind
+        elif group.kind in ("gripper", "head", "torso"):
+            # The body, above all that the group moves, that hangs from the world or another group.
+            key = group.kind, facts.parents[min(_bodies(group.actuators, facts))]
+        same = found.get(key)
+        actuators = (*same.actuators, *group.actuators) if same else group.actuators
+        found[key] = replace(same or group, actuators=actuators)
+    return list(found.values())
 
 
-def _base(group: ActuatorGroup, facts: ModelFacts) -> int:
-    """The body, above all that the group moves, that hangs from the world or another group."""
-    return facts.parents[min(_bodies(group.actuators, facts))]
+def _with_distinct_names(groups: list[ActuatorGroup]) -> list[ActuatorGroup]:
+    """Groups of one kind by what is common to the names of each, left_arm and right_arm, or leg_1.
 
-
-def _told_apart(groups: list[ActuatorGroup]) -> list[ActuatorGroup]:
-    """Groups of one kind get what tells their names apart: left_arm and right_arm, leg_1, leg_2."""
+    These are the words of all names of a group that not all groups have.
+    """
     counts = Counter(group.wish for group in groups)
     found = []
     for group in groups:
-        wish = group.wish
-        if counts[wish] > 1:
-            common = [_common(g) for g in groups if g.wish == wish]
-            wish = _marked(group, set.intersection(*common), common)
-        found.append(replace(group, wish=wish))
+        own = _common_words(group)
+        alike = [_common_words(each) for each in groups if each.wish == group.wish]
+        shared: set[str] = set.intersection(*alike)
+        distinct = own - shared - {group.wish}
+        if counts[group.wish] > 1 and distinct and alike.count(own) == 1:
+            words = dict.fromkeys(_words(group.actuators[0].name))
+            ordered = [word for word in words if word in distinct]
+            letters = [word for word in ordered if not word.isdigit()][:2]
+            parts = (*letters, group.wish) if letters else (group.wish, *ordered[:1])
+            group = replace(group, wish="_".join(parts))
+        found.append(group)
     return found
 
 
-def _marked(group: ActuatorGroup, of_all: set[str], groups: list[set[str]]) -> str:
-    """The name of a group with the words of all its names that not all groups have."""
-    own = _common(group) - of_all - {group.wish}
-    if not own or groups.count(_common(group)) > 1:
-        return group.wish
-    ordered = [part for part in dict.fromkeys(_parts(group.actuators[0].name)) if part in own]
-    words = [part for part in ordered if not part.isdigit()][:2]
-    return "_".join((*words, group.wish) if words else (group.wish, *ordered[:1]))
+def _common_words(group: ActuatorGroup) -> set[str]:
+    return set.intersection(*(set(_words(a.name)) for a in group.actuators))
 
 
-def _common(group: ActuatorGroup) -> set[str]:
-    return set.intersection(*(set(_parts(a.name)) for a in group.actuators))
-
-
-def _parts(name: str) -> list[str]:
+def _words(name: str) -> list[str]:
     return re.findall(r"[a-z]+|\d+", name.lower())
+
+
+# Receptors for the sensors and cameras of a model.
+
+
+DEFAULT_CAMERA = (640, 480)
+_QUATERNION = (
+    "MuJoCo gives a quaternion as w, x, y, z; `pose` takes x, y, z, w: [q[1], q[2], q[3], q[0]]. "
+    "With a sensor `framepos` of the same thing before it, `framequat` gives a pose."
+)
+_Frames = tuple[ModelObject | None, ModelObject | None]
+"""Parent and child of a pose: parts of the model, the world being None."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReceptorElement:
+    """What a receptor reports: its type, what it is bound to, and its wish for a name.
+
+    A pose has `frames` in the place of a type; `remarks` stand beside the binding.
+    """
+
+    wish: str
+    type: str
+    bind: Mapping[str, str | list[str]]
+    frames: _Frames | None = None
+    remarks: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Receptor:
+    """A real receptor and the virtual one that passes on what it reports."""
+
+    wish: str
+    title: str
+    elements: tuple[ReceptorElement, ...]
+    camera: bool = False
+
+
+def receptors(
+    facts: ModelFacts, model: Model, in_use: Collection[str] = ()
+) -> tuple[list[Receptor], dict[str, str]]:
+    """Receptors, and name -> why not of all sensors that have none; not of those `in_use`."""
+    refused: dict[str, str] = {}
+    usable = []
+    for sensor in facts.sensors:
+        if sensor.name in in_use:
+            continue
+        if why := _why_unusable(sensor, model):
+            refused[sensor.name or "a sensor"] = why
+        else:
+            usable.append(sensor)
+    found = [*_of_sensors(usable, model)]
+    # The simulator knows which are there, the text which are not added by the runtime.
+    for name, size in model.cameras.items():
+        if name in facts.cameras and name not in in_use and not set(name) & set("{}"):
+            width, height = size or DEFAULT_CAMERA
+            bind: dict[str, str | list[str]] = {"camera": name, "image": "rgb"}
+            image = ReceptorElement("image", f"image[{height}, {width}, 3]", bind)
+            found.append(Receptor(name, f"Camera {name}", (image,), camera=True))
+    return found, refused
+
+
+def _why_unusable(sensor: Sensor, model: Model) -> str:
+    part = model.parts.get(("sensor", sensor.name))
+    if not sensor.name:
+        return "it has no name"
+    if set(sensor.name) & set("{}"):
+        return BRACED
+    if part is None or model.sensors.get(sensor.name) != sensor.size:
+        return "specc does not know how many numbers it gives"
+    if part.kind == "rangefinder" and sensor.cutoff <= 0:
+        return "it has no cutoff, and so no number where its beam meets nothing"
+    return ""
+
+
+def _of_sensors(sensors: list[Sensor], model: Model) -> Iterator[Receptor]:
+    """Sensors of several kinds at one object, unlike any other one, are one receptor."""
+    at = grouped(((sensor.of, sensor.object), sensor) for sensor in sensors)
+    kinds = {
+        place: tuple(sorted({model.parts["sensor", each.name].kind for each in members}))
+        for place, members in at.items()
+    }
+    often = Counter(kinds.values())
+    single = [p for p, own in kinds.items() if p[1] and len(own) > 1 and often[own] == 1]
+    for place in single:
+        yield Receptor(place[1], f"Sensors at {place[1]}", tuple(_elements(at[place], model)))
+    rest = [s for s in sensors if (s.of, s.object) not in single]
+    if rest:
+        title = "All other sensors" if single else "Sensors"
+        yield Receptor("sensors", title, tuple(_elements(rest, model)))
+
+
+def _elements(sensors: list[Sensor], model: Model) -> Iterator[ReceptorElement]:
+    """Poses, and one for all other sensors of a kind and unit."""
+    poses = dict(_poses(sensors, model))
+    for frames, names in poses.items():
+        wish = f"X_{frames[1][1]}" if frames[1] and len(poses) > 1 else "X"
+        yield ReceptorElement(wish, "", {"sensors": names}, frames)
+    in_poses = {name for names in poses.values() for name in names}
+    alike: dict[tuple[str, Unit | None], list[Sensor]] = {}
+    for sensor in (each for each in sensors if each.name not in in_poses):
+        units = units_of_sensor(sensor.name, model)
+        unit = units[0] if units and len(set(units)) == 1 else None
+        alike.setdefault((model.parts["sensor", sensor.name].kind, unit), []).append(sensor)
+    for (kind, unit), members in alike.items():
+        size = sum(sensor.size for sensor in members)
+        text = "" if unit is None or str(unit) == "1" else str(unit)
+        if size == 1:
+            type_ = f"real[{text}]" if text else "real"
+        else:
+            type_ = f"vector[{size}, {text}]" if text else f"vector[{size}]"
+        names = [sensor.name for sensor in members]
+        remarks = _QUATERNION if kind in ("framequat", "ballquat") else ""
+        yield ReceptorElement(kind, type_, {"sensors": names}, remarks=remarks)
+
+
+def _poses(sensors: list[Sensor], model: Model) -> Iterator[tuple[_Frames, list[str]]]:
+    """Reference and object of which there is a position and an orientation, with the sensors."""
+    at: dict[_Frames, dict[str, str]] = {}
+    for sensor in sensors:
+        part = model.parts["sensor", sensor.name]
+        if part.kind in (FRAME_POSITION, FRAME_ORIENTATION) and part.object:
+            at.setdefault((part.reference, part.object), {}).setdefault(part.kind, sensor.name)
+    for frames, of_kind in at.items():
+        if len(of_kind) == 2:
+            yield frames, [of_kind[FRAME_POSITION], of_kind[FRAME_ORIENTATION]]

@@ -17,8 +17,8 @@ from specc.diagnostics.phrases import join_some
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
 from specc.schema.keys import message_fault, topic_fault
-from specc.tools.importers.writing import PEERS, Commented, Data, SpecNames
-from specc.tools.starting.document import fill_spec, wrap
+from specc.tools.importers.writing import PEERS, Commented, Data, SpecNames, fill_yaml, fold
+from specc.tools.starting.document import wrap
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +54,12 @@ class Topic:
         return self.name, -len(joints), joints
 
     @property
+    def is_about_ros(self) -> bool:
+        """Whether it is about nodes and models, and not about what robots do."""
+        packages = {name.partition("/")[0] for name in self.types}
+        return bool(packages & _INFRASTRUCTURE) or self.name.endswith("/robot_description")
+
+    @property
     def commanded(self) -> bool:
         """Whether somebody waits for messages, and nobody sends any."""
         return not self.publishers
@@ -70,17 +76,18 @@ class RosGraph:
 
 
 def graph_from(data: Mapping[str, Any]) -> RosGraph:
-    """The graph of what `specc_runtime.ros2.looking` found."""
+    """The graph of what `specc_runtime.ros2.looking` found.
+
+    A topic comes once for each of the lists of joints that its messages have, the longest first.
+    """
+    topics = []
+    for each in data["topics"]:
+        parts: Sequence[Mapping[str, Any]] = each.get("parts", ())
+        for part in sorted(parts, key=lambda p: -len(p["message"].get("joints", ()))) or ({},):
+            fields = {k: v for k, v in each.items() if k != "parts"}
+            topics.append(Topic(**{**fields, **part}, is_part=len(parts) > 1))
     actions = tuple((name, short(types[0])) for name, types in data["actions"] if len(types) == 1)
-    topics = tuple(topic for each in data["topics"] for topic in _parts(**each))
-    return RosGraph(topics, actions, data["more"])
-
-
-def _parts(parts: Sequence[Mapping[str, Any]] = (), **told: Any) -> Iterator[Topic]:
-    """The topic, once for each of the lists of joints that its messages have, the longest first."""
-    longest_first = sorted(parts, key=lambda part: -len(part["message"].get("joints", ())))
-    for part in longest_first or ({},):
-        yield Topic(**{**told, **part}, is_part=len(parts) > 1)
+    return RosGraph(tuple(topics), actions, data["more"])
 
 
 LISTENED = tuple(name.replace("/", "/msg/") for name in MESSAGES)
@@ -99,19 +106,13 @@ _INFRASTRUCTURE = {
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]{,98}", re.ASCII)
 
 
-def is_about_ros(topic: Topic) -> bool:
-    """Whether a topic is about nodes and models, and not about what robots do."""
-    packages = {name.partition("/")[0] for name in topic.types}
-    return bool(packages & _INFRASTRUCTURE) or topic.name.endswith("/robot_description")
-
-
 def is_legal(name: str, message: str) -> bool:
     """Whether a specification can have that topic or action."""
     return not topic_fault(name) and not message_fault(message) and len(name) <= 200
 
 
-def checked(topic: Topic) -> None:
-    """Raises Unfit for a topic that cannot be bound, whatever its messages have."""
+def check_topic(topic: Topic) -> None:
+    """Raises UnfitTopic for a topic that cannot be bound, whatever its messages have."""
     if len(topic.types) != 1:
         raise UnfitTopic("its nodes do not agree on a type")
     if not is_legal(topic.name, topic.type):
@@ -131,8 +132,10 @@ _SYMBOLS = {
 }  # fmt: skip
 _OF_UNITS = {METRE: "p", RADIAN / SECOND: "w", METRE / SECOND**2: "a"}
 _OF_JOINTS = {"position": "q", "velocity": "dq", "effort": "tau"}
-_DEPTHS = ("16UC1", "mono16", "32FC1")
-_COLOURS = ("rgb8", "bgr8", "rgba8", "bgra8")
+_ENCODINGS = {
+    "image": ("rgb8", "bgr8", "rgba8", "bgra8"),
+    "depth": ("16UC1", "mono16", "32FC1"),
+}
 GUESSED_FRAME = "base_link"
 
 
@@ -148,7 +151,7 @@ class Frames:
     def of(self, topic: Topic, at: str, of: str) -> str:
         """The frame that a field of messages holds, or one of a topic whose messages name none.
 
-        Raises Unfit for a frame that no specification can name.
+        Raises UnfitTopic for a frame that no specification can name.
         """
         if not at:
             self.guessed.append(self._names.of(f"/{of}"))
@@ -163,13 +166,16 @@ class Frames:
 
 
 def elements(topic: Topic, device: str, frames: Frames) -> dict[str, str]:
-    """The types of the elements that a topic goes with, by their names. Raises Unfit."""
-    checked(topic)
+    """The types of the elements that a topic goes with, by their names. Raises UnfitTopic."""
+    check_topic(topic)
     if topic.type == JOINT_STATE:
         return _of_joints(topic)
     parts = [p for p in MESSAGES[topic.type] if p.sent or not topic.commanded]
-    types = {_symbol(part): _type(part, topic, device, frames) for part in parts}
-    found = {name: type_ for name, type_ in types.items() if type_}
+    found: dict[str, str] = {}
+    for part in parts:
+        if type_ := _type(part, topic, device, frames):
+            of_unit = _OF_UNITS.get(part.unit, "v") if part.unit else "v"
+            found[of_unit if part.shape == "vector3" else _SYMBOLS[part.shape]] = type_
     if not found:
         raise UnfitTopic(
             "its messages cannot be sent" if topic.commanded else "of another encoding"
@@ -179,12 +185,6 @@ def elements(topic: Topic, device: str, frames: Frames) -> dict[str, str]:
             "its messages have several values: name a function under `through` for all"
         )
     return {f"{name}_d" if topic.commanded else name: type_ for name, type_ in found.items()}
-
-
-def _symbol(part: MessagePart) -> str:
-    if part.shape == "vector3":
-        return _OF_UNITS.get(part.unit, "v") if part.unit else "v"
-    return _SYMBOLS[part.shape]
 
 
 def _type(part: MessagePart, topic: Topic, device: str, frames: Frames) -> str:
@@ -202,21 +202,16 @@ def _type(part: MessagePart, topic: Topic, device: str, frames: Frames) -> str:
         case "vector3" | "camera":
             return f"vector[{3 if part.shape == 'vector3' else 4}{unit}]"
         case "image" | "depth":
-            return _image(part, topic)
+            if topic.commanded:
+                raise UnfitTopic(_NO_SIZE)
+            if topic.message.get("encoding") not in _ENCODINGS[part.shape]:
+                return ""
+            size = f"{_size(topic, 'height')}, {_size(topic, 'width')}"
+            return f"image[{size}, 3]" if part.shape == "image" else f"image[{size}]"
         case "twist" | "wrench":
             return f"{part.shape}[{frames.of(topic, part.frame, device)}]"
     parent = frames.of(topic, part.frame, f"{device}_origin")
     return f"pose[{parent}, {frames.of(topic, part.child, device)}]"
-
-
-def _image(part: MessagePart, topic: Topic) -> str:
-    if topic.commanded:
-        raise UnfitTopic(_NO_SIZE)
-    known = _COLOURS if part.shape == "image" else _DEPTHS
-    if topic.message.get("encoding") not in known:
-        return ""
-    size = f"{_size(topic, 'height')}, {_size(topic, 'width')}"
-    return f"image[{size}, 3]" if part.shape == "image" else f"image[{size}]"
 
 
 _NO_SIZE = "nothing says how many numbers it takes"
@@ -269,30 +264,22 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
     Each with the name of the command's element and its unit: of several, positions go first, and
     more joints before fewer.
     """
-
-    def shared(one: str, other: str) -> int:
-        """Levels of a namespace."""
-        return common_prefix(one.split("/")[:-1], other.split("/")[:-1])
-
-    every = [each for each in topics if len(each.types) == 1]
-    states = {t.order: t for t in every if t.type == JOINT_STATE and not t.commanded and t.count}
-    pairs = [
-        (-shared(state.name, topic.name), -_kind(topic), topic.name, state.order)
-        for state in states.values()
-        for topic in every
-        if topic.commanded and topic.type in _TO_JOINTS
-    ]
-    commands, taken = {t.name: t for t in every}, set[object]()
-    for _, kind, command, state in sorted(pairs):
-        if not {command, state} & taken:
-            taken |= {command, state}
+    valid = [each for each in topics if len(each.types) == 1]
+    states = {t.order: t for t in valid if t.type == JOINT_STATE and not t.commanded and t.count}
+    commands = {t.name: t for t in valid if t.commanded and t.type in _TO_JOINTS}
+    pairs = []
+    for state in states.values():
+        for name in commands:
+            levels = common_prefix(state.name.split("/")[:-1], name.split("/")[:-1])
+            kinds = [n for n, (word, *_) in enumerate(_COMMANDS) if word in name]
+            kind = kinds[0] if kinds else len(_COMMANDS) - 1
+            pairs.append((-levels, -kind, name, state.order))
+    paired = set[object]()
+    for _, kind, name, order in sorted(pairs):
+        if not {name, order} & paired:
+            paired |= {name, order}
             _, element, unit = _COMMANDS[-kind]
-            yield states[state], commands[command], element, unit
-
-
-def _kind(topic: Topic) -> int:
-    found = (n for n, (word, *_) in enumerate(_COMMANDS) if word in topic.name)
-    return next(found, len(_COMMANDS) - 1)
+            yield states[order], commands[name], element, unit
 
 
 # Devices.
@@ -329,9 +316,8 @@ class ProposedDevice:
         for name, type_ in self.reports.items():
             oldest_s = self.oldest_s.get(name)
             limit_ms = _round_ms(oldest_s + periods / self.rate_hz) if oldest_s else 0
-            found[name] = (
-                {"type": type_, "max_age": _duration_text(limit_ms)} if limit_ms else type_
-            )
+            limited: Data = {"type": type_, "max_age": _duration(limit_ms)}
+            found[name] = limited if limit_ms else type_
         return found
 
 
@@ -347,36 +333,36 @@ class Devices:
         self._names = SpecNames(PEERS)
         self._cameras: dict[str, ProposedDevice] = {}
         self._commanded_joints = set[str]()
-        topics = {t.order: t for t in self._apart(graph.topics) if not is_about_ros(t)}
+        topics = {t.order: t for t in self._without_subsets(graph.topics) if not t.is_about_ros}
         for state, command, element, unit in arms(topics.values()):
-            for done in self._arm(state, command, element, unit):
-                del topics[done.order]
+            for used in self._add_arm(state, command, element, unit):
+                del topics[used.order]
         for topic in topics.values():
             if topic.publishers or topic.readers:
-                self._single(topic)
+                self._add_topic(topic)
         for name, type_ in graph.actions:
-            self._action(name, type_)
+            self._add_action(name, type_)
 
-    def _apart(self, topics: Iterable[Topic]) -> Iterator[Topic]:
+    def _without_subsets(self, topics: Iterable[Topic]) -> Iterator[Topic]:
         """The topics, without parts whose joints are those of a larger part, too."""
         read: dict[str, set[str]] = {}
         for topic in topics:
             joints = set(topic.order[-1])
             if joints & read.setdefault(topic.name, set()):
                 unfit = UnfitTopic("its joints also come in other messages")
-                self._leave_out(unfit, topic.name, topic.types[0], _ends(topic))
+                self._leave_out(unfit, topic.name, topic.types[0], _endpoints(topic))
             else:
                 read[topic.name] |= joints
                 yield topic
 
-    def _new(self, wish: str, title: str, *, acts: bool) -> ProposedDevice:
-        """Raises Unfit if there are as many as a specification may have."""
+    def _add(self, wish: str, title: str, *, acts: bool) -> ProposedDevice:
+        """Raises UnfitTopic if there are as many as a specification may have."""
         if len(self.every) >= _MOST_DEVICES:
             raise UnfitTopic(f"there are {_MOST_DEVICES} devices already")
         self.every.append(ProposedDevice(self._names.new(wish), title, acts))
         return self.every[-1]
 
-    def _arm(self, state: Topic, command: Topic, element: str, unit: str) -> tuple[Topic, ...]:
+    def _add_arm(self, state: Topic, command: Topic, element: str, unit: str) -> tuple[Topic, ...]:
         """A device for joint states and their commands, unless another arm moves those joints.
 
         Returns:
@@ -386,27 +372,27 @@ class Devices:
         space = space if f"{command.name}/".startswith(f"{space}/") else ""
         try:
             found = elements(state, "", self.frames)
-            checked(command)
+            check_topic(command)
             joints = joints_of(state)
             if not self._commanded_joints.isdisjoint(joints):
                 unfit = UnfitTopic(
                     "which joints it moves is not known: others command some of the nearest"
                 )
-                self._leave_out(unfit, command.name, command.types[0], _ends(command))
+                self._leave_out(unfit, command.name, command.types[0], _endpoints(command))
                 return (command,)
-            device = self._new(f"{space}/arm", "Passes on commands to joints", acts=True)
+            device = self._add(f"{space}/arm", "Passes on commands to joints", acts=True)
         except UnfitTopic:
             return ()
         self._commanded_joints.update(joints)
         device.reports.update(found)
-        self._read(device, state, found)
+        self._bind_reports(device, state, found)
         device.commands[element] = f"vector[{len(joints)}, {unit}]"
         named: dict[str, Data] = {"joints": joints} if command.type == JOINT_STATE else {}
         guess = f"A guess: in {unit}, of {', '.join(joints)}, in this order."
-        device.bind[element] = _bound(command, named, (_ends(command), guess))
+        device.bind[element] = _binding(command, named, (_endpoints(command), guess))
         return state, command
 
-    def _single(self, topic: Topic) -> None:
+    def _add_topic(self, topic: Topic) -> None:
         """A device for a topic; an image and what its camera says of it are of one."""
         space = topic.name.rpartition("/")[0]
         camera = space if topic.type in _CAMERAS else ""
@@ -418,75 +404,69 @@ class Devices:
                 title = f"{topic.type} on {topic.name}"
                 joints = topic.order[-1]
                 name = "".join(joints) if len(joints) == 1 else camera or topic.name
-                device = self._new(name, title, acts=topic.commanded)
+                device = self._add(name, title, acts=topic.commanded)
         except UnfitTopic as unfit:
-            self._leave_out(unfit, topic.name, topic.types[0], _ends(topic))
+            self._leave_out(unfit, topic.name, topic.types[0], _endpoints(topic))
             return
         if camera:
             device.rate_hz, self._cameras[camera] = _SEEN_HZ, device
         if topic.commanded:
             device.commands.update(found)
-            kept = _kept(topic.read_kept)
+            qos = _LATCHED if topic.read_kept else {}
             is_placed = any(GUESSED_FRAME in text for text in found.values())
             guess = f"A guess: in {GUESSED_FRAME}." if is_placed else ""
-            device.bind.update({n: _bound(topic, kept, (_ends(topic), guess)) for n in found})
+            device.bind.update({n: _binding(topic, qos, (_endpoints(topic), guess)) for n in found})
         else:
             device.reports.update(found)
-            self._read(device, topic, found)
+            self._bind_reports(device, topic, found)
 
-    def _action(self, name: str, type_: str) -> None:
+    def _add_action(self, name: str, type_: str) -> None:
         try:
             if not is_legal(name, type_):
                 raise UnfitTopic("its name is none of ROS 2")
-            device = self._new(name, f"Action {name}", acts=True)
+            device = self._add(name, f"Action {name}", acts=True)
         except UnfitTopic as unfit:
             self._leave_out(unfit, name, type_, "An action.")
             return
         device.reports["status"] = "text"
-        told = ("Its goal, feedback and result are bound alike, each by a function of `through`.",)
+        remark = "Its goal, feedback and result are bound alike, each by a function of `through`."
         bind: dict[str, Data] = {"action": name, "type": type_, "part": "status"}
-        device.bind["status"] = Commented(bind, told)
+        device.bind["status"] = Commented(bind, (remark,))
 
-    def _leave_out(self, why: UnfitTopic, name: str, type_: str, said: str) -> None:
-        shown = f"{_shown(name)} ({_shown(type_)}). {said}"
+    def _leave_out(self, why: UnfitTopic, name: str, type_: str, remark: str) -> None:
+        shown = f"{_sanitized(name)} ({_sanitized(type_)}). {remark}"
         self.left_out.setdefault(str(why), []).append(shown)
 
-    def _read(self, device: ProposedDevice, topic: Topic, found: Mapping[str, str]) -> None:
+    def _bind_reports(self, device: ProposedDevice, topic: Topic, found: Mapping[str, str]) -> None:
         """Bind elements to what a topic has."""
         more: dict[str, Data] = {}
         if topic.type == JOINT_STATE:
             more["joints"] = joints_of(topic)
         is_measured = topic.count >= _FEWEST and not topic.published_kept and not self.is_simulated
+        # A time without a message that is no fault of a sender as it was.
+        gap_s = max(_GAPS * topic.mean_s, 2 * topic.longest_s, _GAPS / device.rate_hz)
         # A period that was measured is a little longer or shorter.
-        gap_ms = _round_ms(0.95 * _gap_s(topic, device.rate_hz)) if is_measured else 0
+        gap_ms = _round_ms(0.95 * gap_s) if is_measured and topic.mean_s > 0 else 0
         if gap_ms:
-            more["max_gap"] = _duration_text(gap_ms)
+            more["max_gap"] = _duration(gap_ms)
             age_s = topic.message.get("age_s", 0.0)
             if isinstance(age_s, float) and abs(age_s) < _MOST_AGE_S:
                 device.oldest_s |= dict.fromkeys(found, gap_ms / 1e3 + 2 * max(0.0, age_s))
-        more |= _kept(topic.published_kept)
+        more |= _LATCHED if topic.published_kept else {}
         rate = f"{1 / topic.mean_s:.3g} Hz were measured." if "max_gap" in more else ""
         turn = "A guess: joints turn, so that rad is right." if topic.type == JOINT_STATE else ""
         for name in found:
-            device.bind[name] = _bound(topic, more, (f"{_ends(topic)} {rate}".strip(), turn))
+            device.bind[name] = _binding(topic, more, (f"{_endpoints(topic)} {rate}".strip(), turn))
 
 
 _CAMERAS = ("sensor_msgs/Image", "sensor_msgs/CameraInfo")
+_LATCHED: dict[str, Data] = {"qos": {"durability": "transient_local"}}
+_MOST_SHOWN = 3
 
 
-def _bound(topic: Topic, more: Mapping[str, Data], notes: Sequence[str]) -> Data:
+def _binding(topic: Topic, more: Mapping[str, Data], notes: Sequence[str]) -> Data:
     lines = [line for note in notes for line in wrap(note, 4)]
     return Commented({"topic": topic.name, "type": topic.type, **more}, lines)
-
-
-def _kept(asked: bool) -> dict[str, Data]:
-    return {"qos": {"durability": "transient_local"}} if asked else {}
-
-
-def _gap_s(topic: Topic, rate_hz: int) -> float:
-    """A time without a message that is no fault of a sender as it was; 0 if none is known."""
-    least_s = max(_GAPS * topic.mean_s, 2 * topic.longest_s, _GAPS / rate_hz)
-    return least_s if topic.mean_s > 0 else 0.0
 
 
 def _round_ms(time_s: float) -> int:
@@ -495,24 +475,21 @@ def _round_ms(time_s: float) -> int:
     return next((ms for ms in steps if ms >= 1e3 * time_s), 0) if time_s > 0 else 0
 
 
-def _duration_text(time_ms: int) -> str:
+def _duration(time_ms: int) -> str:
     return f"{time_ms} ms" if time_ms < 1000 else f"{time_ms // 1000} s"
 
 
-_MOST_SHOWN = 3
-
-
-def _ends(topic: Topic) -> str:
-    """Who is at the ends of a topic."""
+def _endpoints(topic: Topic) -> str:
+    """The nodes at the other end of a topic, and its joints."""
     ends = topic.readers if topic.commanded else topic.publishers
-    by = join_some(list(map(_shown, ends)), _MOST_SHOWN)
-    said = f"{'Read' if topic.commanded else 'Published'} by {by}."
-    joints = join_some(list(map(_shown, topic.order[-1])), _MOST_SHOWN)
-    return f"{said} Joints of one message: {joints}." if joints else said
+    by = join_some(list(map(_sanitized, ends)), _MOST_SHOWN)
+    text = f"{'Read' if topic.commanded else 'Published'} by {by}."
+    joints = join_some(list(map(_sanitized, topic.order[-1])), _MOST_SHOWN)
+    return f"{text} Joints of one message: {joints}." if joints else text
 
 
-def _shown(text: str) -> str:
-    """A name of somebody else, without what is not in names: it says nothing to specc."""
+def _sanitized(text: str) -> str:
+    """A foreign name with `?` for characters that names do not have."""
     return re.sub(r"[^\w./~-]", "?", text, flags=re.ASCII)[:80]
 
 
@@ -548,7 +525,7 @@ def proposal(devices: Devices, system: str, agent: str, command: str, python: st
             for name, how in each.bind.items()
         },
     }
-    return fill_spec("init/ros2.yaml.j2", parts)
+    return fill_yaml("init/ros2.yaml.j2", parts, fold)
 
 
 def _frames(devices: Devices) -> dict[str, Data]:

@@ -17,7 +17,7 @@ from typing import Any
 import distributed
 
 from specc.tools.sweep.running import Bundle, Workspace, enter, leave
-from specc.tools.sweep.settings import SweepError
+from specc.tools.sweep.table import SweepError
 
 CONNECT_S = 10
 _DECIDING = ("specc", "numpy", "mujoco", "pin", "opencv-python-headless")

@@ -9,14 +9,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
 from specc.analysis.plant import plant_model
 from specc.mjcf import Model
 from specc.model.system import System
-from specc.refusal import missing_package
 from specc.source import COMMAND_LINE, Sources, relative_path
 from specc.tools.sweep.running import (
     PACKAGES,
@@ -31,8 +29,7 @@ from specc.tools.sweep.running import (
     leave,
     perform,
 )
-from specc.tools.sweep.settings import SweepError
-from specc.tools.sweep.table import Folder
+from specc.tools.sweep.table import Folder, SweepError
 
 RENEWED_S = 10.0
 """Wall time between two versions of the table, and between two lines of progress."""
@@ -96,13 +93,11 @@ def _fingerprint(spec: str, sources: Sources, files: Mapping[str, bytes]) -> str
     return digest.hexdigest()
 
 
-# Where runs are made: an executor, and how many it makes at once.
-Workshop = tuple[Executor, int]
-
-
 @contextmanager
-def here(name: str, folder: Path, bundle: Bundle, workers: int) -> Iterator[Workshop]:
-    """Processes of this machine, which read copies in the folder. Raises OSError."""
+def local_workers(
+    name: str, folder: Path, bundle: Bundle, workers: int
+) -> Iterator[tuple[Executor, int]]:
+    """An executor of processes of this machine, which read copies in the folder, and how many."""
     enter(name, Workspace(folder.absolute(), bundle))
     pool = ThreadPoolExecutor(workers)
     try:
@@ -110,17 +105,6 @@ def here(name: str, folder: Path, bundle: Bundle, workers: int) -> Iterator[Work
     finally:
         leave(name)
         pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def there(name: str, address: str, bundle: Bundle) -> Iterator[Workshop]:
-    """The workers of a Dask cluster, which get all that runs read. Raises SweepError."""
-    try:
-        from specc.tools.sweep.cluster import cluster
-    except ModuleNotFoundError as error:
-        raise missing_package(error, "dask", "distributed") from None
-    with cluster(address, name, bundle) as workshop:
-        yield workshop
 
 
 def carry_out(
@@ -157,8 +141,9 @@ def carry_out(
             folder.add(job.setting, job.seed, figures)
             done += 1
     for suspect in suspects:
-        for job, figures in _outcomes([suspect], executor, watch):
-            folder.add(job.setting, job.seed, figures or failed("its worker died, again and again"))
+        for _, figures in _outcomes([suspect], executor, watch):
+            figures = figures or failed("its worker died, again and again")
+            folder.add(suspect.setting, suspect.seed, figures)
             done += 1
     watch()
 
@@ -170,24 +155,15 @@ def _outcomes(
 
     `watch` is called from time to time.
     """
-    ended: SimpleQueue[tuple[SweepJob, Future[Figures]]] = SimpleQueue()
-    futures = []
-    for job in jobs:
-        futures.append(executor.submit(perform, job))
-        futures[-1].add_done_callback(partial(_put, ended, job))
-    left = len(futures)
-    while left:
+    ended: SimpleQueue[Future[Figures]] = SimpleQueue()
+    job_of = {executor.submit(perform, job): job for job in jobs}
+    for future in job_of:
+        future.add_done_callback(ended.put)
+    while job_of:
         watch()
         with suppress(Empty):
-            job, future = ended.get(timeout=1.0)
-            left -= 1
-            yield job, _outcome(future)
-
-
-def _put(
-    ended: SimpleQueue[tuple[SweepJob, Future[Figures]]], job: SweepJob, future: Future[Figures]
-) -> None:
-    ended.put((job, future))
+            future = ended.get(timeout=1.0)
+            yield job_of.pop(future), _outcome(future)
 
 
 def _outcome(future: Future[Figures]) -> Figures | None:

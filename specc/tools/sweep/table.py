@@ -1,4 +1,4 @@
-"""The folder of a sweep: a row for each run that is done, kept safe as it comes.
+"""The runs of a sweep: those of the command line, and the folder of those that are done.
 
 `runs.jsonl` gets a line a run, which is on the disk before the next one counts; a line that was
 torn is dropped. `runs.csv` is made from it: the runs that were asked for, in order, whatever the
@@ -13,16 +13,155 @@ import fcntl
 import io
 import json
 import os
+import re
+from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import product
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import accumulate, pairwise, product
+from math import prod
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from specc.atomic_files import PREFIX, write_atomically
 from specc.diagnostics.phrases import counted, join_words
-from specc.tools.sweep.running import LIMIT, Figures
-from specc.tools.sweep.settings import SweepError, SweepSetting, meaning
+from specc.model.units import UnitError, parse_unit
+from specc.refusal import Refused
+from specc.resolve.context import in_unit, quantity
+from specc.tools.sweep.running import LIMIT, OWN, Figures
+
+# Values of constants, and seeds, as they are written on the command line.
+
+MOST_RUNS = 1_000_000
+"""Of one sweep."""
+MOST_SETTINGS = 10_000
+"""Each has code of its own."""
+
+_LONGEST_UNIT = 24
+"""What is longer is compared as text: a folder of a stranger may have many of them."""
+
+SweepSetting = Mapping[str, str]
+"""Texts of the values of constants, by name."""
+
+_BRACKETS = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
+
+
+class SweepError(Refused):
+    """The sweep cannot be made as asked; the message says why and what would help."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """The values that a constant takes, one after another."""
+
+    name: str
+    values: tuple[str, ...]
+    unit: str | None
+    """The unit of the values, empty if they have none; None unless they are numbers of one."""
+
+    @property
+    def title(self) -> str:
+        """What stands over the values: `damping [kg/s]`, and no column of the table itself."""
+        if self.unit:
+            return f"{self.name} [{self.unit}]"
+        if "." in self.name:
+            return f"parameter {self.name}"
+        return f"constant {self.name}" if self.name in OWN else self.name
+
+    def shown(self, value: str) -> float | str:
+        """A value below the title: a number, if all are."""
+        number = quantity(value) if self.unit is not None else None
+        return float(number[0]) if number is not None else value
+
+
+def axis_of(name: str, text: str, unit: str = "") -> Axis:
+    """`FROM:TO:COUNT`, both ends included, or values separated by commas.
+
+    A number without a unit gets this one, if it is not empty.
+
+    Raises:
+        SweepError: it is neither, or a value is there twice.
+    """
+    ends = _split(text, ":")
+    if len(ends) not in (1, 3):
+        raise SweepError(f"--set {name}={text}: write FROM:TO:COUNT or values between commas")
+    texts = ends[:2] if ends[1:] else _split(text, ",")
+    values = [in_unit(value.strip(), unit) for value in texts]
+    if ends[1:]:
+        values = _between(name, values[0], values[1], ends[2].strip())
+    if not all(values):
+        raise SweepError(f"--set {name}={text}: a value is empty")
+    # The same runs twice would pass for more of them.
+    counts = Counter(keys := [meaning(value) for value in values])
+    if twice := [v for v, key in zip(values, keys, strict=True) if counts[key] > 1]:
+        raise SweepError(f"--set {name}={text}: {twice[-1]} is there twice")
+    units = {number[1] if (number := quantity(value)) else None for value in values}
+    return Axis(name, tuple(values), units.pop() if len(units) == 1 else None)
+
+
+def seeds_of(text: str) -> tuple[int, ...]:
+    """`FROM:TO` without TO, or seeds separated by commas. Raises SweepError."""
+    parts = [part.strip() for part in re.split("[:,]", text)]
+    if not all(part.isascii() and part.isdigit() and len(part) < 19 for part in parts):
+        way = "as in 0:10, or in 1,5,7"
+        raise SweepError(f"--seeds {text}: seeds are whole numbers, 0 or more, {way}")
+    numbers = [int(part) for part in parts]
+    if ":" not in text:
+        return tuple(dict.fromkeys(numbers))
+    if "," in text or len(numbers) != 2 or numbers[0] >= numbers[1]:
+        raise SweepError(f"--seeds {text}: write FROM:TO, where TO is no longer a seed, or 1,5,7")
+    if numbers[1] - numbers[0] > MOST_RUNS:
+        raise SweepError(f"--seeds {text}: more than {MOST_RUNS} runs")
+    return tuple(range(*numbers))
+
+
+def settings_of(axes: Sequence[Axis], seeds: Sequence[int]) -> list[dict[str, str]]:
+    """Every combination of values, the last axis changing fastest. Raises SweepError."""
+    count = prod(len(axis.values) for axis in axes)
+    if count > MOST_SETTINGS or count * len(seeds) > MOST_RUNS:
+        raise SweepError(
+            f"{count} settings and {count * len(seeds)} runs are more than the "
+            f"{MOST_SETTINGS} settings and {MOST_RUNS} runs of one sweep"
+        )
+    names = [axis.name for axis in axes]
+    return [dict(zip(names, one, strict=True)) for one in product(*(a.values for a in axes))]
+
+
+@lru_cache(MOST_SETTINGS)
+def meaning(value: str) -> Hashable:
+    """What is the same of 1, 1.0 and of 1[s], 1000[ms]; of all but quantities the text."""
+    number = quantity(value)
+    if number is not None and len(number[1]) <= _LONGEST_UNIT:
+        with suppress(UnitError):
+            unit = parse_unit(number[1] or "1")
+            return unit.to_si(float(number[0])), unit.dimensions
+    return value.strip()
+
+
+def _between(name: str, first: str, last: str, count: str) -> list[str]:
+    begin, end = quantity(first), quantity(last)
+    if begin is None or end is None or begin[1] != end[1]:
+        raise SweepError(f"--set {name}: {first} and {last} are not two numbers of one unit")
+    is_number = count.isascii() and count.isdigit() and len(count) < 10
+    if not (is_number and 2 <= int(count) <= MOST_SETTINGS):
+        raise SweepError(
+            f"--set {name}: COUNT is a whole number from 2 to {MOST_SETTINGS}, not {count!r}"
+        )
+    steps = int(count) - 1
+    unit = f"[{begin[1]}]" if begin[1] else ""
+    numbers = (begin[0] + (end[0] - begin[0]) * i / steps for i in range(steps + 1))
+    return [f"{float(number):.12g}{unit}" for number in numbers]
+
+
+def _split(text: str, sign: str) -> list[str]:
+    """Parts of a text between signs that stand in no brackets."""
+    depths = accumulate(_BRACKETS.get(char, 0) for char in text)
+    outside = [at for at, depth in enumerate(depths) if depth == 0 and text[at] == sign]
+    return [text[begin + 1 : end] for begin, end in pairwise((-1, *outside, len(text)))]
+
+
+# The folder: a row for each run that is done.
 
 VERSION = 1
 LOG, TABLE, ABOUT = "runs.jsonl", "runs.csv", "sweep.json"
@@ -52,19 +191,24 @@ class Folder:
         self.path = path
         self.done: dict[RunKey, Figures] = {}
         self._about = {"version": VERSION, **about}
-        self._made: list[Path] = []
+        self._created: list[Path] = []
         self._log: Any = None
 
     def __enter__(self) -> Folder:
         """Raises SweepError for a folder that is in use or that has other runs, OSError."""
-        self._made = [each for each in (self.path, *self.path.parents) if not each.exists()]
+        self._created = [each for each in (self.path, *self.path.parents) if not each.exists()]
         self.path.mkdir(parents=True, exist_ok=True)
-        if odd := sorted(self._leading_elsewhere()):
-            why = f"{odd[0]} is a link or no file, which no sweep made; name another folder"
-            raise SweepError(f"{self.path}: {why} with --out")
-        if not (self.path / ABOUT).exists() and (other := sorted(self._strangers())):
-            why = f"{other[0]} is there, which no sweep wrote; name another folder with --out"
-            raise SweepError(f"{self.path}: {why}")
+        entries = sorted(os.scandir(self.path), key=lambda entry: entry.name)
+        for entry in entries:
+            # What is written and removed here must not be somebody's files elsewhere.
+            is_file = entry.is_file(follow_symlinks=False)
+            if not is_file and not entry.is_dir(follow_symlinks=False):
+                self._refuse(f"{entry.name} is a link or no file, which no sweep made")
+        for entry in () if (self.path / ABOUT).exists() else entries:
+            # A sweep that was ended before it said what it is of left no more than an empty log.
+            is_begun = entry.name == LOG and entry.stat().st_size == 0
+            if not is_begun and not entry.name.startswith(PREFIX):
+                self._refuse(f"{entry.name} is there, which no sweep wrote")
         # Without a buffer a row is in the file or not, whenever Ctrl-C comes.
         self._log = (self.path / LOG).open("a+b", buffering=0)
         try:
@@ -86,36 +230,24 @@ class Folder:
             for file in (ABOUT, LOG):
                 (self.path / file).unlink(missing_ok=True)
             with suppress(OSError):  # there is something else in it
-                for folder in self._made:
+                for folder in self._created:
                     folder.rmdir()
         self._log.close()
 
-    def _strangers(self) -> Iterator[str]:
-        # A sweep that was ended before it said what it is of left no more than an empty log.
-        for file in self.path.iterdir():
-            begun = file.name == LOG and file.stat().st_size == 0
-            if not begun and not file.name.startswith(PREFIX):
-                yield file.name
-
-    def _leading_elsewhere(self) -> Iterator[str]:
-        # What is written and removed here must not be somebody's files elsewhere.
-        for entry in os.scandir(self.path):
-            is_own = entry.is_file(follow_symlinks=False) or entry.is_dir(follow_symlinks=False)
-            if not is_own:
-                yield entry.name
+    def _refuse(self, why: str) -> NoReturn:
+        raise SweepError(f"{self.path}: {why}; name another folder with --out")
 
     def _check(self) -> None:
         path = self.path / ABOUT
         if not path.exists():
             write_atomically(path, json.dumps(self._about, indent=2) + "\n")
             return
-        try:
-            there = json.loads(path.read_text(encoding="utf-8"))
-        except (ValueError, RecursionError):
-            there = None
-        if not isinstance(there, dict):
+        found: Any = None
+        with suppress(ValueError, RecursionError):
+            found = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(found, dict):
             raise SweepError(f"{path} is not of a sweep; name another folder with --out")
-        if other := [n for n in {**self._about, **there} if there.get(n) != self._about.get(n)]:
+        if other := [n for n in {**self._about, **found} if found.get(n) != self._about.get(n)]:
             own = [name for name in other if name in self._about] or other[:1]
             raise SweepError(
                 f"{self.path} has runs with another {join_words(own, 'and')}; name another folder "
@@ -128,8 +260,8 @@ class Folder:
         *lines, torn = self._log.read().split(b"\n")
         for number, line in enumerate(lines, start=1):
             try:
-                key, run = _entry(line)
-                self.done[key] = run
+                key, figures = _entry(line)
+                self.done[key] = figures
             except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 raise SweepError(f"{self.path / LOG}: line {number} is not of a run") from None
         if torn:
@@ -175,11 +307,13 @@ class Folder:
 def _entry(line: bytes) -> tuple[RunKey, Figures]:
     entry = json.loads(line)
     run = dict(entry["run"])
-    if not all(map(_is_figure, run.values())):
-        raise ValueError
-    if not isinstance(run["success"], bool | None) or not isinstance(run["reason"], str):
-        raise ValueError
-    if run.get("ended") == LIMIT and not isinstance(run["wall_s"], int | float):
+    is_run = (
+        all(map(_is_figure, run.values()))
+        and isinstance(run["success"], bool | None)
+        and isinstance(run["reason"], str)
+        and (run.get("ended") != LIMIT or isinstance(run["wall_s"], int | float))
+    )
+    if not is_run:
         raise ValueError
     return key_of(entry["set"], entry["seed"]), run
 
@@ -201,11 +335,7 @@ def as_csv(rows: Sequence[Row]) -> str:
     text = io.StringIO()
     table = csv.DictWriter(text, columns_of(rows), lineterminator="\n")
     table.writeheader()
-    table.writerows({name: _field(value) for name, value in row.items()} for row in rows)
+    for row in rows:
+        fields = row.items()
+        table.writerow({n: json.dumps(v) if isinstance(v, bool | float) else v for n, v in fields})
     return text.getvalue()
-
-
-def _field(value: Any) -> str:
-    if value is None:
-        return ""
-    return json.dumps(value) if isinstance(value, bool | float) else str(value)

@@ -2,8 +2,7 @@
 
 from specc.lang.values import NotRecorded
 from specc.tools.why.moment import Moment, NotKnown, value_of
-from specc.tools.why.reasons import Reasons, shown
-from specc.tools.why.required import reasons_of_violation
+from specc.tools.why.reasons import Reasons, reasons_of_violation, shown
 
 __all__ = [
     "Moment",

@@ -6,7 +6,6 @@ What is not there, or not as exactly as it would have to be, is `NotKnown`; noth
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from operator import index
@@ -18,14 +17,7 @@ from specc.lang.kinds import Sort, kind
 from specc.lang.values import NotRecorded, Value
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
-from specc.model.types import (
-    Bool,
-    Int,
-    OptionalOf,
-    Real,
-    Record,
-    Type,
-)
+from specc.model.types import Bool, Int, OptionalOf, Real, Record, Type
 
 _VARIANTS = 8
 """Ways in which what has single precision may have been something else."""
@@ -34,8 +26,6 @@ _LEAVES = m.Input, m.MemoryRef, m.Clock, m.Fresh, m.Present, m.Lag, m.LetRef, m.
 _MOST_ITEMS = 1_000_000
 """Of lists that are looked through for the conditions of a moment."""
 _LONGEST_MESSAGE = 200
-_LONG = re.compile(r"-?([1-9][0-9]{0,4000}|0x[0-9a-f]+)", re.ASCII)
-"""Whole numbers beyond 64 bits."""
 
 
 class NotKnown(Exception):
@@ -51,34 +41,34 @@ def value_of(type_: Type, data: Any) -> Value:
 
 
 class _Lazy(dict[Any, Any]):
-    """Values that are made when they are asked for."""
+    """Values that are computed when they are first read."""
 
-    def __init__(self, make: Callable[[Any], Value]) -> None:
+    def __init__(self, compute: Callable[[Any], Value]) -> None:
         super().__init__()
-        self._make = make
+        self._compute = compute
 
     def __missing__(self, name: Any) -> Value:
-        self[name] = value = self._make(name)
+        self[name] = value = self._compute(name)
         return value
 
 
 class _Fresh(Collection[Any]):
-    """What is fresh, as far as something asked."""
+    """The inputs that were fresh, as far as a condition asked."""
 
-    def __init__(self, told: Mapping[str, Any]) -> None:
-        self._told = told
+    def __init__(self, recorded: Mapping[str, Any]) -> None:
+        self._recorded = recorded
 
     def __contains__(self, key: object) -> bool:
         name = ".".join(key) if isinstance(key, tuple) else ""
-        if type(self._told.get(name)) is not bool:
+        if type(self._recorded.get(name)) is not bool:
             raise NotKnown("nothing asked then whether it is fresh")
-        return bool(self._told[name])
+        return bool(self._recorded[name])
 
     def __iter__(self) -> Iterator[Any]:
         return iter(())
 
     def __len__(self) -> int:
-        return len(self._told)
+        return len(self._recorded)
 
 
 class Moment:
@@ -114,7 +104,10 @@ class Moment:
     def value(self, expr: m.Expr, **bound: Value) -> Value:
         """Raises NotKnown."""
         found = self._value(expr, self.environment, bound)
-        if isinstance(expr.type, Bool) and not self._is_exact and self._reads_rounded(expr):
+        is_truth = isinstance(expr.type, Bool) and not self._is_exact
+        if is_truth and any(
+            isinstance(e, m.MemoryRef) and _is_array(e.type) for e in self.leaves(expr)
+        ):
             self._others = self._others or [self._environment(k) for k in range(1, _VARIANTS + 1)]
             if any(self._value(expr, other, bound) != found for other in self._others):
                 raise NotKnown("arrays of memory are recorded in single precision, too near to say")
@@ -156,18 +149,15 @@ class Moment:
                 inside += reversed(list(m.children(node)))
         return list(found)
 
-    def _reads_rounded(self, expr: m.Expr) -> bool:
-        return any(isinstance(e, m.MemoryRef) and _is_array(e.type) for e in self.leaves(expr))
-
     def _environment(self, variant: int) -> Environment:
         """What was recorded, or another variant of what it may have been."""
         values = {c.name: c.value for c in (*self._system.constants, *self.subsystem.constants)}
         files = dict(self._system.files)
-        operators = {o.name: self._called(o) for o in self._system.operators}
+        operators = {o.name: self._operator(o) for o in self._system.operators}
         env = Environment(
             inputs=_Lazy(self._input),
             fresh=_Fresh(self._step["fresh"]),
-            lags=_Lazy(self._behind),
+            lags=_Lazy(self._lag),
             present={key for key in self.subsystem.inputs if self._data_of(key) is not None},
             memory=_Lazy(lambda name: self._remembered(name, variant)),
             lets=_Lazy(lambda name: evaluate(self.subsystem.let(name).value, env)),
@@ -190,10 +180,10 @@ class Moment:
             raise NotKnown(f"x.{'.'.join(key)} has no value yet")
         return value_of(self.subsystem.inputs[key].type, data[0])
 
-    def _behind(self, key: tuple[str, str, str]) -> Value:
+    def _lag(self, key: tuple[str, str, str]) -> Value:
         kind, peer, element = key
-        told = self._step.get(kind)
-        data = told.get(f"{peer}.{element}") if isinstance(told, dict) else None
+        lags = self._step.get(kind)
+        data = lags.get(f"{peer}.{element}") if isinstance(lags, dict) else None
         if data is None:
             raise NotKnown(f"the {kind} of x.{peer}.{element} is not recorded")
         return value_of(Real() if kind == "age" else Int(), data)
@@ -220,7 +210,9 @@ class Moment:
         if self._counted > _MOST_ITEMS:
             raise NotKnown("its lists are too long")
 
-    def _called(self, operator: Any) -> Callable[..., Value]:
+    def _operator(self, operator: Any) -> Callable[..., Value]:
+        """An operator, which is pure: of the same arguments it is called once."""
+
         def call(*args: Value) -> Value:
             key = operator.name, repr(args)
             if key not in self._results:
@@ -230,32 +222,30 @@ class Moment:
         return call
 
     def _result(self, operator: Any, args: tuple[Value, ...]) -> Value:
-        """What an operator gives, which is pure. Raises NotKnown, for no value of its type too."""
+        """Raises NotKnown, for no value of its type too."""
         types = [type_ for _, type_ in operator.parameters]
         try:
-            given = [self._given(t, v) for t, v in zip(types, args, strict=True)]
-            return _taken(operator.result, resolve_name(operator.python)(*given))
+            given = [self._argument(t, v) for t, v in zip(types, args, strict=True)]
+            return _from_operator(operator.result, resolve_name(operator.python)(*given))
         except NotKnown:
             raise
         except (Exception, SystemExit) as error:  # whatever the user's function raises
-            raise NotKnown(f"{m.source_name(operator.name)} raised {_said(error)}") from error
+            raise NotKnown(f"{m.source_name(operator.name)} raised {_described(error)}") from error
 
-    def _given(self, type_: Type, value: Value) -> Any:
+    def _argument(self, type_: Type, value: Value) -> Any:
         """A value as operators take it."""
         if isinstance(value, NotRecorded):
             raise NotKnown("what an operator looks into is not recorded")
         if type_.is_array:
             return self._array(value)
-        made = (
-            float(value)
-            if isinstance(type_, Real)
-            else kind(type_).map_parts(type_, value, self._given)
-        )
+        if isinstance(type_, Real):
+            return float(value)
+        built = kind(type_).map_parts(type_, value, self._argument)
         python = type_.python if isinstance(type_, Record) else ""
-        return resolve_name(python)(**vars(made)) if python else made
+        return resolve_name(python)(**vars(built)) if python else built
 
 
-def _said(error: BaseException) -> str:
+def _described(error: BaseException) -> str:
     """Class and message of an exception on one line, whatever its `__str__` does."""
     name = type(error).__name__
     try:
@@ -265,12 +255,12 @@ def _said(error: BaseException) -> str:
     return f"{name}: {message[:_LONGEST_MESSAGE]}" if message else name
 
 
-def _taken(type_: Type, value: Any) -> Value:
+def _from_operator(type_: Type, value: Any) -> Value:
     """A value that an operator gave."""
     if type_.is_array:
         return _tuples(value.tolist())
-    take = _TAKEN.get(kind(type_).sort)
-    return take(value) if take else kind(type_).map_parts(type_, value, _taken)
+    convert = _CONVERT.get(kind(type_).sort)
+    return convert(value) if convert else kind(type_).map_parts(type_, value, _from_operator)
 
 
 def _truth(value: Any) -> bool:
@@ -279,7 +269,7 @@ def _truth(value: Any) -> bool:
     return bool(value)
 
 
-_TAKEN: dict[Sort, Callable[[Any], Value]] = {"truth": _truth, "whole": index, "real": float}
+_CONVERT: dict[Sort, Callable[[Any], Value]] = {"truth": _truth, "whole": index, "real": float}
 
 
 def _tuples(items: Any) -> Value:

@@ -1,9 +1,10 @@
-"""What is missing for a condition to hold, in words: values, and how far they are from a limit."""
+"""What is missing for a condition or requirement to hold, in words: values, and limits missed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from fractions import Fraction
 from itertools import islice
 from typing import Any
 
@@ -14,17 +15,17 @@ from specc.lang.show import show
 from specc.lang.values import Fields, NotRecorded, angle, position
 from specc.model import expr as m
 from specc.model.expr import junction
-from specc.model.types import (
-    Int,
-    ListOf,
-    Pose,
-    Real,
-    Text,
-    Type,
-    complete_type,
+from specc.model.requirement import (
+    BoolOp,
+    Reading,
+    Requirement,
+    Temporal,
+    TemporalFormula,
+    horizon_s,
 )
+from specc.model.types import Int, ListOf, Pose, Real, Text, Type, complete_type
 from specc.model.units import DIMENSIONLESS
-from specc.tools.why.moment import Moment, NotKnown
+from specc.tools.why.moment import Moment, NotKnown, value_of
 
 _LONGEST_TEXT, _LONGEST_VALUE = 140, 120
 _MOST_LINES, _MOST_ITEMS = 30, 4
@@ -39,7 +40,7 @@ class Reasons:
 
     def __init__(self, moment: Moment) -> None:
         self._moment = moment
-        self._told: set[m.Expr] = set()
+        self._printed: set[m.Expr] = set()
         self._named: set[tuple[str, bool]] = set()
         """Named parts whose reasons are told, and whether they were wanted to hold."""
         self._bound: dict[str, Any] = {}
@@ -47,12 +48,12 @@ class Reasons:
 
     def lines(self, expr: m.Expr) -> list[str]:
         """Why it holds or what is missing, and then what it read."""
-        said = [*islice(self._why(expr, wanted=True, depth=0), _MOST_REASONS)]
+        reasons = [*islice(self._why(expr, wanted=True, depth=0), _MOST_REASONS)]
         read = [*self._read(expr)]
         most = max(_MOST_LINES - len(read), _MOST_LINES // 2)
-        number = f"{len(said) - most}{' or' if len(said) == _MOST_REASONS else ''}"
-        rest = [f"and {number} more"] if len(said) > most else []
-        return [*said[:most], *rest, *read]
+        number = f"{len(reasons) - most}{' or' if len(reasons) == _MOST_REASONS else ''}"
+        rest = [f"and {number} more"] if len(reasons) > most else []
+        return [*reasons[:most], *rest, *read]
 
     def _why(self, expr: m.Expr, wanted: bool, depth: int) -> Iterator[str]:
         """What decides whether it is as it is `wanted` to be."""
@@ -65,28 +66,25 @@ class Reasons:
             op: Any = "and" if expr.kind == "all" else "or"
             yield from self._why(junction(op, tuple(parts)), wanted, depth)
         elif isinstance(expr, m.Logic):
-            yield from self._of_parts(expr, wanted, depth)
+            yield from self._operands(expr, wanted, depth)
         elif isinstance(expr, m.LetRef):
-            yield from self._of_let(expr, wanted, depth)
+            self._printed.add(expr)
+            if (expr.name, wanted) in self._named:
+                yield f"{expr.name}: {self._value_or_reason(expr)}, as above"
+                return
+            self._named.add((expr.name, wanted))
+            value = self._moment.subsystem.let(expr.name).value
+            yield f"{expr.name}, which is {_text(value)}: {self._value_or_reason(expr)}"
+            yield from _indented(self._why(value, wanted, depth + 1))
         elif isinstance(expr, m.Quantifier):
-            yield from self._of_items(expr, wanted, depth)
+            yield from self._items(expr, wanted, depth)
         elif not isinstance(expr, m.Truth):
-            yield self._atom(expr, wanted)
+            try:
+                yield self._atom(expr, self._value_of(expr) is wanted, wanted)
+            except NotKnown as why:
+                yield f"{_text(expr)} is not known: {why}"
 
-    def _of_let(self, expr: m.LetRef, wanted: bool, depth: int) -> Iterator[str]:
-        """A named part and its reasons, which may name others often: they are told once."""
-        self._told.add(expr)
-        if (expr.name, wanted) in self._named:
-            yield f"{expr.name}: {self._said(expr)}, as above"
-            return
-        self._named.add((expr.name, wanted))
-        yield f"{expr.name}, which is {_text(self._let(expr))}: {self._said(expr)}"
-        yield from _indented(self._why(self._let(expr), wanted, depth + 1))
-
-    def _let(self, expr: m.LetRef) -> m.Expr:
-        return self._moment.subsystem.let(expr.name).value
-
-    def _said(self, expr: m.Expr) -> str:
+    def _value_or_reason(self, expr: m.Expr) -> str:
         try:
             return str(self._value_of(expr))
         except NotKnown as why:
@@ -95,8 +93,8 @@ class Reasons:
     def _value_of(self, expr: m.Expr) -> Any:
         return self._moment.value(expr, **self._bound)
 
-    def _of_parts(self, expr: m.Logic, wanted: bool, depth: int) -> Iterator[str]:
-        """Of parts that all have to be so those that are not; else all of them."""
+    def _operands(self, expr: m.Logic, wanted: bool, depth: int) -> Iterator[str]:
+        """The unmet operands of a conjunction, or all operands of a disjunction."""
         is_all = (expr.op == "and") is wanted
         is_met = self._moment.truth(expr, **self._bound) is wanted
         decided, skipped = False, []
@@ -108,17 +106,11 @@ class Reasons:
                 yield from self._why(part, wanted, depth)
             decided |= truth is (expr.op == "or")
         if skipped:
-            rest = f"; and {len(skipped) - _MOST_ITEMS} more" if len(skipped) > _MOST_ITEMS else ""
-            some = "; ".join(skipped[:_MOST_ITEMS]) + rest
-            yield f"not asked, for what stands before it decided: {some}"
+            more = f"; and {len(skipped) - _MOST_ITEMS} more" if len(skipped) > _MOST_ITEMS else ""
+            texts = "; ".join(skipped[:_MOST_ITEMS]) + more
+            yield f"not asked, for what stands before it decided: {texts}"
 
-    def _atom(self, expr: m.Expr, wanted: bool) -> str:
-        try:
-            return self._known(expr, self._value_of(expr) is wanted, wanted)
-        except NotKnown as why:
-            return f"{_text(expr)} is not known: {why}"
-
-    def _known(self, expr: m.Expr, is_met: bool, wanted: bool) -> str:
+    def _atom(self, expr: m.Expr, is_met: bool, wanted: bool) -> str:
         is_or_needs = "is" if is_met else "needs"
         match expr:
             case m.Compare(op=op, left=left, right=right):
@@ -126,12 +118,12 @@ class Reasons:
             case m.Builtin(name=name, args=args) if FUNCTIONS[name].compares:
                 return self._near(args, wanted, is_met)
             case m.Fresh(input=read):
-                self._told.add(expr)
+                self._printed.add(expr)
                 came = "came" if is_met is wanted else "did not come"
                 need = "" if is_met else f", needs {'one' if wanted else 'none'}"
                 return f"a new {show(read)} {came}{need}"
             case m.Present(input=read):
-                self._told.add(expr)
+                self._printed.add(expr)
                 has = "has" if is_met is wanted else "has not"
                 return f"{show(read)} {has} a value{'' if is_met else ', needs the opposite'}"
             case m.IsOneOf(item=item, members=members):
@@ -144,7 +136,7 @@ class Reasons:
 
     def _value(self, expr: m.Expr) -> str:
         """An expression with its value."""
-        self._told.add(expr)
+        self._printed.add(expr)
         text = _text(expr)
         return text if _is_literal(expr) else f"{text} = {self._shown(expr)}"
 
@@ -159,7 +151,7 @@ class Reasons:
             left, right, op = right, left, m.MIRRORED[op]
         limit = self._shown(right)
         if not _is_literal(right):
-            self._told.add(right)
+            self._printed.add(right)
             limit += f" ({_text(right)})"
         words = f"{self._value(left)}, {'is' if is_met else 'needs'} {op} {limit}"
         if is_met or op in ("==", "!=") or not isinstance(left.type, Real | Int):
@@ -169,46 +161,46 @@ class Reasons:
 
     def _near(self, args: tuple[m.Expr, ...], wanted: bool, is_met: bool) -> str:
         """How far the two are apart, and what is allowed."""
-        self._told.update(args[2:])
+        self._printed.update(args[2:])
         a, b, most, *turn = map(self._value_of, args)
         if turn:
-            far = math.dist(position(a), position(b))
             spans = [
-                ("apart by ", far, most, args[2].type),
+                ("apart by ", math.dist(position(a), position(b)), most, args[2].type),
                 ("turned by ", angle(a, b), turn[0], args[3].type),
             ]
         else:
             pairs = zip(a, b, strict=True) if isinstance(a, tuple) else [(a, b)]
             far = max((abs(p - q) for p, q in pairs), default=0.0)
             spans = [("apart by ", far, most, args[2].type)]
-        said = []
+        distances = []
         for word, far, most, of in spans:
-            words = f"{word}{_length(far, of)}, limit {_length(most, of)}"
-            if wanted and far > most:
-                words += f", {_length(far - most, of)} too much"
-            said.append(words)
+            more = f", {_length(far - most, of)} too much" if wanted and far > most else ""
+            distances.append(f"{word}{_length(far, of)}, limit {_length(most, of)}{more}")
         first, second = (_text(a) if isinstance(a.type, Pose) else self._value(a) for a in args[:2])
         need = "" if wanted or is_met else ", needs to be beyond a limit"
         is_ = "is" if is_met is wanted else "is not"
-        return f"{first} {is_} near {second}: {'; '.join(said)}{need}"
+        return f"{first} {is_} near {second}: {'; '.join(distances)}{need}"
 
-    def _of_items(self, expr: m.Quantifier, wanted: bool, depth: int) -> Iterator[str]:
+    def _items(self, expr: m.Quantifier, wanted: bool, depth: int) -> Iterator[str]:
         """Of how many items it is true; and why one that decides is not as it is wanted."""
         text = f"{_text(expr.body)} for {expr.variable} in {_text(expr.over)}"
         try:
             items = self._moment.value(expr.over, **self._bound)
             each = [{**self._bound, expr.variable: item} for item in items]
-            held = [self._moment.value(expr.body, **bound) for bound in each]
+            truths = [self._moment.value(expr.body, **bound) for bound in each]
         except NotKnown as why:
             yield f"{text}: not known: {why}"
             return
-        of = [i for i, holds in enumerate(held) if holds]
-        words = f"true of {_count(of, len(items))}" if of else f"true of none of {len(items)}"
-        is_met = (all(held) if expr.kind == "all" else any(held)) is wanted
+        of = [i for i, holds in enumerate(truths) if holds]
+        numbers = ", ".join(map(str, of[:_MOST_ITEMS])) + (", ..." if of[_MOST_ITEMS:] else "")
+        words = f"true of {len(of)} of {len(items)}, number {numbers}"
+        if len(of) in (0, len(items)):
+            words = f"true of all {len(of)}" if of else f"true of none of {len(items)}"
+        is_met = (all(truths) if expr.kind == "all" else any(truths)) is wanted
         every = "every one" if expr.kind == "all" else "one"
         needs = "" if is_met else f", needs {every if wanted else f'not {every}'}"
         yield f"{text}: {words}{needs}"
-        against = [i for i, holds in enumerate(held) if holds is not wanted]
+        against = [i for i, holds in enumerate(truths) if holds is not wanted]
         is_decisive = len(items) == 1 or (expr.kind == "all") is wanted
         if against and is_decisive and not is_met:
             bound, self._bound = self._bound, each[against[0]]
@@ -219,27 +211,20 @@ class Reasons:
     def _read(self, expr: m.Expr) -> Iterator[str]:
         """The values that were read and are not told yet."""
         for leaf in self._moment.leaves(expr):
-            if leaf in self._told:
+            if leaf in self._printed:
                 continue
-            self._told.add(leaf)
+            self._printed.add(leaf)
             if isinstance(leaf, m.Fresh | m.Present):
-                yield f"read {show(leaf)} = {self._said(leaf)}"
+                yield f"read {show(leaf)} = {self._value_or_reason(leaf)}"
             elif isinstance(leaf, m.LetRef):
-                is_ = _text(self._let(leaf))
-                yield f"read {leaf.name} = {self._shown(leaf)}, which is {is_}"
+                meaning = _text(self._moment.subsystem.let(leaf.name).value)
+                yield f"read {leaf.name} = {self._shown(leaf)}, which is {meaning}"
             else:
                 yield f"read {self._value(leaf)}"
 
 
 def _indented(lines: Iterable[str]) -> Iterator[str]:
     return (f"  {line}" for line in lines)
-
-
-def _count(of: list[int], size: int) -> str:
-    if len(of) == size:
-        return f"all {size}"
-    some = ", ".join(map(str, of[:_MOST_ITEMS])) + (", ..." if len(of) > _MOST_ITEMS else "")
-    return f"{len(of)} of {size}, number {some}"
 
 
 def _is_literal(expr: m.Expr) -> bool:
@@ -282,8 +267,7 @@ def _shown(type_: Type, value: Any) -> str:
 
 def _quantity(type_: Type, value: Any) -> str:
     if isinstance(type_, Pose):
-        turned = angle(value, _HERE)
-        return f"at {_numbers(position(value))} m, turned by {_number(turned)} rad"
+        return f"at {_numbers(position(value))} m, turned by {_number(angle(value, _HERE))} rad"
     units = " and ".join(map(str, type_.units))
     units = f" in {units}" if len(type_.units) > 1 else f" {units}" if units != "1" else ""
     return (_numbers(value) if type_.is_array else _number(value)) + units
@@ -298,3 +282,68 @@ def _number(value: float) -> str:
 
 def _numbers(values: Iterable[float]) -> str:
     return f"[{', '.join('_' if math.isnan(v) else f'{v:.4g}' for v in values)}]"
+
+
+# Why a requirement is violated: what it asked for, from which moment, and until when.
+
+Steps = Callable[[float], Mapping[str, Mapping[str, Any]]]
+"""The messages of the last steps until a time in s, by subsystem."""
+
+
+def reasons_of_violation(
+    requirement: Requirement, time_s: float, steps: Steps, shown_s: Callable[[float], str]
+) -> Iterator[str]:
+    """Why its formula fails at a time; `shown_s` makes words of times.
+
+    The values follow that it reads, then and at the deadline if there is one.
+    """
+    formula = requirement.formula
+    yield from _missed(requirement, formula, time_s, shown_s)
+    for at_s in dict.fromkeys((time_s, time_s + float(horizon_s(formula)))):
+        last_steps = steps(at_s)
+        for reading in requirement.readings:
+            if text := _read(reading, last_steps.get(reading.subsystem)):
+                yield f"at {shown_s(at_s)}: {reading.name} = {text}"
+
+
+def _missed(
+    requirement: Requirement,
+    formula: TemporalFormula,
+    time_s: float,
+    shown_s: Callable[[float], str],
+) -> Iterator[str]:
+    """What did not hold, and why it had to, from the outside to the inside of a formula."""
+    at = shown_s(time_s)
+
+    def text(part: TemporalFormula) -> str:
+        return truncate(requirement.part(part), _LONGEST_TEXT)
+
+    def until(span_s: Fraction) -> str:
+        return shown_s(time_s + float(span_s))
+
+    match formula:
+        case BoolOp(operands=(_, conclusion), premise=premise) if premise is not None:
+            yield f"at {at}: {text(premise)} held"
+            yield from _missed(requirement, conclusion, time_s, shown_s)
+        case Temporal(op="within", operands=(part,), span_s=s):
+            yield f"{text(part)} had to hold by {until(s)}, {float(s):g} s later, and did not"
+        case Temporal(op="throughout", operands=(part,), span_s=s):
+            part_until = f"{text(part)} had to hold until {until(s)}"
+            yield f"{part_until}, for {float(s):g} s, and did not all the time"
+        case _:
+            yield f"at {at}: {text(formula)} did not hold"
+
+
+def _read(reading: Reading, step: Mapping[str, Any] | None) -> str:
+    """A value that counts from the time stamp of a step; nothing for others."""
+    if step is None or reading.asks_presence:
+        return ""
+    if reading.kind == "state":
+        return truncate(str(step.get("state")), _LONGEST_TEXT)
+    data: Any = step.get({"memory": "memory", "reported": "x"}.get(reading.kind, ""))
+    for name in reading.element:
+        data = data.get(name) if isinstance(data, dict) else None
+    try:
+        return "" if data is None else shown(reading.type, value_of(reading.type, data))
+    except NotKnown:
+        return ""

@@ -1,7 +1,7 @@
 """What the formatter keeps of any text."""
 
 from specc.read import read_text
-from specc.read.comments import comments_of
+from specc.read.document import comments_of
 from specc.tools.fmt import formatted
 
 

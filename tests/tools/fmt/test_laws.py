@@ -66,7 +66,7 @@ def written(value: Any, draw: Any, depth: int, flow: bool, anchors: list[str]) -
 
 def plain(value: Any, draw: Any, depth: int, flow: bool, anchors: list[str]) -> str:
     """A YAML text of a value without an anchor of its own."""
-    from specc.tools.fmt.scalars import quoted
+    from specc.tools.fmt.tree import quoted
 
     if not isinstance(value, (dict, list)) or not value:
         if isinstance(value, str):
@@ -136,7 +136,7 @@ def test_laws_hold_with_comments_anywhere(chosen: st.DataObject) -> None:
 def test_quoted_texts_mean_what_they_say(value: str) -> None:
     document = read_text("a.yaml", "a: 1\n")
     assert document.ok
-    from specc.tools.fmt.scalars import quoted
+    from specc.tools.fmt.tree import quoted
 
     if not any(0xD800 <= ord(char) < 0xE000 for char in value):
         root, scalars = parse(f"a: {quoted(value)}\n")

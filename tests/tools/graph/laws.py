@@ -9,11 +9,8 @@ from specc.model import expr as m
 from specc.model.fsm import Function
 from specc.model.system import Subsystem, System
 from specc.tools.graph import Diagram, as_dot
-from specc.tools.graph.flow import flow
-from specc.tools.graph.frames import frames
-from specc.tools.graph.inside import inside
-from specc.tools.graph.states import states
-from specc.tools.graph.structure import structure
+from specc.tools.graph.machine import flow, states
+from specc.tools.graph.structure import frames, inside, structure
 
 
 def every_part_is_drawn_once(system: System) -> None:

@@ -15,11 +15,11 @@ from specc.tools.graph.diagram import (
     Cluster,
     Diagram,
     TextRun,
-    broken,
-    joined,
+    comma_lines,
     line,
+    wrap_lines,
 )
-from specc.tools.graph.drawing import NotDrawn, drawn
+from specc.tools.graph.drawing import NotDrawn, render
 from tests.commands import specc
 
 HOSTILE = (
@@ -63,15 +63,15 @@ def test_hostile_texts_add_nothing(first: str) -> None:
     assert "evil" not in read.nodes()
 
 
-def test_hostile_texts_can_be_drawn() -> None:
-    svg = drawn(as_dot(diagram(HOSTILE)), "svg").decode()
+def test_hostile_texts_can_be_render() -> None:
+    svg = render(as_dot(diagram(HOSTILE)), "svg").decode()
     assert svg.count('class="node"') == len(HOSTILE) + 1
     assert "<image" not in svg and "\x1b" not in svg
 
 
-def test_what_is_no_graph_is_not_drawn() -> None:
+def test_what_is_no_graph_is_not_render() -> None:
     with pytest.raises(NotDrawn):
-        drawn("digraph {", "svg")
+        render("digraph {", "svg")
 
 
 def test_a_title_of_a_stranger(tmp_path: Path) -> None:
@@ -86,10 +86,10 @@ def test_a_title_of_a_stranger(tmp_path: Path) -> None:
 
 
 def test_lines() -> None:
-    assert [each[0].text for each in broken("one two three", 8)] == ["one two", "three"]
-    assert broken("", 8) == ()
-    (cut,) = broken("word " * 9, 20, most=1)
+    assert [each[0].text for each in wrap_lines("one two three", 8)] == ["one two", "three"]
+    assert wrap_lines("", 8) == ()
+    (cut,) = wrap_lines("word " * 9, 20, most=1)
     assert cut == (TextRun("word word word word…"),)
     names = [f"name_{number}" for number in range(20)]
-    shown = " ".join(each[0].text for each in joined(names, 24))
+    shown = " ".join(each[0].text for each in comma_lines(names, 24))
     assert shown.split(", ") == names

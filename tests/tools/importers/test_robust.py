@@ -9,7 +9,7 @@ import pytest
 from hypothesis import strategies as st
 
 from specc.tools.importers import Notes, import_fabric, import_scxml
-from specc.tools.importers.markup import MarkupError, parse_markup
+from specc.tools.importers.reading import MarkupError, parse_markup
 from tests.seeds import drawn
 from tests.tools.importers.conftest import FILES, Workshop
 

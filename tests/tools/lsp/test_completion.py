@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.lsp import answers
-from specc.tools.lsp.cursor import TextCursor, cursors
+from specc.tools.lsp import features
+from specc.tools.lsp.cursor import TextCursor, cursors, outline
 from specc.tools.lsp.project import Project
 from tests.seeds import every
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place, write
@@ -24,7 +24,7 @@ def labels(project: Project, path: str, text: str, old: str, new: str) -> set[st
     project.put(path, text[:start] + before + after + text[start + len(old) :])
     project.analyse(path)
     try:
-        found = answers.completions(project, path, start + len(before))
+        found = features.completions(project, path, start + len(before))
     finally:
         project.put(path, text)
         project.analyse(path)
@@ -147,7 +147,7 @@ def test_proposes_below_an_error_in_a_file_that_was_never_understood(
     project.put(system, before + after)
     for root in project.roots(system, search=True):
         project.analyse(root)
-    found = {c.label for c in answers.completions(project, system, len(before))}
+    found = {c.label for c in features.completions(project, system, len(before))}
     assert set(there.split()) <= found
 
 
@@ -158,7 +158,7 @@ def test_an_error_above_hides_no_hover(tmp_path: Path) -> None:
     project = Project((str(tmp_path),))
     project.put(system, text)
     project.analyse(system)
-    hover = answers.hover(project, system, place(text, "X_c: |T_c, grip"))
+    hover = features.hover(project, system, place(text, "X_c: |T_c, grip"))
     assert hover is not None
     assert "eq. 24" in hover.text
 
@@ -167,7 +167,7 @@ def test_proposes_parameters_of_a_reused_file(workspace: tuple[Project, str, str
     project, _, library = workspace
     offset = place(LIBRARY, 'x.E.d_m, |tolerance)", still')
     project.put(library, LIBRARY)
-    found = {c.label for c in answers.completions(project, library, offset)}
+    found = {c.label for c in features.completions(project, library, offset)}
     assert {"tolerance", "d_p"} <= found
     assert "limit" not in found
 
@@ -177,7 +177,7 @@ def test_a_proposal_replaces_what_was_begun(tmp_path: Path) -> None:
     text = SYSTEM.replace("near(q_p,", "near(q_p, li")
     project.put(system, text)
     offset = place(text, "near(q_p, li|")
-    (limit,) = (c for c in answers.completions(project, system, offset) if c.label == "limit")
+    (limit,) = (c for c in features.completions(project, system, offset) if c.label == "limit")
     assert text[offset - limit.replaces : offset] == "li"
 
 
@@ -196,6 +196,8 @@ def test_a_proposal_replaces_what_was_begun(tmp_path: Path) -> None:
         ("# it's [not\nb: c", TextCursor(("b",), False, "c")),
         ("a: [b] # {\nc: d", TextCursor(("c",), False, "d")),
         ("a:\n  - [x, y]\n  - [z, ", TextCursor(("a", 1, 1), False, "")),
+        ("a: {b: 1,\n  c: {d: [2],\n    e: x", TextCursor(("a", "c", "e"), False, "x")),
+        ("- {a: b,\n   c: x", TextCursor((0, "c"), False, "x")),
     ],
 )
 def test_finds_the_cursor_in_unfinished_text(text: str, expected: TextCursor) -> None:
@@ -205,3 +207,19 @@ def test_finds_the_cursor_in_unfinished_text(text: str, expected: TextCursor) ->
 @pytest.mark.parametrize("text", ["a: 1 # comment", "a: 'x' ", "a: [1] ", "}{", "\ta: b"])
 def test_finds_no_cursor_where_nothing_can_be_written(text: str) -> None:
     assert [c for c in cursors(text, len(text)) if not c.is_key] == []
+
+
+@pytest.mark.parametrize(
+    ("head", "expected"),
+    [
+        ("a:\n  b: [1\n  c: x", "a:\n  b: 0\n  c: x"),
+        ("a:\n  b: {c: 1,\n    d: x", "a:\n  b: {c: 1,\n    d: x"),
+        ("a:\n  b: >-\n    one\n    two", "a:\n  b: >-\n    one\n    two"),
+        ("a: 1\nb:\n- [x\n- [y, ", "a: 0\nb:\n- 0\n- [y, "),
+        ("b:\n  - c: 1\n    d: ", "b:\n  - c:\n    d: "),
+        ("a: 1\n  ", "a:\n  "),
+        ("  'q: r': {\n    a", "  'q: r': {\n    a"),
+    ],
+)
+def test_the_outline_of_a_line(head: str, expected: str) -> None:
+    assert outline(head) == expected

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import apply
 from tests.seeds import every, short
@@ -108,7 +108,7 @@ def test_renaming_changes_what_is_required(
     unchanged: tuple[Project, str], at: str, new: str, expected: list[str]
 ) -> None:
     known, path = unchanged
-    edits = answers.rename_at(known, path, place(SYSTEM, at), new)
+    edits = features.rename_at(known, path, place(SYSTEM, at), new)
     text = apply(SYSTEM, edits)
     for part in expected:
         assert part in text
@@ -132,9 +132,9 @@ def test_what_is_named_is_explained_and_found(
 ) -> None:
     known, path = unchanged
     offset = place(SYSTEM, at)
-    hover = answers.hover(known, path, offset)
+    hover = features.hover(known, path, offset)
     assert hover is not None and words in str(hover)
-    assert place(SYSTEM, line) in [s.start for s in answers.definition(known, path, offset)]
+    assert place(SYSTEM, line) in [s.start for s in features.definition(known, path, offset)]
 
 
 @pytest.mark.parametrize(
@@ -185,5 +185,5 @@ def test_an_error_in_a_formula_leaves_other_names_known(tmp_path: Path, old: str
         ("state(base.c) == |S0", "states: {|S0: hear}"),
         ("E.wheel.|s <", "y: {|s: {type"),
     ]:
-        found = answers.definition(known, path, place(text, at))
+        found = features.definition(known, path, place(text, at))
         assert place(text, line) in [stretch.start for stretch in found], at

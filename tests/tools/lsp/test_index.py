@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from specc.schema.places import role_of
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from tests.house.tree import ROOT
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place
@@ -28,7 +28,7 @@ def flagship() -> Project:
 
 
 def test_workspace_is_understood(workspace: tuple[Project, str, str]) -> None:
-    found = answers.notes(workspace[0])
+    found = features.notes(workspace[0])
     assert set(found) == set(workspace[1:])
     errors = [
         note.diagnostic.message
@@ -71,37 +71,37 @@ def test_goes_to_the_definition(
     at: str, definition: str | None, workspace: tuple[Project, str, str]
 ) -> None:
     project, system, _ = workspace
-    found = answers.definition(project, system, place(SYSTEM, at))
+    found = features.definition(project, system, place(SYSTEM, at))
     wanted = [] if definition is None else [place(SYSTEM, definition)]
     assert [stretch.start for stretch in found if stretch.path == system] == wanted
 
 
 def test_goes_to_both_ends_of_a_connection(workspace: tuple[Project, str, str]) -> None:
     project, system, library = workspace
-    found = answers.definition(project, system, place(SYSTEM, "move: {y.E.q_d: x.c.|q_d"))
+    found = features.definition(project, system, place(SYSTEM, "move: {y.E.q_d: x.c.|q_d"))
     sender, reader = place(SYSTEM, "y: {m: {|q_d"), place(SYSTEM, "c: {|q_d: {type")
     assert {stretch.start for stretch in found} == {sender, reader}
-    found = answers.definition(project, library, place(LIBRARY, "y.E.|d_d"))
+    found = features.definition(project, library, place(LIBRARY, "y.E.|d_d"))
     assert {stretch.path for stretch in found} == {system, library}
 
 
 def test_goes_across_files(workspace: tuple[Project, str, str]) -> None:
     project, system, library = workspace
-    (file,) = answers.definition(project, system, place(SYSTEM, "use: lib/|fingers"))
+    (file,) = features.definition(project, system, place(SYSTEM, "use: lib/|fingers"))
     assert file.path == library
-    (parameter,) = answers.definition(project, system, place(SYSTEM, "with: {|tolerance"))
+    (parameter,) = features.definition(project, system, place(SYSTEM, "with: {|tolerance"))
     assert (parameter.path, parameter.start) == (library, place(LIBRARY, "{|tolerance: "))
 
 
 def test_finds_all_references(workspace: tuple[Project, str, str]) -> None:
     project, system, _ = workspace
-    found = answers.references(project, system, place(SYSTEM, "|q_p: {type"), True)
+    found = features.references(project, system, place(SYSTEM, "|q_p: {type"))
     assert len(found) == SYSTEM.count("q_p")
-    uses = answers.references(project, system, place(SYSTEM, "|q_p: {type"), False)
+    uses = features.references(project, system, place(SYSTEM, "|q_p: {type"), declarations=False)
     assert len(uses) == len(found) - 1
     # The element q_d of irp.m and irp.c is not the one of the device.
-    element = answers.references(project, system, place(SYSTEM, "y: {m: {|q_d"), True)
-    device = answers.references(project, system, place(SYSTEM, "m: {x: {|q_d"), True)
+    element = features.references(project, system, place(SYSTEM, "y: {m: {|q_d"))
+    device = features.references(project, system, place(SYSTEM, "m: {x: {|q_d"))
     assert not set(element) & set(device)
     assert len(element) + len(device) == SYSTEM.count("q_d")
 
@@ -124,10 +124,10 @@ def test_finds_all_references(workspace: tuple[Project, str, str]) -> None:
 )  # fmt: skip
 def test_says_what_it_is(at: str, words: list[str], workspace: tuple[Project, str, str]) -> None:
     project, system, _ = workspace
-    found = answers.hover(project, system, place(SYSTEM, at))
+    found = features.hover(project, system, place(SYSTEM, at))
     assert found is not None
     assert [word for word in words if word not in found.text] == []
-    assert found.where.start <= place(SYSTEM, at) <= found.where.end
+    assert found.range.start <= place(SYSTEM, at) <= found.range.end
 
 
 def test_every_name_of_the_flagship_is_that_of_its_symbol(flagship: Project) -> None:
@@ -145,7 +145,7 @@ def test_every_reference_of_the_flagship_leads_to_its_definition(flagship: Proje
     assert view is not None
     for occurrence in view.index.occurrences(FLAGSHIP):
         places = {
-            (s.path, s.start) for s in answers.definition(flagship, FLAGSHIP, occurrence.start)
+            (s.path, s.start) for s in features.definition(flagship, FLAGSHIP, occurrence.start)
         }
         declared = {
             (end.place.file, view.index.offsets(end.place)[0])
@@ -174,15 +174,16 @@ def test_a_file_that_is_no_yaml_is_answered_from_before(tmp_path: Path) -> None:
     project, system, _ = opened(tmp_path)
     broken = SYSTEM.replace("title: what is commanded}", 'title: "what is')
     project.put(system, broken)
+    before = {note.diagnostic.code for note in features.notes(project)[system]}
     project.analyse(system)
-    (note,) = answers.notes(project)[system]
-    assert note.diagnostic.code == "E0009"
+    found = {note.diagnostic.code for note in features.notes(project)[system]}
+    assert found == {"E0009"} | before
     at = place(broken, "X_c: |T_c, grip")
-    (definition,) = answers.definition(project, system, at)
+    (definition,) = features.definition(project, system, at)
     assert definition.start == place(broken, "|T_c: {is")
-    hover = answers.hover(project, system, at)
+    hover = features.hover(project, system, at)
     assert hover is not None
-    assert hover.where.start == at
+    assert hover.range.start == at
 
 
 def test_a_file_that_was_never_understood_still_has_names(tmp_path: Path) -> None:
@@ -191,8 +192,8 @@ def test_a_file_that_was_never_understood_still_has_names(tmp_path: Path) -> Non
     wrong = SYSTEM.replace("rate: 10 Hz\n        x", "rats: 10 Hz\n        x")
     project.put(path, wrong)
     project.analyse(path)
-    assert {note.diagnostic.code for note in answers.notes(project)[path]} == {"E0101"}
-    (definition,) = answers.definition(project, path, place(wrong, "X_c: |T_c, grip"))
+    assert {note.diagnostic.code for note in features.notes(project)[path]} == {"E0101"}
+    (definition,) = features.definition(project, path, place(wrong, "X_c: |T_c, grip"))
     assert definition.start == place(wrong, "|T_c: {is")
 
 
@@ -201,10 +202,10 @@ def test_unsaved_texts_are_used_instead_of_the_disk(tmp_path: Path) -> None:
     project.put(library, LIBRARY.replace("{tolerance: ", "{width: "))
     assert project.roots(library) == [system]
     project.analyse(system)
-    assert {n.diagnostic.code for n in answers.notes(project)[system]} >= {"E0210"}
+    assert {n.diagnostic.code for n in features.notes(project)[system]} >= {"E0210"}
     project.close(library)
     project.analyse(system)
-    assert "E0210" not in {n.diagnostic.code for n in answers.notes(project)[system]}
+    assert "E0210" not in {n.diagnostic.code for n in features.notes(project)[system]}
 
 
 @pytest.mark.parametrize(
@@ -220,7 +221,7 @@ def test_hover_explains_what_is_no_symbol(old: str, new: str, words: str, tmp_pa
     before, after = SYSTEM.replace(old, new).split("|")
     project.put(system, before + after)
     project.analyse(system)
-    hover = answers.hover(project, system, len(before))
+    hover = features.hover(project, system, len(before))
     assert hover is not None
     assert words in hover.text
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from tests.house.tree import ROOT
 from tests.tools.lsp.workspace import LIBRARY, place
@@ -43,7 +43,7 @@ def found(path: Path, text: str) -> set[str]:
     project.put(str(path), text)
     for root in project.roots(str(path), search=True):
         project.analyse(root)
-    return {note.diagnostic.code for note in answers.notes(project)[str(path)]}
+    return {note.diagnostic.code for note in features.notes(project)[str(path)]}
 
 
 @pytest.mark.parametrize("text", [LIBRARY, AGENT])
@@ -81,6 +81,6 @@ def test_its_names_have_types(tmp_path: Path) -> None:
     project = Project()
     project.put(path, LIBRARY)
     project.analyse(path)
-    hover = answers.hover(project, path, place(LIBRARY, 'moved: "not near(|d_p'))
+    hover = features.hover(project, path, place(LIBRARY, 'moved: "not near(|d_p'))
     assert hover is not None
     assert "real[m]" in hover.text

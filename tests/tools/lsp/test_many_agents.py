@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError
 from tests.tools.lsp.workspace import edited, place
@@ -57,13 +57,13 @@ def test_names_lead_to_the_interface(
 ) -> None:
     analysed, path = project
     index = analysed.analyse(path).index
-    found = index.at(path, place(SYSTEM, marked))
+    found = index.name_at(path, place(SYSTEM, marked))
     assert found is not None
     assert index.offsets(found.symbol.place)[0] == place(SYSTEM, definition)
 
 
 def test_hover_tells_of_an_element(project: tuple[Project, str]) -> None:
-    found = answers.hover(*project, place(SYSTEM, "last: x.rover.mo|de if"))
+    found = features.hover(*project, place(SYSTEM, "last: x.rover.mo|de if"))
     assert found is not None
     assert "how it drives" in found.text
     assert "from rover.c to base.c" in found.text
@@ -80,7 +80,7 @@ def test_an_interface_and_its_elements_are_proposed(project: tuple[Project, str]
         before, after = new.split("|")
         start = SYSTEM.index(old)
         analysed.put(path, SYSTEM[:start] + before + after + SYSTEM[start + len(old) :])
-        proposed = answers.completions(analysed, path, start + len(before))
+        proposed = features.completions(analysed, path, start + len(before))
         analysed.put(path, SYSTEM)
         assert label in {completion.label for completion in proposed}, new
 
@@ -88,9 +88,9 @@ def test_an_interface_and_its_elements_are_proposed(project: tuple[Project, str]
 def test_renaming_an_element_renames_it_wherever_it_is_used(project: tuple[Project, str]) -> None:
     analysed, path = project
     index = analysed.analyse(path).index
-    found = index.at(path, place(SYSTEM, "last: x.rover.mo|de if"))
+    found = index.name_at(path, place(SYSTEM, "last: x.rover.mo|de if"))
     assert found is not None
-    places = {o.start for _, o in index.references(found.symbol)}
+    places = {o.start for _, o in index.occurrences_of(found.symbol.declarations)}
     assert len(places) == 4
 
 
@@ -103,11 +103,11 @@ def test_many_of_a_kind_are_known_by_the_name_of_their_template() -> None:
     assert analysis.diagnostics == ()
     index = analysis.index
     for marked in ('x: {"rob|ots_{i}": {for', '"y.rob|ots_{i}.halt"'):
-        found = index.at(path, place(text, marked))
+        found = index.name_at(path, place(text, marked))
         assert found is not None
         assert found.symbol.place.route == ("agents", "robots")
         with pytest.raises(RenameError, match="the name of many"):
-            answers.rename_at(project, path, place(text, marked), "others")
+            features.rename_at(project, path, place(text, marked), "others")
 
 
 def test_a_reader_of_many_is_understood() -> None:
@@ -117,8 +117,8 @@ def test_a_reader_of_many_is_understood() -> None:
     project.put(path, text)
     analysis = project.analyse(path)
     assert analysis.diagnostics == ()
-    found = analysis.index.at(path, place(text, "x: {rob|ots: Report}"))
+    found = analysis.index.name_at(path, place(text, "x: {rob|ots: Report}"))
     assert found is not None
     assert found.symbol.place.route == ("agents", "robots")
     assert analysis.index.occurrences(path)
-    assert answers.hover(project, path, place(text, "kno|wn: all(")) is not None
+    assert features.hover(project, path, place(text, "kno|wn: all(")) is not None

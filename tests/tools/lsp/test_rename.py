@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError, apply
 from tests.house.tree import ROOT
@@ -25,7 +25,7 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, str, s
 
 def renamed(project: Project, path: str, offset: int, new: str) -> dict[str, str]:
     """Texts after a renaming."""
-    edits = answers.rename_at(project, path, offset, new)
+    edits = features.rename_at(project, path, offset, new)
     return {
         file: apply(project.source(file).text, [e for e in edits if e.path == file])
         for file in {edit.path for edit in edits}
@@ -39,7 +39,7 @@ def samples(project: Project) -> list[tuple[str, int]]:
     for occurrence in index.occurrences(FLAGSHIP):
         symbol = occurrence.symbol
         try:
-            answers.renameable(project, FLAGSHIP, occurrence.start)
+            features.renameable(project, FLAGSHIP, occurrence.start)
         except RenameError:
             continue
         key = (symbol.kind, symbol.owner)
@@ -69,7 +69,7 @@ def is_nothing_there_and_back(project: Project, name: str, offset: int) -> None:
     for path, text in texts.items():
         project.put(path, text)
     project.analyse(FLAGSHIP)
-    assert answers.notes(project)[FLAGSHIP] == []
+    assert features.notes(project)[FLAGSHIP] == []
     again = project.source(FLAGSHIP).text.index(FRESH)
     assert renamed(project, FLAGSHIP, again, name.split()[-1])[FLAGSHIP] == before
     for path in texts:
@@ -197,7 +197,7 @@ def test_members_that_python_knows_keep_their_names(tmp_path: Path) -> None:
     project.put(system, text)
     project.analyse(system)
     with pytest.raises(RenameError, match="operator `SG`"):
-        answers.rename_at(project, system, place(text, "enum[|go"), "run")
+        features.rename_at(project, system, place(text, "enum[|go"), "run")
 
 
 def test_a_frame_does_not_get_the_name_of_a_variable_of_a_signature(tmp_path: Path) -> None:
@@ -209,7 +209,7 @@ def test_a_frame_does_not_get_the_name_of_a_variable_of_a_signature(tmp_path: Pa
     project.put(system, text)
     project.analyse(system)
     with pytest.raises(RenameError, match="any frame"):
-        answers.rename_at(project, system, place(text, "frames: {|B"), "P")
+        features.rename_at(project, system, place(text, "frames: {|B"), "P")
 
 
 def test_renames_in_every_system_that_uses_a_library(tmp_path: Path) -> None:
@@ -233,7 +233,7 @@ def test_refuses_what_would_break_another_system(tmp_path: Path) -> None:
     project.put(system, SYSTEM)
     project.analyse(system)
     with pytest.raises(RenameError, match="taken"):
-        answers.rename_at(project, library, place(LIBRARY, "y: {c: {|d_c"), "width")
+        features.rename_at(project, library, place(LIBRARY, "y: {c: {|d_c"), "width")
 
 
 def test_renames_a_variable_in_its_text_only(workspace: tuple[Project, str, str]) -> None:
@@ -274,7 +274,7 @@ def test_renames_a_variable_in_its_text_only(workspace: tuple[Project, str, str]
 def test_refuses(at: str, new: str, reason: str, workspace: tuple[Project, str, str]) -> None:
     project, system, _ = workspace
     with pytest.raises(RenameError, match=reason):
-        answers.rename_at(project, system, place(SYSTEM, at), new)
+        features.rename_at(project, system, place(SYSTEM, at), new)
 
 
 def test_refuses_while_a_text_that_may_mean_the_symbol_has_errors(tmp_path: Path) -> None:
@@ -283,10 +283,10 @@ def test_refuses_while_a_text_that_may_mean_the_symbol_has_errors(tmp_path: Path
     project.put(system, text)
     project.analyse(system)
     with pytest.raises(RenameError, match="first correct"):
-        answers.rename_at(project, system, place(text, "|q_p: {type"), FRESH)
+        features.rename_at(project, system, place(text, "|q_p: {type"), FRESH)
     # Where the error cannot be about the symbol, renaming goes on.
     assert renamed(project, system, place(text, "|hold: {title"), FRESH)
     project.put(system, text.replace("specc: 1", "specc: ["))
     project.analyse(system)
     with pytest.raises(RenameError, match="correct the errors"):
-        answers.rename_at(project, library, place(LIBRARY, "y: {c: {|d_c"), FRESH)
+        features.rename_at(project, library, place(LIBRARY, "y: {c: {|d_c"), FRESH)

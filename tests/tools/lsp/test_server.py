@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError
 from tests.house.tree import ROOT
@@ -185,14 +185,14 @@ def test_broken_texts_of_the_flagship_raise_nothing(seed: int, texts: int) -> No
         project.put(path, text)
         for root in project.roots(path):
             project.analyse(root)
-        answers.notes(project)
+        features.notes(project)
         for offset in (start, rng.randrange(len(text))):
-            answers.hover(project, path, offset)
-            answers.definition(project, path, offset)
-            answers.references(project, path, offset, True)
-            answers.completions(project, path, offset)
+            features.hover(project, path, offset)
+            features.definition(project, path, offset)
+            features.references(project, path, offset)
+            features.completions(project, path, offset)
             try:
-                answers.rename_at(project, path, offset, "quite_new")
+                features.rename_at(project, path, offset, "quite_new")
             except RenameError:
                 continue
 

@@ -6,11 +6,11 @@ import pytest
 
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.tools.fmt import formatted
-from specc.tools.lsp import actions
-from specc.tools.lsp.actions import Action
+from specc.tools.lsp import features
+from specc.tools.lsp.cursor import signature
 from specc.tools.lsp.describe import OutlineEntry
+from specc.tools.lsp.features import Action
 from specc.tools.lsp.project import Project
-from specc.tools.lsp.signature import signature
 from tests.house.tree import ROOT
 from tests.policy.test_fixes import INDEXED
 from tests.tools.lsp.workspace import SYSTEM, opened, place
@@ -26,7 +26,7 @@ def offered(project: Project, path: str, text: str, marked: str) -> list[Action]
     project.put(path, text)
     project.analyse(path)
     at = place(text, marked)
-    return actions.repairs(project, path, at, at)
+    return features.repairs(project, path, at, at)
 
 
 def codes(project: Project, path: str, text: str) -> list[str]:
@@ -146,21 +146,21 @@ def test_offers_nothing_for_a_text_that_has_changed_since(tmp_path: Path) -> Non
     project.put(system, text)
     project.analyse(system)
     project.put(system, "# new\n" + text)
-    assert actions.repairs(project, system, 0, len(text)) == []
+    assert features.repairs(project, system, 0, len(text)) == []
 
 
 def test_the_outline_has_the_parts_inside_each_other(tmp_path: Path) -> None:
     project, system, _ = opened(tmp_path)
-    entries = {entry.name: entry for entry in actions.outline(project, system)}
+    entries = {entry.name: entry for entry in features.outline(project, system)}
     (agent,) = (entry for entry in entries.values() if entry.kind == "agent")
-    hand = next(e for e in agent.inside if (e.kind, e.name) == ("subsystem", "m"))
-    names = {(entry.kind, entry.name) for entry in hand.inside}
+    hand = next(e for e in agent.children if (e.kind, e.name) == ("subsystem", "m"))
+    names = {(entry.kind, entry.name) for entry in hand.children}
     assert {("memory", "q_p"), ("state", "S1"), ("element", "x.c.q_d")} <= names
-    assert entries["Grip"].inside[0].name == "width"
+    assert entries["Grip"].children[0].name == "width"
 
     def inside(entry: OutlineEntry) -> None:
         assert entry.start <= entry.name_start < entry.name_end <= entry.end
-        for below in entry.inside:
+        for below in entry.children:
             assert entry.start <= below.start <= below.end <= entry.end
             inside(below)
 
@@ -170,16 +170,16 @@ def test_the_outline_has_the_parts_inside_each_other(tmp_path: Path) -> None:
 
 def test_the_layout_is_that_of_the_formatter(tmp_path: Path) -> None:
     project, system, _ = opened(tmp_path)
-    assert actions.layout(project, system) == formatted(SYSTEM)
+    assert features.layout(project, system) == formatted(SYSTEM)
     project.put(system, formatted(SYSTEM))
-    assert actions.layout(project, system) is None
+    assert features.layout(project, system) is None
     windows = SYSTEM.replace("\n", "\r\n")
     project.put(system, windows)
-    assert actions.layout(project, system) == formatted(SYSTEM).replace("\n", "\r\n")
+    assert features.layout(project, system) == formatted(SYSTEM).replace("\n", "\r\n")
     project.put(system, SYSTEM.replace("frames: {", "frames: ["))
-    assert actions.layout(project, system) is None
+    assert features.layout(project, system) is None
     project.put(system, "a:   1\n")
-    assert actions.layout(project, system) is None
+    assert features.layout(project, system) is None
 
 
 @pytest.mark.parametrize(
@@ -201,7 +201,7 @@ def test_the_call_that_is_being_written(
     text = f'{before}"{typed}{after}'
     project.put(system, text)
     project.analyse(system)
-    found = actions.signature_at(project, system, len(before) + 1 + len(typed))
+    found = features.signature_at(project, system, len(before) + 1 + len(typed))
     assert found is not None
     assert (found.label, found.active) == (label, active)
 
@@ -209,13 +209,13 @@ def test_the_call_that_is_being_written(
 def test_no_call_where_none_is_written(tmp_path: Path) -> None:
     project, system, _ = opened(tmp_path)
     for marked in ("title: where| the hand", "near(q_p, x.E.q_m, limit)| and", "|let:"):
-        assert actions.signature_at(project, system, place(SYSTEM, marked)) is None
+        assert features.signature_at(project, system, place(SYSTEM, marked)) is None
 
 
 def test_every_function_of_the_language_has_its_signature() -> None:
     for name in BUILTIN_NAMES:
         text = f'specc: 1\nconstants: {{a: "{name}('
-        found = signature(None, text, len(text))
+        found = signature((), text, len(text))
         assert found is not None, name
         assert found.label.startswith(f"{name}(")
 
@@ -226,6 +226,6 @@ def test_all_of_the_flagship_is_in_its_outline() -> None:
     index = project.analyse(path).index
 
     def count(entries: list[OutlineEntry]) -> int:
-        return sum(1 + count(entry.inside) for entry in entries)
+        return sum(1 + count(entry.children) for entry in entries)
 
-    assert count(actions.outline(project, path)) == len(index.files[path].by_route)
+    assert count(features.outline(project, path)) == len(index.files[path].by_route)

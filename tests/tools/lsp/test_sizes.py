@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from specc.pipeline import compile_spec
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import apply
 from tests.tools.lsp.workspace import edited, place
@@ -58,9 +58,9 @@ def opened(folder: Path) -> tuple[Project, str]:
 def test_a_size_in_a_type_is_the_parameter(tmp_path: Path) -> None:
     project, path = opened(tmp_path)
     for text in ('y: {E: {v: "vector[|n', 'signature: "(v: vector[|n'):
-        (found,) = answers.definition(project, path, place(JOINTS, text))
+        (found,) = features.definition(project, path, place(JOINTS, text))
         assert (found.path, found.start) == (path, place(JOINTS, "parameters: {|n"))
-        hover = answers.hover(project, path, place(JOINTS, text))
+        hover = features.hover(project, path, place(JOINTS, text))
         assert hover is not None
         assert "**parameter** `n: int`" in hover.text
 
@@ -69,7 +69,7 @@ def test_renaming_a_size_renames_it_in_types_signatures_and_users(tmp_path: Path
     project, path = opened(tmp_path)
     for root in project.roots(path, search=True):
         project.analyse(root)
-    edits = answers.rename_at(project, path, place(JOINTS, 'y: {E: {v: "vector[|n'), "joints")
+    edits = features.rename_at(project, path, place(JOINTS, 'y: {E: {v: "vector[|n'), "joints")
     own = apply(JOINTS, [e for e in edits if e.path == path])
     assert own == JOINTS.replace("vector[n,", "vector[joints,").replace("{n: int", "{joints: int")
     user = str(tmp_path / "user.yaml")
@@ -80,7 +80,7 @@ def test_renaming_a_size_renames_it_in_types_signatures_and_users(tmp_path: Path
 def test_proposes_parameters_that_may_be_sizes(tmp_path: Path) -> None:
     project, path = opened(tmp_path)
     offset = place(JOINTS, 'y: {E: {v: "vector[|n')
-    labels = {c.label: c.kind for c in answers.completions(project, path, offset)}
+    labels = {c.label: c.kind for c in features.completions(project, path, offset)}
     assert {name for name, kind in labels.items() if kind == "parameter"} == {"n", "k"}
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.lsp import answers
+from specc.tools.lsp import features
 from specc.tools.lsp.rename import RenameError
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, edited, opened, place
 
@@ -52,7 +52,7 @@ require:
 )
 def test_a_name_leads_to_what_it_was_taken_for(at: str, definition: str, tmp_path: Path) -> None:
     project, path = edited(tmp_path / "pair.yaml", PAIR)
-    found = answers.definition(project, path, place(PAIR, at))
+    found = features.definition(project, path, place(PAIR, at))
     assert place(PAIR, definition) in [stretch.start for stretch in found]
 
 
@@ -72,7 +72,7 @@ def test_an_error_leaves_names_known(
     text = SYSTEM.replace(old, new)
     project.put(system, text)
     project.analyse(system)
-    found = answers.definition(project, system, place(text, at))
+    found = features.definition(project, system, place(text, at))
     assert place(text, definition) in [stretch.start for stretch in found]
 
 
@@ -81,7 +81,7 @@ def test_a_description_that_its_user_misuses_is_known_by_itself(tmp_path: Path) 
     project.put(system, SYSTEM.replace('with: {tolerance: "0.001[m]"}', "with: {}"))
     project.put(library, LIBRARY)
     project.analyse(system)
-    (found,) = answers.definition(project, library, place(LIBRARY, "[S0, terminal, |moved"))
+    (found,) = features.definition(project, library, place(LIBRARY, "[S0, terminal, |moved"))
     assert (found.path, found.start) == (library, place(LIBRARY, "{|moved: "))
 
 
@@ -91,7 +91,7 @@ def test_a_text_that_was_not_read_keeps_a_name_from_changing(tmp_path: Path) -> 
     project.put(system, text)
     project.analyse(system)
     with pytest.raises(RenameError, match="first correct the expression"):
-        answers.rename_at(project, system, place(text, "|GR: {signature"), "GRIP")
+        features.rename_at(project, system, place(text, "|GR: {signature"), "GRIP")
 
 
 PASSES_ON = """\
@@ -117,5 +117,5 @@ agents:
 def test_targets_that_through_writes_are_no_names_in_the_file(tmp_path: Path) -> None:
     project, path = edited(tmp_path / "demo.yaml", PASSES_ON)
     at = place(PASSES_ON, 'y: {|t: "real')
-    found = {PASSES_ON[s.start : s.end] for s in answers.references(project, path, at, True)}
+    found = {PASSES_ON[s.start : s.end] for s in features.references(project, path, at)}
     assert found == {"t"}

@@ -17,8 +17,7 @@ from xml.etree import ElementTree
 import pytest
 from mcap.writer import Writer
 
-from specc.tools.plot.drawing import MOST_NAMES, drawn
-from specc.tools.plot.sheet import Band, Sheet
+from specc.tools.plot.sheet import MOST_NAMES, Band, Sheet, render
 from tests.commands import specc
 from tests.recording.test_damage import _damaged_at
 from tests.seeds import short
@@ -71,7 +70,7 @@ def test_what_specc_made_gives_way_and_is_the_same_again(form: str, tmp_path: Pa
 def test_formats() -> None:
     sheet = Sheet("t", (Band("a", ((0.0, 1.0, "s"),), ("s",)),), (), (), 0.0, 1.0)
     for form, start in _STARTS.items():
-        assert drawn(sheet, form).startswith(start)
+        assert render(sheet, form).startswith(start)
 
 
 def test_signals_and_states(tmp_path: Path) -> None:
@@ -99,13 +98,15 @@ def test_tables(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("head", ["time_s,force", "begin_s,end_s,grade", "recording,time_s,v"])
-def test_a_table_is_never_replaced(head: str, tmp_path: Path) -> None:
+def test_a_table_is_replaced_by_force_only(head: str, tmp_path: Path) -> None:
     mine = tmp_path / "mine.csv"
     mine.write_text(f"{head}\n0,1\n")
     done = _plot(tmp_path, KEPT, "--out", "mine.csv")
-    words = "specc: mine.csv is there, and no table says who made it, so it stays; remove it, "
+    words = "specc: mine.csv is there already; `--force` replaces it"
     assert (done.returncode, done.stdout) == (2, "") and words in done.stderr
     assert mine.read_text() == f"{head}\n0,1\n" and [*tmp_path.iterdir()] == [mine]
+    assert _plot(tmp_path, KEPT, "--out", "mine.csv", "--force").returncode == 0
+    assert mine.read_text().startswith("begin_s,end_s")
 
 
 @pytest.mark.long
@@ -143,12 +144,12 @@ def test_many_states_are_one_collection_and_the_longest_have_names() -> None:
     spans = [(i * 1.0, i + 1.0, f"s{i}") for i in range(900)] + [(900.0, 1200.0, "long")]
     states = tuple(state for *_, state in spans)
     bands = tuple(Band(label, tuple(spans), states) for label in ("a", "b"))
-    picture = drawn(Sheet("t", bands, (), (), 0.0, 1200.0), "svg").decode()
+    picture = render(Sheet("t", bands, (), (), 0.0, 1200.0), "svg").decode()
     assert len(set(re.findall(r'id="(\w*PolyCollection_\d+)"', picture))) == 2
     texts = re.findall(r">([^<>]+)</text>", picture)
     assert texts.count("long") == 2 and "s1" not in texts
     even = Band("", tuple((i * 8.0, i * 8.0 + 8, "i") for i in range(60)), ("i",))
-    picture = drawn(Sheet("t", (even,) * 10, (), (), 0.0, 480.0), "svg").decode()
+    picture = render(Sheet("t", (even,) * 10, (), (), 0.0, 480.0), "svg").decode()
     assert len(re.findall(">i</text>", picture)) == MOST_NAMES
 
 
@@ -209,8 +210,11 @@ def test_runs_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> Non
         ("{kept} --out a", "a: the name has to end in"),
         ("{kept} --csv --out a.svg", "a.svg: with --csv the name has to end in .csv"),
         ("{kept} --out none/a.svg", "none/a.svg cannot be written: no such file or directory"),
-        ("{kept} --out mine.svg", "mine.svg is there, but no SVG that specc made, so it stays"),
-        ("{kept} --out mine.csv", "mine.csv is there, and no table says who made it, so it stays"),
+        (
+            "{kept} --out mine.svg",
+            "mine.svg is there, but no SVG that specc made; `--force` replaces it",
+        ),
+        ("{kept} --out mine.csv", "mine.csv is there already; `--force` replaces it"),
         ("{kept} a.mcap b.mcap c.mcap d.mcap e.mcap f.mcap", "7 recordings are not told apart"),
         ("empty.mcap", "is no MCAP file"),
         ("bare.mcap", "bare.mcap is no recording of specc"),

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from specc.lang.values import pose
 from specc.model.system import Subsystem, System
 from specc.pipeline import read_spec
-from specc.tools.plot import NoSignal, Signal, found
-from specc.tools.plot.signals import rotation_vector, unwound
+from specc.tools.plot import NoSignal, Signal, resolve_signal
+from specc.tools.plot.signals import rotation_vector, unwrap_rotations
 from specc.tools.why import NotKnown
 from tests.commands import ROOT
 
@@ -29,7 +29,7 @@ def _system(name: str = "irp_picking") -> System:
 
 
 def _signal(name: str, spec: str = "irp_picking") -> Signal:
-    signal = found(_system(spec), name)
+    signal = resolve_signal(_system(spec), name)
     assert isinstance(signal, Signal)
     return signal
 
@@ -39,7 +39,7 @@ def _shape(name: str) -> list[tuple[str, str]]:
 
 
 def test_names_are_those_of_requirements() -> None:
-    subsystem = found(_system(), "irp.m")
+    subsystem = resolve_signal(_system(), "irp.m")
     assert isinstance(subsystem, Subsystem) and subsystem.qualified_name == "irp.m"
     signal = _signal("irp.m.x.E.m_m")
     assert signal.owner == "irp.m" and signal.path == ("x", "E", "m_m")
@@ -89,7 +89,7 @@ def test_numbers_of_values() -> None:
 )
 def test_what_is_no_signal(name: str, words: str) -> None:
     with pytest.raises(NoSignal) as told:
-        found(_system(), name)
+        resolve_signal(_system(), name)
     assert words in str(told.value)
 
 
@@ -111,7 +111,7 @@ def test_half_a_turn() -> None:
 def test_what_goes_on_turning_does_not_jump() -> None:
     gone = [0.1 * i for i in range(100)]
     wound = [(0.0, math.remainder(angle, math.tau), 0.0) for angle in gone]
-    assert [v[1] for v in unwound(wound)] == pytest.approx(gone, abs=1e-9)
-    assert unwound([(0.0, -3.1, 0.0)])[0][1] == pytest.approx(math.tau - 3.1)
+    assert [v[1] for v in unwrap_rotations(wound)] == pytest.approx(gone, abs=1e-9)
+    assert unwrap_rotations([(0.0, -3.1, 0.0)])[0][1] == pytest.approx(math.tau - 3.1)
     nothing = (math.nan,) * 3
-    assert [v[0] for v in unwound([(3.0, 0.0, 0.0), nothing, (-3.1, 0.0, 0.0)])][2] > 3
+    assert [v[0] for v in unwrap_rotations([(3.0, 0.0, 0.0), nothing, (-3.1, 0.0, 0.0)])][2] > 3
